@@ -1,7 +1,7 @@
 """CityPV: what the sun gives to the roofs and facades of a real city.
 
-Blender loads this file as an extension, Python as the package `citypv`. Nothing is imported at module level, so
-that reading the package costs nothing and `citypv.core` works without Blender.
+Blender loads this file as an extension, Python as the package `citypv`. Nothing is imported at
+module level, so that reading the package costs nothing and `citypv.core` works without Blender.
 """
 
 FUNCTIONS = ("simulate", "read_results", "compare", "inspect", "world", "Result", "InputError")

@@ -1,4 +1,6 @@
-"""`citypv`, `python -m citypv` and `blender --command citypv`: the command line, with Blender's part when asked for."""
+"""`citypv`, `python -m citypv` and `blender --command citypv`: the command line, with Blender's
+part when asked for.
+"""
 
 import atexit
 import gc
@@ -10,7 +12,9 @@ from pathlib import Path
 
 def run_program():
     """Run the command line as a program of its own: ends the process, with main's exit status."""
-    gc.set_threshold(100_000)  # of the thousands of modules and functions that are imported nothing is garbage
+    gc.set_threshold(
+        100_000
+    )  # of the thousands of modules and functions that are imported nothing is garbage
     for name in ("stdout", "stderr"):  # None where whoever started this has closed it
         if getattr(sys, name) is None:
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115, until the process ends
@@ -23,7 +27,8 @@ def run_program():
 def end_at_once(status):
     """End the process without taking thousands of modules apart, which takes a fifth of a second.
 
-    Does nothing before there is a status, or where the last output cannot be written, of which Python tells then.
+    Does nothing before there is a status, or where the last output cannot be written, of which
+    Python tells then.
     """
     with suppress(OSError):
         sys.stdout.flush()
@@ -51,7 +56,9 @@ def main(arguments=None):
 
 
 def draw_results(*results, **options):
-    """Blender's part, see `operators.picture.draw_results`; imported when pictures are asked for."""
+    """Blender's part, see `operators.picture.draw_results`; imported when pictures are
+    asked for.
+    """
     from .operators.picture.draw_results import draw_results as draw
 
     draw(*results, **options)

@@ -1,19 +1,23 @@
-"""A square of Midtown Manhattan for benchmarks/accuracy.py, and its reference by paths followed one by one.
+"""A square of Midtown Manhattan for benchmarks/accuracy.py, and its reference by paths followed one
+by one.
 
-Each path starts at a place of a triangle, looks at one sun of the year at every place it comes to, drawn by chance, and
-goes on in a direction by the cosine until it leaves the scene, meets a back or has been reflected three times. It needs
-neither patches nor form factors nor chosen suns, and shares only the tree of triangles with citypv. First places,
-directions and suns are those of a scrambled Sobol sequence, shifted by chance for each triangle; REPLICATES sequences
-tell the noise. Triangles are those of the model, cut to 10 m, without ground; light from below the horizon is none.
+Each path starts at a place of a triangle, looks at one sun of the year at every place it comes to,
+drawn by chance, and goes on in a direction by the cosine until it leaves the scene, meets a back or
+has been reflected three times. It needs neither patches nor form factors nor chosen suns, and
+shares only the tree of triangles with citypv. First places, directions and suns are those of a
+scrambled Sobol sequence, shifted by chance for each triangle; REPLICATES sequences tell the noise.
+Triangles are those of the model, cut to 10 m, without ground; light from below the horizon is none.
 
 Two things must be said before two programs can be compared on a real model:
 
-- Sheets are two faces in one place that look in opposite directions; a tenth of the triangles are of such. A ray may
-  meet either, so that paths lose light there, which citypv's rays do not. Reference and peers therefore get every
-  triangle APART in front of its own place, citypv the model as it is.
-- Places inside other buildings: whether some light counts there that falls into an open shell is a definition. So
-  triangles with a reference are only those of whose first rays less than BACKS meet a back. The limit hardly matters:
-  nearly all have less than 1 % or more than 30 %.
+- Sheets are two faces in one place that look in opposite directions; a tenth of the triangles are
+  of such. A ray may
+  meet either, so that paths lose light there, which citypv's rays do not. Reference and peers
+  therefore get every triangle APART in front of its own place, citypv the model as it is.
+- Places inside other buildings: whether some light counts there that falls into an open shell is a
+  definition. So
+  triangles with a reference are only those of whose first rays less than BACKS meet a back. The
+  limit hardly matters: nearly all have less than 1 % or more than 30 %.
 """
 
 from dataclasses import replace
@@ -59,19 +63,28 @@ def read_square(side=SIDE):
 
 def set_apart(scene):
     """The same triangles without common corners, each APART in front of its place: Scene."""
-    corners = np.asarray(scene.vertices, float)[scene.triangles] + APART * scene.surfaces.normal[:, None]
+    corners = (
+        np.asarray(scene.vertices, float)[scene.triangles] + APART * scene.surfaces.normal[:, None]
+    )
     vertices = corners.reshape(-1, 3)
-    return replace(scene, vertices=vertices, triangles=np.arange(len(vertices), dtype=np.int32).reshape(-1, 3))
+    return replace(
+        scene, vertices=vertices, triangles=np.arange(len(vertices), dtype=np.int32).reshape(-1, 3)
+    )
 
 
 def draw_triangles(scene, tracer, seed=0):
-    """Triangles with a reference, (k,) int: eligible ones in the open, drawn by area; and how many others were drawn.
+    """Triangles with a reference, (k,) int: eligible ones in the open, drawn by area; and how many
+    others were drawn.
 
     `scene` is that of `set_apart`.
     """
-    area = np.where(scene.surfaces.eligible & (scene.surfaces.area >= LEAST_AREA), scene.surfaces.area, 0)
+    area = np.where(
+        scene.surfaces.eligible & (scene.surfaces.area >= LEAST_AREA), scene.surfaces.area, 0
+    )
     generator = np.random.default_rng(seed)
-    drawn = generator.choice(len(area), min(2 * TRIANGLES, int((area > 0).sum())), replace=False, p=area / area.sum())
+    drawn = generator.choice(
+        len(area), min(2 * TRIANGLES, int((area > 0).sum())), replace=False, p=area / area.sum()
+    )
     triangle = np.repeat(drawn, BACK_RAYS)
     origins = lay_places(scene, triangle, generator.random((2, len(triangle))))
     away = cosine_directions(scene.surfaces.normal[triangle], generator.random((2, len(triangle))))
@@ -119,7 +132,13 @@ def reference(scene, weather, paths, seed=1):
         for start in range(0, len(chosen), step):
             some = chosen[start : start + step]
             numbers = (net + generator.random((len(some), 1, 5))) % 1
-            found = follow(scene, tracer, np.repeat(some, len(net)), suns, (numbers.reshape(-1, 5).T, generator))
+            found = follow(
+                scene,
+                tracer,
+                np.repeat(some, len(net)),
+                suns,
+                (numbers.reshape(-1, 5).T, generator),
+            )
             light[replicate, start : start + step] = found.reshape(len(some), -1).mean(axis=1)
     error = light.std(axis=0, ddof=1) / np.sqrt(REPLICATES)
     CACHE.parent.mkdir(exist_ok=True)
@@ -131,7 +150,12 @@ def reference(scene, weather, paths, seed=1):
 def write_scene(scene, suns, chosen, light):
     """Write what peers read (peers/mitsuba.py): the file."""
     wanted = int(scene.surfaces.eligible.sum())
-    city = {"vertices": scene.vertices, "triangles": scene.triangles, "sun": suns.direction, "weight": suns.weight}
+    city = {
+        "vertices": scene.vertices,
+        "triangles": scene.triangles,
+        "sun": suns.direction,
+        "weight": suns.weight,
+    }
     FOR_PEERS.parent.mkdir(exist_ok=True)
     np.savez(FOR_PEERS, **city, triangle=chosen, light=light, wanted=wanted)
     return FOR_PEERS
@@ -145,7 +169,8 @@ def follow(scene, tracer, triangle, suns, numbers):
     triangle : (n,) int
     suns : (s, 3) float
     numbers : tuple
-        (5, n) float in [0, 1) of the first place, direction and sun, and the generator of all others.
+        (5, n) float in [0, 1) of the first place, direction and sun, and the generator of all
+        others.
     """
     first, generator = numbers
     normals = scene.surfaces.normal
@@ -174,7 +199,9 @@ def follow(scene, tracer, triangle, suns, numbers):
 
 
 def lay_places(scene, triangle, numbers, offset=OFFSET):
-    """Places on triangles, evenly distributed for even numbers, (2, n) in [0, 1): (n, 3) float64."""
+    """Places on triangles, evenly distributed for even numbers, (2, n) in [0, 1): (n, 3)
+    float64.
+    """
     corners = np.asarray(scene.vertices, float)[scene.triangles[triangle]]
     edges = corners[:, 1:] - corners[:, :1]
     u, v = np.sqrt(numbers[0]), numbers[1]
@@ -183,7 +210,9 @@ def lay_places(scene, triangle, numbers, offset=OFFSET):
 
 
 def cosine_directions(normal, numbers):
-    """Directions by the cosine about normals, (n, 3), from (2, n) in [0, 1): points of unit spheres at their tips."""
+    """Directions by the cosine about normals, (n, 3), from (2, n) in [0, 1): points of unit spheres
+    at their tips.
+    """
     height, turn = 1 - 2 * numbers[0], 2 * np.pi * numbers[1]
     ring = np.sqrt(1 - height**2)
     away = normal + np.stack([ring * np.cos(turn), ring * np.sin(turn), height], axis=1)

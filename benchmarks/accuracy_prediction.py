@@ -1,11 +1,13 @@
-"""Predicted against measured seconds and errors: how far the price list of `citypv accuracy` can be believed.
+"""Predicted against measured seconds and errors: how far the price list of `citypv accuracy` can be
+believed.
 
     python benchmarks/accuracy_prediction.py [CITY …] [--threads N] [--settings NAME …]
 
-For each setting the city is traced as `citypv simulate` would, and its processor seconds of tracing and errors of full
-load hours (half and 95 % of the eligible area, sampling and choice of suns) stand beside those predicted from one pilot
-of the same run, as lines of a table. Of cities whose runs take less than a second, the median of seven seeds counts:
-with few surfaces their errors scatter. `--wall` prints wall time instead of processor time, for a quiet machine.
+For each setting the city is traced as `citypv simulate` would, and its processor seconds of tracing
+and errors of full load hours (half and 95 % of the eligible area, sampling and choice of suns)
+stand beside those predicted from one pilot of the same run, as lines of a table. Of cities whose
+runs take less than a second, the median of seven seeds counts: with few surfaces their errors
+scatter. `--wall` prints wall time instead of processor time, for a quiet machine.
 """
 
 import argparse
@@ -23,7 +25,13 @@ from citypv.core.light.prepare_scene import build_tree, prepare_scene
 from citypv.core.settings.presets import PRESETS
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
-from citypv.core.study import compute_energy, measure_sun_sampling, read_scene, read_year, trace_scene
+from citypv.core.study import (
+    compute_energy,
+    measure_sun_sampling,
+    read_scene,
+    read_year,
+    trace_scene,
+)
 
 ROOT = Path(__file__).parents[1]
 DATA = ROOT / "tests/data"
@@ -36,7 +44,10 @@ CITIES = {  # name -> file (None: written first), further settings
     "vienna": (DATA / "citygml/vienna_Fichtegasse.gml.gz", CLEAR),
     "yokosuka": (DATA / "citygml/plateau_yokosuka_52397519_bldg.gml.gz", CLEAR),
     "nrw": (DATA / "citygml/nrw_LoD2_32_280_5659_1_NW.gml.gz", CLEAR),
-    "lyon_tower": (DATA / "obj/lyon_tour_part_dieu.obj.gz", {"latitude": 45.76, "longitude": 4.85, **CLEAR}),
+    "lyon_tower": (
+        DATA / "obj/lyon_tour_part_dieu.obj.gz",
+        {"latitude": 45.76, "longitude": 4.85, **CLEAR},
+    ),
     "berlin_part": (DATA / "citygml/berlin_opendata_part_v1.gml.gz", CLEAR),
     "new_york_tower": (DATA / "obj/nyc_tower_yup.obj.gz", NEW_YORK),
     "berlin": (ROOT / "examples/berlin/berlin_3910_5817.gml", {"weather": str(WEATHER)}),
@@ -86,7 +97,9 @@ def compare(name, options, folder):
         traced = scene if own.patch_size == request.patch_size else read_scene([path], own)
         found = [measure(traced, weather, own)]
         if found[0][1] < QUICK:
-            found += [measure(traced, weather, replace(own, seed=seed)) for seed in range(2, SEEDS + 1)]
+            found += [
+                measure(traced, weather, replace(own, seed=seed)) for seed in range(2, SEEDS + 1)
+            ]
         wall, processor, half, most = np.median(found, axis=0)
         pair = (price.tracing, wall) if options.wall else (price.processor, processor)
         rows = (pair, (price.median, half), (price.error, most))
@@ -99,7 +112,9 @@ def main():
     parser.add_argument("city", nargs="*", choices=[[], *CITIES], help="all if none is named")
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--settings", nargs="+", choices=SETTINGS, default=USUAL)
-    parser.add_argument("--wall", action="store_true", help="wall time of tracing in place of processor time")
+    parser.add_argument(
+        "--wall", action="store_true", help="wall time of tracing in place of processor time"
+    )
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         for name in options.city or CITIES:

@@ -1,7 +1,9 @@
-"""Rounds to a target for benchmarks/accuracy.py: as of `citypv simulate --target-error`, for the light of a year.
+"""Rounds to a target for benchmarks/accuracy.py: as of `citypv simulate --target-error`, for the
+light of a year.
 
-Their target is the error of this light, as the run itself states it, on 95 % of the area. Time is that of tracing, of
-all rounds together. A target that would take longer than MOST_SECONDS ends with the last round in time.
+Their target is the error of this light, as the run itself states it, on 95 % of the area. Time is
+that of tracing, of all rounds together. A target that would take longer than MOST_SECONDS ends with
+the last round in time.
 """
 
 import time
@@ -21,13 +23,16 @@ MOST_SECONDS = 300.0  # wall time of each target
 
 
 def light_errors(transfer, wanted):
-    """Stated errors of the light of a year, the mean over the suns plus that of the sky: YieldErrors in place of hours.
+    """Stated errors of the light of a year, the mean over the suns plus that of the sky:
+    YieldErrors in place of hours.
 
     Of wanted surfaces, (n,) bool, without those that have less than a tenth of their mean light.
     """
     suns, parts = transfer.suns, transfer.error_parts
     cosine = np.maximum(transfer.surfaces.normal @ suns.direction.T, 0)
-    light = (cosine * transfer.visible_share + transfer.direct_reflected) @ suns.weight + transfer.diffuse_relative
+    light = (
+        cosine * transfer.visible_share + transfer.direct_reflected
+    ) @ suns.weight + transfer.diffuse_relative
     own = join_own(1.0, 1.0, own_direct(transfer), own_diffuse(transfer), parts.covariance)
     points = np.minimum(parts.direct_points, own)
     variance = {
@@ -57,7 +62,9 @@ def refine_to(targets, scene, suns, request, wanted):
     """
     for target in targets:
         before = time.process_time()
-        prepared = replace(build_tree(prepare_scene(scene, request, suns=suns), request), rounds=True)
+        prepared = replace(
+            build_tree(prepare_scene(scene, request, suns=suns), request), rounds=True
+        )
         first = trace_run(scene, None, request, prepared=prepared)
         seconds = [time.process_time() - before]
 

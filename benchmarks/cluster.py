@@ -1,13 +1,14 @@
 """A city in tiles: seconds and memory by its size, and the efficiency of two workers.
 
     python benchmarks/cluster.py growth --sides 1 3 7 --out berlin.json
-                                                               a city file repeated side by side; some tiles are traced
+                                                               a city file repeated side by side;
+                                                               some tiles are traced
     python benchmarks/cluster.py plot berlin.json the_hague.json --out growth.png
     python benchmarks/cluster.py efficiency --side 2           one and two workers, by the clock, on a quiet machine
     python benchmarks/cluster.py ground --sides 1 4            reading side² files against building their ground
 
-Seconds of `growth` and `ground` are processor seconds of one thread. `growth` reads, places and cuts the whole city,
-and writes every tile to disk; it traces the sample.
+Seconds of `growth` and `ground` are processor seconds of one thread. `growth` reads, places and
+cuts the whole city, and writes every tile to disk; it traces the sample.
 """
 
 import argparse
@@ -52,9 +53,9 @@ def main():
         return draw_growth(options.files, options.out)
     request = Request(threads=1, latitude=options.latitude, longitude=options.longitude)
     city = read_buildings([options.city], request)
-    {"growth": measure_growth, "efficiency": measure_efficiency, "ground": measure_ground}[options.what](
-        city, request, options
-    )
+    {"growth": measure_growth, "efficiency": measure_efficiency, "ground": measure_ground}[
+        options.what
+    ](city, request, options)
 
 
 def repeat_city(city, side):
@@ -71,7 +72,9 @@ def repeat_city(city, side):
         surface_id=[name + end for end in names for name in city.surface_id],
         building_id=[name + end for end in names for name in city.building_id],
         thematic=city.thematic * len(places),
-        points=np.concatenate([city.points + np.array([x * step[0], y * step[1], 0]) for x, y in places]),
+        points=np.concatenate(
+            [city.points + np.array([x * step[0], y * step[1], 0]) for x, y in places]
+        ),
         ring_start=starts(city.ring_start),
         polygon_start=starts(city.polygon_start),
         lod=city.lod and city.lod * len(places),
@@ -81,21 +84,31 @@ def repeat_city(city, side):
 
 
 def measure_growth(city, request, options):
-    print("km2  triangles  tiles | read, place, cut s/km2, peak MB | in a tile: own of all, s/km2 of its own, peak MB")
+    print(
+        "km2  triangles  tiles | read, place, cut s/km2, peak MB | in a tile: own of all, s/km2 of "
+        "its own, peak MB"
+    )
     rows = []
     for side in options.sides:
         rows.append(grow(city, side, request, options))
         print(
-            "{area:5.1f} {triangles:9,} {tiles:5} | {read:.2f} {place:.2f} {cut:.2f}, {client_peak:,.0f} | "
-            "{own_triangles:,} of {tile_triangles:,}, {trace:6.1f}, {worker_peak:,.0f}".format(**rows[-1]),
+            "{area:5.1f} {triangles:9,} {tiles:5} | {read:.2f} {place:.2f} {cut:.2f}, "
+            "{client_peak:,.0f} | "
+            "{own_triangles:,} of {tile_triangles:,}, {trace:6.1f}, {worker_peak:,.0f}".format(
+                **rows[-1]
+            ),
             flush=True,
         )
         if options.out:
-            Path(options.out).write_text(json.dumps({"name": options.name or Path(options.city).stem, "rows": rows}))
+            Path(options.out).write_text(
+                json.dumps({"name": options.name or Path(options.city).stem, "rows": rows})
+            )
 
 
 def grow(city, side, request, options):
-    """Figures of a city, side × side times: read, placed and cut into tiles on disk; a sample of tiles is traced."""
+    """Figures of a city, side × side times: read, placed and cut into tiles on disk; a sample of
+    tiles is traced.
+    """
     clock = [time.process_time()]
 
     def lap():
@@ -118,7 +131,9 @@ def grow(city, side, request, options):
     sample = pick(squares, options.sample)
     with tempfile.TemporaryDirectory() as folder:
         chosen, wanted = [], {name for name, _ in sample}
-        for task in make_tasks(scene, squares, (prepared, weather, request, settings), Path(folder), (set(), [])):
+        for task in make_tasks(
+            scene, squares, (prepared, weather, request, settings), Path(folder), (set(), [])
+        ):
             part = Path(task[1])
             if part.name.rpartition("_")[0] in wanted:
                 chosen.append(task)
@@ -127,7 +142,9 @@ def grow(city, side, request, options):
         cut = lap()
         peak = peak_memory() / 1e6
         figures = [run_alone(task) for task in chosen]
-    share = sum(len(rows) for _, rows in sample) / len(scene.surfaces)  # of the city's area, by surfaces
+    share = sum(len(rows) for _, rows in sample) / len(
+        scene.surfaces
+    )  # of the city's area, by surfaces
     return {
         "side": side,
         "area": area,
@@ -157,7 +174,13 @@ def draw_growth(files, out):
         found = json.loads(Path(file).read_text("utf-8"))
         area = [row["area"] for row in found["rows"]]
         colour = f"C{number}"
-        left.loglog(area, [row["trace"] for row in found["rows"]], "o-", color=colour, label=f"{found['name']}: trace")
+        left.loglog(
+            area,
+            [row["trace"] for row in found["rows"]],
+            "o-",
+            color=colour,
+            label=f"{found['name']}: trace",
+        )
         prepare = [row["read"] + row["place"] + row["cut"] for row in found["rows"]]
         left.loglog(area, prepare, "s--", color=colour, label=f"{found['name']}: read, place, cut")
         right.loglog(area, [row["worker_peak"] for row in found["rows"]], "o-", color=colour)
@@ -176,7 +199,12 @@ def pick(squares, count):
     """Tiles with the median number of surfaces and above, spread evenly over their list."""
     sizes = np.array([len(rows) for _, rows in squares])
     full = np.flatnonzero(sizes >= np.median(sizes))
-    return [squares[one] for one in np.unique(full[np.linspace(0, len(full) - 1, count + 2).round().astype(int)[1:-1]])]
+    return [
+        squares[one]
+        for one in np.unique(
+            full[np.linspace(0, len(full) - 1, count + 2).round().astype(int)[1:-1]]
+        )
+    ]
 
 
 def run_alone(task):
@@ -199,7 +227,10 @@ def measure_efficiency(city, request, options):
             trace_tiles(prepared, weather, request, settings, folder, tell=lambda line: None)
             seconds.setdefault(count, []).append(time.monotonic() - started)
     one, two = (min(seconds[count]) for count in (1, 2))
-    print(f"{area:.1f} km2: 1 worker {one:.1f} s, 2 workers {two:.1f} s, efficiency {one / two / 2:.0%}")
+    print(
+        f"{area:.1f} km2: 1 worker {one:.1f} s, 2 workers {two:.1f} s, efficiency "
+        f"{one / two / 2:.0%}"
+    )
 
 
 class GroundBuiltError(Exception):
@@ -223,7 +254,9 @@ def measure_ground(city, request, options):
         try:
             place_city(whole, request)
         except GroundBuiltError as built:
-            print(f"{side**2} tiles: reading {read:.2f} s, ground {built.args[0]:.2f} s", flush=True)
+            print(
+                f"{side**2} tiles: reading {read:.2f} s, ground {built.args[0]:.2f} s", flush=True
+            )
 
 
 if __name__ == "__main__":

@@ -1,4 +1,5 @@
-"""Seconds, silences and memory of edits of a city, and their hours against the edited scenes traced wholly.
+"""Seconds, silences and memory of edits of a city, and their hours against the edited scenes traced
+wholly.
 
 python benchmarks/edits.py examples/berlin/berlin_3910_5817.gml --edits 30 --full 3
 """
@@ -23,7 +24,14 @@ from citypv.core.light.editable_city import prepare_decided, trace_editable
 from citypv.core.photons.specular_light import specular_of
 from citypv.core.results.rays_file import write_rays
 from citypv.core.settings.request import Request
-from citypv.core.study import change_scene, compute_energy, place_city, read_buildings, read_year, trace_base
+from citypv.core.study import (
+    change_scene,
+    compute_energy,
+    place_city,
+    read_buildings,
+    read_year,
+    trace_base,
+)
 
 
 def read_clock():
@@ -31,7 +39,9 @@ def read_clock():
 
 
 def draw_change(city, generator):
-    """A building removed, moved by up to 10 m, raised by 3 to 20 m, or put a second time beside itself: Change."""
+    """A building removed, moved by up to 10 m, raised by 3 to 20 m, or put a second time beside
+    itself: Change.
+    """
     name = generator.choice(list(dict.fromkeys(city.building_id)))
     east, north = generator.uniform(-10, 10, 2)
     twice = take_polygons(city, np.array(city.building_id) == name)
@@ -45,10 +55,15 @@ def draw_change(city, generator):
 
 
 def tell_apart(one, other, weather, request):
-    """Hours of two traced cities apart, over the stated error: 95 and 99 % of the area, the largest, the total."""
+    """Hours of two traced cities apart, over the stated error: 95 and 99 % of the area, the
+    largest, the total.
+    """
     energy = [compute_energy(city.transfer, weather, request) for city in (one, other)]
     hours = [np.nan_to_num(np.asarray(found.full_load_hours)) for found in energy]
-    stated, area = np.asarray(energy[1].full_load_hours_standard_error), other.transfer.surfaces.area
+    stated, area = (
+        np.asarray(energy[1].full_load_hours_standard_error),
+        other.transfer.surfaces.area,
+    )
     known = np.isfinite(stated) & (area > 0)
     ratio = np.abs(hours[0] - hours[1])[known] / np.maximum(stated[known], 1e-4)
     order = np.argsort(ratio)
@@ -59,7 +74,9 @@ def tell_apart(one, other, weather, request):
 
 
 class Listener:
-    """Progress and preview of an edit: the clocks at the preview, and the longest time that nothing was told."""
+    """Progress and preview of an edit: the clocks at the preview, and the longest time that nothing
+    was told.
+    """
 
     def __init__(self):
         self.start = self.told = read_clock()
@@ -74,7 +91,9 @@ class Listener:
 
 
 def count_bytes(value, seen):
-    """Bytes of all arrays in memory that a value keeps alive, each counted once; `seen` are ids of what was counted."""
+    """Bytes of all arrays in memory that a value keeps alive, each counted once; `seen` are ids of
+    what was counted.
+    """
     if isinstance(value, np.ndarray):
         while isinstance(value.base, np.ndarray):
             value = value.base
@@ -83,18 +102,30 @@ def count_bytes(value, seen):
     seen.add(id(value))
     if isinstance(value, np.ndarray):
         return value.nbytes
-    parts = value.values() if isinstance(value, dict) else value if isinstance(value, list | tuple) else ()
-    return sum(count_bytes(part, seen) for part in (*parts, *getattr(value, "__dict__", {}).values()))
+    parts = (
+        value.values()
+        if isinstance(value, dict)
+        else value
+        if isinstance(value, list | tuple)
+        else ()
+    )
+    return sum(
+        count_bytes(part, seen) for part in (*parts, *getattr(value, "__dict__", {}).values())
+    )
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("city", nargs="+")
     parser.add_argument("--edits", type=int, default=30)
-    parser.add_argument("--full", type=int, default=3, help="so many of them are traced in full as well")
+    parser.add_argument(
+        "--full", type=int, default=3, help="so many of them are traced in full as well"
+    )
     parser.add_argument("--suns", default="days:24")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--place", type=float, nargs=2, metavar=("LATITUDE", "LONGITUDE"), default=(None, None))
+    parser.add_argument(
+        "--place", type=float, nargs=2, metavar=("LATITUDE", "LONGITUDE"), default=(None, None)
+    )
     options = parser.parse_args()
     latitude, longitude = options.place
     place = {"latitude": latitude, "longitude": longitude}
@@ -120,23 +151,34 @@ def main():
         listener.progress()
         end, record = read_clock(), edited.transfer.record
         rays = record.hemisphere_rays, record.shadow_rays
-        told.append([*(listener.seen - listener.start), *(end - listener.start), *listener.longest, *rays])
+        told.append(
+            [*(listener.seen - listener.start), *(end - listener.start), *listener.longest, *rays]
+        )
         stages.append(record.processor_seconds)
         if number < options.full:
             start = read_clock()
             prepared = prepare_decided(base.decisions, change.scene, request)
-            whole = replace(trace_editable(prepared, base.suns, request, specular=specular_of), rows=change.rows)
+            whole = replace(
+                trace_editable(prepared, base.suns, request, specular=specular_of), rows=change.rows
+            )
             record = whole.transfer.record
             full.append([*(read_clock() - start), record.hemisphere_rays, record.shadow_rays])
             apart.append(tell_apart(edited, whole, weather, request))
-            print("  hours off over stated error, 95 %, 99 %, most; total:", np.round(apart[-1], 6), flush=True)
+            print(
+                "  hours off over stated error, 95 %, 99 %, most; total:",
+                np.round(apart[-1], 6),
+                flush=True,
+            )
     names = "preview s, CPU s; exact s, CPU s; longest silence s, CPU s; hemisphere and shadow rays"
     print(f"edit, medians: {names}:", np.median(told, axis=0).round(2))
     print("edit, largest:", np.max(told, axis=0).round(2))
     print("edit, CPU s of stages, medians:", pd.DataFrame(stages).median().round(2).to_dict())
     if full:
         print("full run, medians: s, CPU s; rays:", np.median(full, axis=0).round(2))
-        print("hours off over stated error, 95 %, 99 %, most; total, largest:", np.max(np.abs(apart), axis=0).round(6))
+        print(
+            "hours off over stated error, 95 %, 99 %, most; total, largest:",
+            np.max(np.abs(apart), axis=0).round(6),
+        )
 
 
 if __name__ == "__main__":

@@ -1,10 +1,12 @@
-"""Scaling of time and memory with the size of the city: 10,000 to a million triangles, 12 typical days, 3 bounces.
+"""Scaling of time and memory with the size of the city: 10,000 to a million triangles, 12 typical
+days, 3 bounces.
 
     python benchmarks/growth.py [--sizes 10000 100000 1000000] [--plot FILE.png]
 
-Copies of the test town stand side by side, and a square is cut out of them that holds as many triangles as wanted. Each
-size is traced in a process of its own. Printed: seconds and the highest memory of the whole process, Embree's
-nanoseconds per ray, and these over the logarithm of the number of triangles, which should not grow.
+Copies of the test town stand side by side, and a square is cut out of them that holds as many
+triangles as wanted. Each size is traced in a process of its own. Printed: seconds and the highest
+memory of the whole process, Embree's nanoseconds per ray, and these over the logarithm of the
+number of triangles, which should not grow.
 """
 
 import argparse
@@ -45,10 +47,18 @@ def trace_one(count):
     from citypv.core.sun.suns import Suns
 
     sun = np.load(ROOT / "tests" / "data" / "town.npz")["sun"]
-    suns = Suns("hourly", sun, np.full(len(sun), 1 / len(sun)), np.zeros(len(sun), np.int32), np.arange(len(sun)))
+    suns = Suns(
+        "hourly",
+        sun,
+        np.full(len(sun), 1 / len(sun)),
+        np.zeros(len(sun), np.int32),
+        np.arange(len(sun)),
+    )
     scene = join_parts([cut_city(count)])
     before = peak_memory()
-    settings = trace_gather(scene, suns, Request(far_ground=False, sky="isotropic"), silent).record.as_dict()
+    settings = trace_gather(
+        scene, suns, Request(far_ground=False, sky="isotropic"), silent
+    ).record.as_dict()
     rays = settings["hemisphere_rays"] + settings["shadow_rays"]
     return {
         "triangles": len(scene.triangles),
@@ -101,7 +111,8 @@ def main():
         rows.append(row)
         each = row["nanoseconds"]
         print(
-            f"{row['triangles']:>9,} {row['rays'] / 1e6:>10.0f} {sum(row['seconds'].values()):>9.1f} {each:>8.1f} "
+            f"{row['triangles']:>9,} {row['rays'] / 1e6:>10.0f} "
+            f"{sum(row['seconds'].values()):>9.1f} {each:>8.1f} "
             f"{each / math.log2(row['triangles']):>16.2f} {row['memory'] / 1e9:>13.2f}",
             flush=True,
         )

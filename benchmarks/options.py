@@ -2,8 +2,8 @@
 
     python benchmarks/options.py DIR [--weather FILE]
 
-DIR is a folder of `citypv simulate`, such as that of `make demo`. The base is DC on open racks under the isotropic sky,
-in the paper's four sectors. Each row changes one thing of it.
+DIR is a folder of `citypv simulate`, such as that of `make demo`. The base is DC on open racks
+under the isotropic sky, in the paper's four sectors. Each row changes one thing of it.
 """
 
 import argparse
@@ -13,7 +13,13 @@ from pathlib import Path
 import citypv
 
 WEATHER = Path(__file__).parents[1] / "examples/berlin/era5_berlin_2017.nc"
-BASE = {"sky": "isotropic", "losses": 0.0, "inverter": "none", "mounting": "open-rack", "sectors": "paper"}
+BASE = {
+    "sky": "isotropic",
+    "losses": 0.0,
+    "inverter": "none",
+    "mounting": "open-rack",
+    "sectors": "paper",
+}
 ROWS = {
     "`--mounting insulated-back`": {"mounting": "insulated-back"},
     "`--mounting close-mount`": {"mounting": "close-mount"},
@@ -21,7 +27,9 @@ ROWS = {
     "`--iam physical`": {"iam": "physical"},
     "`--iam ashrae`": {"iam": "ashrae"},
     '`--module "Canadian Solar Inc. CS5P-220M"` (CEC)': {"module": "Canadian Solar Inc. CS5P-220M"},
-    '`--module "Canadian Solar CS5P-220M 2009"` (Sandia)': {"module": "Canadian Solar CS5P-220M 2009"},
+    '`--module "Canadian Solar CS5P-220M 2009"` (Sandia)': {
+        "module": "Canadian Solar CS5P-220M 2009"
+    },
     "`--losses 11.4 --inverter pvwatts`": {"losses": 11.4, "inverter": "pvwatts"},
     "`--sky perez`": {"sky": "perez"},
     "`--horizon-cut neglect`": {"horizon_cut": "neglect"},
@@ -42,7 +50,8 @@ def main():
         found = find_hours(options, change)
         changes = [percent(found[0][group], hours) for group, hours in base[0].items()]
         print(
-            f"| {name} | {', '.join(changes[:4])} | {', '.join(changes[4:])} | {percent(found[1], base[1])} |",
+            f"| {name} | {', '.join(changes[:4])} | {', '.join(changes[4:])} | "
+            f"{percent(found[1], base[1])} |",
             flush=True,
         )
 
@@ -51,9 +60,15 @@ def find_hours(options, change):
     """Full load hours of facades and pitched roofs by direction, and the area that counts [m²]."""
     result = citypv.read_results(options.folder)
     with tempfile.TemporaryDirectory() as folder:
-        weighed = result.with_weather(options.weather, out=Path(folder) / "out", **{**BASE, **change})
-        groups = weighed.groups[weighed.groups["period"] == "annual"].set_index(["kind", "orientation"])
-    wanted = [(kind, way) for kind in ("facade", "roof") for way in ("north", "east", "south", "west")]
+        weighed = result.with_weather(
+            options.weather, out=Path(folder) / "out", **{**BASE, **change}
+        )
+        groups = weighed.groups[weighed.groups["period"] == "annual"].set_index(
+            ["kind", "orientation"]
+        )
+    wanted = [
+        (kind, way) for kind in ("facade", "roof") for way in ("north", "east", "south", "west")
+    ]
     hours = "full_load_hours" if change.get("losses") else "full_load_hours_dc"
     return {group: groups.loc[group, hours] for group in wanted}, groups.loc[wanted, "area"].sum()
 

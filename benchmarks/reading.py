@@ -2,12 +2,13 @@
 
     python benchmarks/reading.py [--runs 5] [--megabytes 3 12 50]
 
-The Berlin tile of examples/ is repeated side by side, with own identifiers and shifted coordinates, until the file has
-the size asked for. Each run is a process of its own. Printed per size, as medians: seconds and megabytes per second of
-`read_city` (polygons cleaned, oriented, named and checked); the same for plain lxml, which builds the whole tree and
-turns every gml:posList into numbers, and does nothing more; memory that reading adds to a process that has imported
-everything, as a multiple of the polygons' part of the file. With --cityjson FILE, also a CityJSON file against `json`,
-and against cjio where it is installed.
+The Berlin tile of examples/ is repeated side by side, with own identifiers and shifted coordinates,
+until the file has the size asked for. Each run is a process of its own. Printed per size, as
+medians: seconds and megabytes per second of `read_city` (polygons cleaned, oriented, named and
+checked); the same for plain lxml, which builds the whole tree and turns every gml:posList into
+numbers, and does nothing more; memory that reading adds to a process that has imported everything,
+as a multiple of the polygons' part of the file. With --cityjson FILE, also a CityJSON file against
+`json`, and against cjio where it is installed.
 """
 
 import argparse
@@ -90,7 +91,9 @@ def shift_copy(members, copy):
 
 
 def run_once(reader, path):
-    """Read once in a separate process: seconds, bytes grown, count; None if the peer is not installed."""
+    """Read once in a separate process: seconds, bytes grown, count; None if the peer is not
+    installed.
+    """
     command = [sys.executable, "-c", HEAD + READERS[reader] + TAIL, str(path)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=path.parent)
     if reader == "cjio" and "ModuleNotFoundError" in done.stderr:
@@ -114,8 +117,10 @@ def compare(path, readers, runs, kept):
             grown = statistics.median(row["grown"] for row in rows)
             of_kept = f"{grown / kept:5.1f} x polygons, " if kept else ""
             print(
-                f"{path.name:>16} {size:6.1f} MB  {reader:<7} {seconds:6.2f} s  {1000 * seconds / size:6.0f} ms/MB  "
-                f"memory +{grown / 1e6:6.0f} MB ({of_kept}{grown / 1e6 / size:.1f} x file)  {rows[0]['count']:,} read"
+                f"{path.name:>16} {size:6.1f} MB  {reader:<7} {seconds:6.2f} s  "
+                f"{1000 * seconds / size:6.0f} ms/MB  "
+                f"memory +{grown / 1e6:6.0f} MB ({of_kept}{grown / 1e6 / size:.1f} x file)  "
+                f"{rows[0]['count']:,} read"
             )
 
 

@@ -2,10 +2,11 @@
 
     python benchmarks/site.py RESULTS WORK [--copies 1800] [--step 236] [--block 6] [--keep]
 
-RESULTS is a result folder, such as that of the Berlin tile. Its buildings are copied side by side, with identifiers of
-their own, into folders of BLOCK × BLOCK copies each, STEP metres from one copy to the next; steps smaller than the city
-let copies overlap, which makes buildings as dense as one wants. `citypv site` runs in a process of its own. The map is
-then opened in Chromium, from a server on this machine that does not compress: as a whole, and at a building.
+RESULTS is a result folder, such as that of the Berlin tile. Its buildings are copied side by side,
+with identifiers of their own, into folders of BLOCK × BLOCK copies each, STEP metres from one copy
+to the next; steps smaller than the city let copies overlap, which makes buildings as dense as one
+wants. `citypv site` runs in a process of its own. The map is then opened in Chromium, from a server
+on this machine that does not compress: as a whole, and at a building.
 """
 
 import argparse
@@ -42,11 +43,17 @@ def copy_block(source, folder, numbers, shifts, origin):
     """Write a result folder of some copies, each shifted by metres to east and north."""
     folder.mkdir()
     faces = pd.read_csv(source / "faces.csv", dtype=str, keep_default_na=False)
-    tables = [faces.assign(**{name: faces[name] + f"_{number}" for name in IDS}) for number in numbers]
+    tables = [
+        faces.assign(**{name: faces[name] + f"_{number}" for name in IDS}) for number in numbers
+    ]
     pd.concat(tables).to_csv(folder / "faces.csv", index=False)
     summary = json.loads((source / "summary.json").read_text("utf-8"))
     site = summary["input"]["site"]
-    site["origin"] = [site["origin"][0] + origin[0], site["origin"][1] + origin[1], site["origin"][2]]
+    site["origin"] = [
+        site["origin"][0] + origin[0],
+        site["origin"][1] + origin[1],
+        site["origin"][2],
+    ]
     (folder / "summary.json").write_text(json.dumps(summary), "utf-8")
     with h5netcdf.File(source / "surfaces.nc") as file:
         points, months = file["outline_points"][:], file["full_load_hours_by_month"][:]
@@ -58,7 +65,10 @@ def copy_block(source, folder, numbers, shifts, origin):
         "surface_id": ("surface", ids),
         "direction": (("sun", "axis"), suns),
         "full_load_hours_by_month": (("surface", "month"), np.tile(months, (len(numbers), 1))),
-        "outline_points": (("corner", "axis"), np.concatenate([points + offset for offset in offsets])),
+        "outline_points": (
+            ("corner", "axis"),
+            np.concatenate([points + offset for offset in offsets]),
+        ),
         "outline_ring_start": (("ring_bound",), repeat_starts(rings, len(numbers))),
         "outline_surface_start": (("surface_bound",), repeat_starts(start, len(numbers))),
     }
@@ -84,7 +94,13 @@ def write_blocks(source, work, copies, step, block):
     for (x, y), own in blocks.items():
         folder = work / f"block_{x}_{y}"
         shifts = [((a - x * block) * step, (b - y * block) * step) for _, a, b in own]
-        copy_block(source, folder, [number for number, _, _ in own], shifts, (x * block * step, y * block * step))
+        copy_block(
+            source,
+            folder,
+            [number for number, _, _ in own],
+            shifts,
+            (x * block * step, y * block * step),
+        )
         folders.append(folder)
     return folders
 
@@ -108,7 +124,9 @@ def wait_for(page, condition):
 
 
 def measure_page(web, picture):
-    """Seconds and MB of the first picture, of all that it sees, and of a building flown to: dict."""
+    """Seconds and MB of the first picture, of all that it sees, and of a building flown
+    to: dict.
+    """
     server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=web))
     threading.Thread(target=server.serve_forever, daemon=True).start()
     page = Browser(find_chromium())
@@ -130,7 +148,9 @@ def measure_page(web, picture):
         wait_for(page, f"rowOf(chosen.building).surfaces && {SETTLED}")
         found["at a building [s]"] = time.perf_counter() - started
         found["at a building, in addition [MB]"] = (page.run(BYTES) - before) / 1e6
-        seen = sum((web / "tiles" / name.rpartition("/")[2]).stat().st_size for name in page.run(NAMES))
+        seen = sum(
+            (web / "tiles" / name.rpartition("/")[2]).stat().st_size for name in page.run(NAMES)
+        )
         found["at a building, tiles in view [MB]"] = seen / 1e6
         page.picture(f"{picture}_near.png")
         found["complaints"] = len(page.complaints)
@@ -151,7 +171,9 @@ def main():
     parser.add_argument("--keep", action="store_true", help="keep what was written into WORK")
     options = parser.parse_args()
     options.work.mkdir(parents=True)
-    folders = write_blocks(options.results, options.work, options.copies, options.step, options.block)
+    folders = write_blocks(
+        options.results, options.work, options.copies, options.step, options.block
+    )
     web, started = options.work / "web", time.perf_counter()
     command = [sys.executable, "-m", "citypv", "site", *map(str, folders), "--out", str(web)]
     print(subprocess.run(command, check=True, capture_output=True, text=True).stderr.strip())
@@ -159,7 +181,10 @@ def main():
     found = {"folders": len(folders), "seconds": time.perf_counter() - started}
     found["processor [s]"] = used.ru_utime + used.ru_stime
     found["peak memory [MB]"] = used.ru_maxrss / 1024
-    sizes = [(path.stat().st_size, len(gzip.compress(path.read_bytes(), 6)), path) for path in web.rglob("*.*")]
+    sizes = [
+        (path.stat().st_size, len(gzip.compress(path.read_bytes(), 6)), path)
+        for path in web.rglob("*.*")
+    ]
     found["files"], found["size [MB]"] = len(sizes), sum(one for one, _, _ in sizes) / 1e6
     found["size after gzip [MB]"] = sum(small for _, small, _ in sizes) / 1e6
     tiles = [(one, small) for one, small, path in sizes if path.suffix == ".glb"]
@@ -168,7 +193,9 @@ def main():
     )
     found |= measure_page(web, options.work / "picture")
     for name, value in found.items():
-        print(f"| {name} | {value:,.2f} |" if isinstance(value, float) else f"| {name} | {value:,} |")
+        print(
+            f"| {name} | {value:,.2f} |" if isinstance(value, float) else f"| {name} | {value:,} |"
+        )
     if not options.keep:
         for folder in (*folders, web):
             shutil.rmtree(folder)

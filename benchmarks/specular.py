@@ -1,10 +1,12 @@
-"""Glass towers of Midtown Manhattan: gather with a specular pass against pure forward, seconds at equal error.
+"""Glass towers of Midtown Manhattan: gather with a specular pass against pure forward, seconds at
+equal error.
 
     python benchmarks/specular.py [--radius 150] [--suns 12] [--threads 1]
 
-Facades that reach above 60 m are double glazing, everything else is diffuse. Both are run once with few samples.
-Seconds grow with samples, errors fall as 1/√samples: compared is seconds × error², with the rms of the stated standard
-errors of eligible facades, that is the seconds that both would need for the same error.
+Facades that reach above 60 m are double glazing, everything else is diffuse. Both are run once with
+few samples. Seconds grow with samples, errors fall as 1/√samples: compared is seconds × error²,
+with the rms of the stated standard errors of eligible facades, that is the seconds that both would
+need for the same error.
 """
 
 import argparse
@@ -41,14 +43,21 @@ def keep_triangles(scene, kept):
     place = np.full(len(scene.surfaces), -1)
     place[own] = np.arange(len(own))
     rows = {
-        name: [values[row] for row in own] if isinstance(values, list) else (None if values is None else values[own])
+        name: [values[row] for row in own]
+        if isinstance(values, list)
+        else (None if values is None else values[own])
         for name, values in vars(scene.surfaces).items()
     }
     names = ("triangles", "footprint", "closure", "sheet")
-    parts = {name: None if getattr(scene, name) is None else getattr(scene, name)[kept] for name in names}
+    parts = {
+        name: None if getattr(scene, name) is None else getattr(scene, name)[kept] for name in names
+    }
     surfaces = type(scene.surfaces)(**rows)
     return replace(
-        scene, **parts, triangle_surface=place[scene.triangle_surface[kept]].astype(np.int32), surfaces=surfaces
+        scene,
+        **parts,
+        triangle_surface=place[scene.triangle_surface[kept]].astype(np.int32),
+        surfaces=surfaces,
     )
 
 
@@ -67,13 +76,17 @@ def some_suns(count):
     """Suns spread over the sky of a year."""
     azimuth = np.radians(np.linspace(90, 270, count))
     height = np.radians(20 + 45 * np.abs(np.sin(np.arange(count))))
-    direction = np.stack([np.sin(azimuth) * np.cos(height), np.cos(azimuth) * np.cos(height), np.sin(height)], axis=1)
+    direction = np.stack(
+        [np.sin(azimuth) * np.cos(height), np.cos(azimuth) * np.cos(height), np.sin(height)], axis=1
+    )
     place = np.arange(count, dtype=np.int32)
     return Suns("hourly", direction, np.full(count, 1 / count), np.zeros(count, np.int32), place)
 
 
 def measure(trace, scene, suns, request):
-    """Seconds, and rms standard error of diffuse and of direct light of eligible facades, and their means."""
+    """Seconds, and rms standard error of diffuse and of direct light of eligible facades, and their
+    means.
+    """
     started = time.perf_counter()
     found = trace(scene, suns, request, silent)
     seconds = time.perf_counter() - started
@@ -84,7 +97,9 @@ def measure(trace, scene, suns, request):
         for error in (found.diffuse_relative_standard_error, found.direct_annual_standard_error)
     ]
     projection = np.maximum(found.surfaces.normal[chosen] @ suns.direction.T, 0)
-    direct = (found.visible_share[chosen] * projection + found.direct_reflected[chosen]) @ suns.weight
+    direct = (
+        found.visible_share[chosen] * projection + found.direct_reflected[chosen]
+    ) @ suns.weight
     light = float(weight @ found.diffuse_relative[chosen]), float(weight @ direct)
     return seconds, np.array(errors), light
 
@@ -95,31 +110,43 @@ def main():
     parser.add_argument("--radius", type=float, default=150.0, help="[m] of the cut-out")
     parser.add_argument("--suns", type=int, default=12)
     parser.add_argument("--threads", type=int, default=1)
-    parser.add_argument("--samples", type=int, default=16, help="photons per patch and source of forward")
+    parser.add_argument(
+        "--samples", type=int, default=16, help="photons per patch and source of forward"
+    )
     options = parser.parse_args()
     scene, suns = place_scene(options.radius), some_suns(options.suns)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "glass.csv"
         count = glaze_towers(scene, path)
         print(
-            f"{len(scene.triangles):,} patches, {len(scene.surfaces):,} surfaces, {count:,} of glass, {len(suns)} suns"
+            f"{len(scene.triangles):,} patches, {len(scene.surfaces):,} surfaces, {count:,} of "
+            f"glass, {len(suns)} suns"
         )
         request = Request(albedo_file=str(path), threads=options.threads)
         runs = {
             "hybrid": (trace_hybrid, request),
-            "forward": (trace_forward, replace(request, estimator="forward", samples=options.samples)),
+            "forward": (
+                trace_forward,
+                replace(request, estimator="forward", samples=options.samples),
+            ),
             "gather, black glass": (trace_hybrid, replace(request, effects={"specular": False})),
         }
         trace_hybrid(scene, some_suns(1), replace(request, samples=16), silent)  # compiles
-        found = {name: measure(trace, scene, suns, settings) for name, (trace, settings) in runs.items()}
+        found = {
+            name: measure(trace, scene, suns, settings) for name, (trace, settings) in runs.items()
+        }
     for name, (seconds, errors, light) in found.items():
         print(
-            f"{name:<20} {seconds:7.1f} s, rms error diffuse {errors[0]:.4f}, direct {errors[1]:.4f}; "
+            f"{name:<20} {seconds:7.1f} s, rms error diffuse {errors[0]:.4f}, direct "
+            f"{errors[1]:.4f}; "
             f"light diffuse {light[0]:.4f}, direct {light[1]:.4f}"
         )
     cost = {name: seconds * errors**2 for name, (seconds, errors, _) in found.items()}
     ratio = cost["hybrid"] / cost["forward"]
-    print(f"seconds at equal error, hybrid over forward: diffuse {ratio[0]:.3f}, direct {ratio[1]:.3f}")
+    print(
+        f"seconds at equal error, hybrid over forward: diffuse {ratio[0]:.3f}, direct "
+        f"{ratio[1]:.3f}"
+    )
 
 
 if __name__ == "__main__":

@@ -1,15 +1,19 @@
-"""Whether stated standard errors are as large as the scatter over seeds, surface by surface on real cities.
+"""Whether stated standard errors are as large as the scatter over seeds, surface by surface on real
+cities.
 
-    python benchmarks/stated_errors.py CITY [--half M] [--seeds 16] [--latitude D --longitude D] [--lod L]
+    python benchmarks/stated_errors.py CITY [--half M] [--seeds 16] [--latitude D --longitude D]
+    [--lod L]
         [--samples N] [--threads N] [--save FILE]
 
-CITY is a file of buildings. Each seed traces it anew with the same suns; full load hours are those of a clear sky.
-Printed, for classes of eligible surfaces: the standard deviation over the seeds over the stated error, both as root
-mean squares over the class; the largest ratio of a single surface; and the same for the means of the groups. What the
-choice of suns does is the same for all seeds and left out. Covered shares are to be the same with every seed; how many
-surfaces have other ones is printed.
+CITY is a file of buildings. Each seed traces it anew with the same suns; full load hours are those
+of a clear sky. Printed, for classes of eligible surfaces: the standard deviation over the seeds
+over the stated error, both as root mean squares over the class; the largest ratio of a single
+surface; and the same for the means of the groups. What the choice of suns does is the same for all
+seeds and left out. Covered shares are to be the same with every seed; how many surfaces have other
+ones is printed.
 
-With --half only polygons within so many metres of the middle stay eligible; all others still shade and reflect.
+With --half only polygons within so many metres of the middle stay eligible; all others still shade
+and reflect.
 """
 
 import argparse
@@ -32,7 +36,9 @@ FEW_HOURS = 0.5  # [h] below which a scatter means nothing
 
 
 def run_seeds(scene, request, seeds):
-    """Of every seed full load hours, their stated errors, those of groups and their stated errors, covered shares."""
+    """Of every seed full load hours, their stated errors, those of groups and their stated errors,
+    covered shares.
+    """
     weather = read_year(scene.site, request)
     year = weather.data.index, weather.interval, scene.site.latitude, scene.site.longitude
     suns = progressive_order(choose_suns(request.suns, *year))
@@ -41,11 +47,21 @@ def run_seeds(scene, request, seeds):
         started = time.perf_counter()
         transfer = trace_gather(scene, suns, replace(request, seed=seed), silent)
         energy = compute_energy(transfer, weather)
-        hours = energy.capacity_factor.sum(axis=0) * weather.interval.total_seconds() / 3600 / energy.years
-        runs.append((
-            energy.full_load_hours, energy.full_load_hours_standard_error, hours, energy.group_standard_error,
-            transfer.covered_share,
-        ))  # fmt: skip
+        hours = (
+            energy.capacity_factor.sum(axis=0)
+            * weather.interval.total_seconds()
+            / 3600
+            / energy.years
+        )
+        runs.append(
+            (
+                energy.full_load_hours,
+                energy.full_load_hours_standard_error,
+                hours,
+                energy.group_standard_error,
+                transfer.covered_share,
+            )
+        )
         print(f"seed {seed}: {time.perf_counter() - started:.0f} s", flush=True)
     return [np.array(part) for part in zip(*runs, strict=True)], energy.groups
 
@@ -86,11 +102,24 @@ def main():
     (hours, stated, means, stated_means, covered), groups = run_seeds(scene, request, options.seeds)
     covered_share = covered[-1]
     if options.save:
-        np.savez(options.save, hours=hours, stated=stated, names=surfaces.surface_id, eligible=surfaces.eligible,
-                 kind=surfaces.kind, area=surfaces.area, covered_share=covered)  # fmt: skip
+        np.savez(
+            options.save,
+            hours=hours,
+            stated=stated,
+            names=surfaces.surface_id,
+            eligible=surfaces.eligible,
+            kind=surfaces.kind,
+            area=surfaces.area,
+            covered_share=covered,
+        )
     scatter, error = hours.std(axis=0, ddof=1), np.sqrt((stated**2).mean(axis=0))
-    print(f"{len(scene.triangles):,} patches, {surfaces.eligible.sum():,} eligible surfaces, {options.seeds} seeds")
-    print(f"covered shares that differ between seeds: {np.ptp(covered, axis=0).astype(bool).sum():,}")
+    print(
+        f"{len(scene.triangles):,} patches, {surfaces.eligible.sum():,} eligible surfaces, "
+        f"{options.seeds} seeds"
+    )
+    print(
+        f"covered shares that differ between seeds: {np.ptp(covered, axis=0).astype(bool).sum():,}"
+    )
     print("class            surfaces  scatter  stated  ratio  95 %   largest")
     for name, members in tell_classes(surfaces, covered_share).items():
         chosen = np.flatnonzero(members & surfaces.eligible & np.isfinite(error))
@@ -106,7 +135,10 @@ def main():
     for column, group in enumerate(groups):
         a, b = means[:, column].std(ddof=1), np.sqrt((stated_means[:, column] ** 2).mean())
         mean = means[:, column].mean()
-        print(f"mean of {' '.join(group):16} {mean:8.2f} h ± {a:.3f} (stated {b:.3f}), ratio {a / b:.2f}")
+        print(
+            f"mean of {' '.join(group):16} {mean:8.2f} h ± {a:.3f} (stated {b:.3f}), ratio "
+            f"{a / b:.2f}"
+        )
 
 
 if __name__ == "__main__":

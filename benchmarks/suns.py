@@ -1,16 +1,20 @@
 """Error of each choice of suns (the paper's Fig. 5), hour by hour against hourly suns.
 
-    python benchmarks/suns.py [CITY] [--weather FILE] [--latitude D --longitude D] [--group KIND ORIENTATION]
-        [--sky perez|isotropic] [--sectors 8|paper] [--patches N] [--ways WAY …] [--threads N] [--plot FILE.png]
+    python benchmarks/suns.py [CITY] [--weather FILE] [--latitude D --longitude D] [--group KIND
+    ORIENTATION]
+        [--sky perez|isotropic] [--sectors 8|paper] [--patches N] [--ways WAY …] [--threads N]
+        [--plot FILE.png]
 
-Without CITY: Midtown Manhattan, placed at Cairo with Cairo's typical year. Without --group: all eligible surfaces.
-Visible shares of the suns are traced for patches drawn by area from the surfaces of the group, from the same 16 points
-each under every way. Light that is reflected counts with the sky's, not with the suns': it changes slowly.
-Printed: number of suns, processor seconds to look for them, mean absolute error of the hourly capacity factor of the
-group (over all hours of the year, nights included; of several groups the mean by their patches), error of the annual
-full load hours, and root mean square error of the full load hours of single patches. The figure of the paper:
+Without CITY: Midtown Manhattan, placed at Cairo with Cairo's typical year. Without --group: all
+eligible surfaces. Visible shares of the suns are traced for patches drawn by area from the surfaces
+of the group, from the same 16 points each under every way. Light that is reflected counts with the
+sky's, not with the suns': it changes slowly. Printed: number of suns, processor seconds to look for
+them, mean absolute error of the hourly capacity factor of the group (over all hours of the year,
+nights included; of several groups the mean by their patches), error of the annual full load hours,
+and root mean square error of the full load hours of single patches. The figure of the paper:
 
-    python benchmarks/suns.py --group facade south --sky isotropic --sectors paper --plot docs/validation/suns.png
+    python benchmarks/suns.py --group facade south --sky isotropic --sectors paper --plot
+    docs/validation/suns.png
 """
 
 import argparse
@@ -54,7 +58,8 @@ def main():
     options = read_arguments()
     request = Request(
         weather=str(options.weather),
-        weather_without=options.weather_without or ("dni" if options.weather == WEATHER else "none"),
+        weather_without=options.weather_without
+        or ("dni" if options.weather == WEATHER else "none"),
         latitude=options.latitude,
         longitude=options.longitude,
         sky=options.sky,
@@ -68,7 +73,9 @@ def main():
     weather = read_year(scene.site, request)
     if options.group:
         kind, orientation = options.group
-        scene.surfaces.eligible &= (scene.surfaces.kind == kind) & (scene.surfaces.orientation == orientation)
+        scene.surfaces.eligible &= (scene.surfaces.kind == kind) & (
+            scene.surfaces.orientation == orientation
+        )
     look = Looker(scene, weather, request, options.patches)
     # Exclude compilation and the first rays from the times.
     look.energy("days:1")
@@ -80,9 +87,15 @@ def main():
         found, suns, seconds = look.energy(way)
         errors[way] = found.capacity_factor - hourly.capacity_factor
         mae = 1e4 * np.average(np.abs(errors[way]).mean(axis=0), weights=hourly.group_count)
-        difference, mean = found.full_load_hours - hourly.full_load_hours, hourly.full_load_hours.mean()
+        difference, mean = (
+            found.full_load_hours - hourly.full_load_hours,
+            hourly.full_load_hours.mean(),
+        )
         bias, rms = 100 * difference.mean() / mean, 100 * np.sqrt((difference**2).mean()) / mean
-        print(f"| {way} | {suns:,} | {seconds:.1f} | {mae:.1f} | {bias:+.3f} % | {rms:.2f} % |", flush=True)
+        print(
+            f"| {way} | {suns:,} | {seconds:.1f} | {mae:.1f} | {bias:+.3f} % | {rms:.2f} % |",
+            flush=True,
+        )
     if options.plot:
         draw(hourly, errors, options)
 
@@ -91,7 +104,10 @@ def read_arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("city", nargs="*", default=[CITY])
     parser.add_argument("--weather", default=WEATHER)
-    parser.add_argument("--weather-without", help="column to derive from the others; Cairo's DNI is an hour's end off")
+    parser.add_argument(
+        "--weather-without",
+        help="column to derive from the others; Cairo's DNI is an hour's end off",
+    )
     parser.add_argument("--latitude", type=float)
     parser.add_argument("--longitude", type=float)
     parser.add_argument("--group", nargs=2, metavar=("KIND", "ORIENTATION"))
@@ -120,13 +136,17 @@ class Looker:
         share = np.where(np.append(scene.surfaces.eligible, False)[own], patches.area, 0)
         rng = np.random.default_rng(request.seed)
         self.chosen = np.sort(
-            rng.choice(len(own), min(count, np.count_nonzero(share)), replace=False, p=share / share.sum())
+            rng.choice(
+                len(own), min(count, np.count_nonzero(share)), replace=False, p=share / share.sum()
+            )
         )
         self.patches, self.surfaces = take_patches(patches, self.chosen), own[self.chosen]
         self.ray_scene = RayScene(scene.vertices, scene.triangles)
 
     def energy(self, way):
-        """Energy of the patches, the number of suns, and the processor seconds it took to look for these."""
+        """Energy of the patches, the number of suns, and the processor seconds it took to look for
+        these.
+        """
         weather, count = self.weather, len(self.patches)
         suns = choose_suns(way, *weather.axis)
         before = time.process_time()
@@ -139,7 +159,9 @@ class Looker:
             points_above(self.request.shadow_samples),
             threads=usable_threads(self.request.threads),
         )
-        light, *_ = sun_visibility(watch, (suns.direction.astype(np.float32), suns.weight.astype(np.float32)))
+        light, *_ = sun_visibility(
+            watch, (suns.direction.astype(np.float32), suns.weight.astype(np.float32))
+        )
         seconds = time.process_time() - before
         part, dark = take_rows(self.transfer, self.surfaces), np.zeros_like(light.visible_share)
         part = replace(part, suns=suns, visible_share=light.visible_share, direct_reflected=dark)
@@ -156,7 +178,9 @@ def draw(hourly, errors, options):
     figure, axes = plt.subplots(3, 1, figsize=(10, 8.5), constrained_layout=True)
     axes[0].plot(day, factor, linewidth=0.4, color="0.3")
     axes[0].set(
-        title=f"{' '.join(hourly.groups[0])}, every hour's sun", ylabel="hourly capacity factor", ylim=(0, None)
+        title=f"{' '.join(hourly.groups[0])}, every hour's sun",
+        ylabel="hourly capacity factor",
+        ylim=(0, None),
     )
     shown = {way: colour for way, colour in DRAWN.items() if way in errors}
     for axis, (first, last) in zip(axes[1:], ((0, 365), (80, 80 + WINDOW)), strict=True):
@@ -164,10 +188,14 @@ def draw(hourly, errors, options):
         for way, colour in shown.items():
             error = 1e4 * errors[way][:, 0]
             mae = np.abs(error).mean()
-            axis.plot(day[part], error[part], linewidth=0.6, color=colour, label=f"{way}, MAE {mae:.1f}")
+            axis.plot(
+                day[part], error[part], linewidth=0.6, color=colour, label=f"{way}, MAE {mae:.1f}"
+            )
         axis.set(ylabel="error [10⁻⁴]")
         axis.grid(alpha=0.3)
-    axes[1].legend(ncols=len(shown), loc="lower left", bbox_to_anchor=(0, 1), frameon=False, fontsize=8)
+    axes[1].legend(
+        ncols=len(shown), loc="lower left", bbox_to_anchor=(0, 1), frameon=False, fontsize=8
+    )
     axes[2].set(xlabel="day of the year")
     figure.savefig(options.plot, dpi=110)
 

@@ -2,9 +2,9 @@
 
     python benchmarks/town.py [--runs 3] [--options '--suns hourly']
 
-The town of tests/data/town.npz is written as CityGML at 52.5° N (so that reading counts), then simulated with ERA5 of
-2017, 12 typical days and 3 reflections. Printed: wall seconds, peak memory, seconds per stage, and the share of the
-processors' time that was spent in Embree.
+The town of tests/data/town.npz is written as CityGML at 52.5° N (so that reading counts), then
+simulated with ERA5 of 2017, 12 typical days and 3 reflections. Printed: wall seconds, peak memory,
+seconds per stage, and the share of the processors' time that was spent in Embree.
 """
 
 import argparse
@@ -32,7 +32,8 @@ HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 <gml:lowerCorner>{low}</gml:lowerCorner><gml:upperCorner>{high}</gml:upperCorner></gml:Envelope></gml:boundedBy>
 """
 POLYGON = (
-    '<gml:surfaceMember><gml:Polygon gml:id="t{number}"><gml:exterior><gml:LinearRing><gml:posList>{points}'
+    "<gml:surfaceMember><gml:Polygon "
+    'gml:id="t{number}"><gml:exterior><gml:LinearRing><gml:posList>{points}'
     "</gml:posList></gml:LinearRing></gml:exterior></gml:Polygon></gml:surfaceMember>\n"
 )
 
@@ -48,21 +49,38 @@ def write_town(path):
     building = connected_components(links, directed=False)[1][triangles[:, 0]]
     text = points[triangles[:, [0, 1, 2, 0]]].reshape(len(triangles), 12)
     with path.open("w", encoding="utf-8") as file:
-        low, high = (" ".join(f"{value:.3f}" for value in corner) for corner in (points.min(0), points.max(0)))
+        low, high = (
+            " ".join(f"{value:.3f}" for value in corner)
+            for corner in (points.min(0), points.max(0))
+        )
         file.write(HEAD.format(low=low, high=high))
         for number in np.unique(building):
-            file.write(f'<cityObjectMember><bldg:Building gml:id="b{number}"><bldg:lod2MultiSurface>')
+            file.write(
+                f'<cityObjectMember><bldg:Building gml:id="b{number}"><bldg:lod2MultiSurface>'
+            )
             file.write("<gml:MultiSurface>\n")
             for triangle in np.flatnonzero(building == number):
                 row = " ".join(f"{value:.4f}" for value in text[triangle])
                 file.write(POLYGON.format(number=triangle, points=row))
-            file.write("</gml:MultiSurface></bldg:lod2MultiSurface></bldg:Building></cityObjectMember>\n")
+            file.write(
+                "</gml:MultiSurface></bldg:lod2MultiSurface></bldg:Building></cityObjectMember>\n"
+            )
         file.write("</CityModel>\n")
 
 
 def run_once(city, folder, options):
     """Simulate once: (wall seconds, summary)."""
-    command = [sys.executable, "-m", "citypv", "simulate", str(city), "--weather", str(WEATHER), "--out", str(folder)]
+    command = [
+        sys.executable,
+        "-m",
+        "citypv",
+        "simulate",
+        str(city),
+        "--weather",
+        str(WEATHER),
+        "--out",
+        str(folder),
+    ]
     command += ["--overwrite", "--quiet", "--ground", "none", "--patch-size", "none", *options]
     started = time.perf_counter()
     subprocess.run(command, check=True, cwd=folder.parent)
@@ -82,7 +100,9 @@ def main():
         for _ in range(options.runs):
             wall, summary = run_once(city, Path(work) / "results", shlex.split(options.options))
             walls.append(wall)
-            stages = ", ".join(f"{name} {seconds:.1f}" for name, seconds in summary["seconds"].items())
+            stages = ", ".join(
+                f"{name} {seconds:.1f}" for name, seconds in summary["seconds"].items()
+            )
             traced = summary["traced"]
             share = traced["embree_thread_seconds"] / traced["threads"] / wall
             print(f"{wall:6.1f} s wall ({stages}), {share:.0%} of it in Embree")

@@ -1,10 +1,12 @@
-"""False alarms of the checks of weather records, and how many of seven faults they find in the same records.
+"""False alarms of the checks of weather records, and how many of seven faults they find in the same
+records.
 
     python benchmarks/weather_faults.py FILE… > benchmarks/results/weather_faults.md
 
-One row per year of a file: what all checks say of the file; what those of faults say of the year, even
-where others refuse the file (stamps off by half an hour, for instance); and which faults pass unseen when those of the
-tests are put into it. A record that came under another name before is left out.
+One row per year of a file: what all checks say of the file; what those of faults say of the year,
+even where others refuse the file (stamps off by half an hour, for instance); and which faults pass
+unseen when those of the tests are put into it. A record that came under another name before is left
+out.
 """
 
 import sys
@@ -27,7 +29,10 @@ BERLIN = 52.51, 13.39, 34.0  # of files without a place
 def main(paths):
     """Print the table, and the counts below it."""
     warnings.simplefilter("ignore")
-    print("| record | year | GHI | all checks | checks of faults | faults unseen |\n|---|---|--:|---|---|---|")
+    print(
+        "| record | year | GHI | all checks | checks of faults | faults unseen "
+        "|\n|---|---|--:|---|---|---|"
+    )
     seen, refused, noted, found, tried = set(), 0, 0, 0, 0
     for path in map(Path, paths):
         try:
@@ -49,10 +54,15 @@ def main(paths):
             for fault in FAULTS:
                 spoilt = replace(whole, data=whole.data.copy())
                 fault(spoilt.data)
-                unseen += [fault.__name__.replace("_", " ")] if judge(faults_of, spoilt) == own else []
+                unseen += (
+                    [fault.__name__.replace("_", " ")] if judge(faults_of, spoilt) == own else []
+                )
             refused, noted = refused + own.startswith("refused"), noted + own.startswith("noted")
             found, tried = found + len(FAULTS) - len(unseen), tried + len(FAULTS)
-            print(f"| {path.name} | {year} | {ghi:,.0f} | {door} | {own} | {', '.join(unseen)} |", flush=True)
+            print(
+                f"| {path.name} | {year} | {ghi:,.0f} | {door} | {own} | {', '.join(unseen)} |",
+                flush=True,
+            )
     judged = f"{refused} refused, {noted} noted by the checks of faults"
     print(f"\n{len(seen)} years: {judged}; {found} of {tried} faults found.")
 

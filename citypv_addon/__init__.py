@@ -19,9 +19,14 @@ from .panels import PANELS, MaterialPanel
 from .properties import REFLECTION, Preferences, Seeing, Settings
 
 # Operators and file handlers: what the modules of the room operators define.
-_names = [module.name for module in pkgutil.walk_packages(operators.__path__, f"{operators.__name__}.")]
+_names = [
+    module.name for module in pkgutil.walk_packages(operators.__path__, f"{operators.__name__}.")
+]
 _found = [
-    item for name in _names for item in vars(importlib.import_module(name)).values() if hasattr(item, "bl_idname")
+    item
+    for name in _names
+    for item in vars(importlib.import_module(name)).values()
+    if hasattr(item, "bl_idname")
 ]
 OPERATORS = [item for item in dict.fromkeys(_found) if item.__module__ in _names]
 CLASSES = (Settings, Seeing, Preferences, *OPERATORS, *PANELS, MaterialPanel, CityMenu)
@@ -30,7 +35,9 @@ _commands, _drawn = [], []
 
 
 def register():
-    """Register settings, operators, panels, handlers and the command line (which Blender has from 4.2 on)."""
+    """Register settings, operators, panels, handlers and the command line (which Blender has from
+    4.2 on).
+    """
     check_libraries()
     for item in CLASSES:
         bpy.utils.register_class(item)

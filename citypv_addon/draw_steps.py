@@ -1,4 +1,6 @@
-"""Parts that the panels of all steps have: buttons with progress, settings, sentences, rows of the report."""
+"""Parts that the panels of all steps have: buttons with progress, settings, sentences, rows of the
+report.
+"""
 
 import textwrap
 
@@ -27,13 +29,17 @@ WIDTH, ICON = 40, 4  # characters per line in the panel, and those that an icon 
 
 
 def draw_cities(layout, context):
-    """Show the cities of the file, if there are several: the one to be seen, and buttons for the others."""
+    """Show the cities of the file, if there are several: the one to be seen, and buttons for the
+    others.
+    """
     cities, (shown, _) = list_cities(context.scene), find_city(context.scene)
     cities = [city for city in cities if VARIANT not in city]
     for city in cities if cities not in ([], [shown]) else ():
         icon = "RADIOBUT_ON" if city == shown else "RADIOBUT_OFF"
         text = city.get("citypv_report", [city.name])[0]
-        layout.operator("citypv.switch_city", text=f"{city.name}: {text}", icon=icon).name = city.name
+        layout.operator(
+            "citypv.switch_city", text=f"{city.name}: {text}", icon=icon
+        ).name = city.name
 
 
 def draw_variants(layout, scene, shown):
@@ -46,13 +52,17 @@ def draw_variants(layout, scene, shown):
         row.prop(city, f'["{VARIANT}"]', text="")
         compare = row.row(align=True)
         compare.enabled = city != shown
-        compare.operator("citypv.compare_variant", text="", icon="ARROW_LEFTRIGHT", depress=against).name = city.name
+        compare.operator(
+            "citypv.compare_variant", text="", icon="ARROW_LEFTRIGHT", depress=against
+        ).name = city.name
         row.operator("citypv.delete_variant", text="", icon="X").name = city.name
     column.operator("citypv.new_variant", icon="DUPLICATE")
 
 
 def draw_settings(column, settings, *names):
-    """Show settings; one that may be left to the program, as a switch and, where it is off, the number."""
+    """Show settings; one that may be left to the program, as a switch and, where it is off, the
+    number.
+    """
     properties = settings.bl_rna.properties
     for name, switch in ((name, AUTO + name) for name in names):
         if switch not in properties:
@@ -79,7 +89,9 @@ def draw_running(layout, title):
 
 
 def draw_bar(layout, text):
-    """Show the share of the running step that is done, and a cancel button; {} in the text stands for the share."""
+    """Show the share of the running step that is done, and a cancel button; {} in the text stands
+    for the share.
+    """
     row = layout.row(align=True)
     row.progress(factor=Step.current.share, text=text.format(f"{100 * Step.current.share:.0f} %"))
     row.operator("citypv.cancel", text="", icon="CANCEL")
@@ -99,10 +111,14 @@ def draw_sentence(column, sentence, icon="NONE"):
 
 
 def draw_rows(layout, city, headings):
-    """Show the report's rows of headings, each in a subpanel: groups with what they count, findings with their ids."""
+    """Show the report's rows of headings, each in a subpanel: groups with what they count, findings
+    with their ids.
+    """
     for heading in headings:
         rows, found = read_rows(city, heading), heading in FOUND
-        body = rows and open_panel(layout, f"citypv_{heading}", TITLES[heading], closed=heading in CLOSED)
+        body = rows and open_panel(
+            layout, f"citypv_{heading}", TITLES[heading], closed=heading in CLOSED
+        )
         for row in rows if body else ():
             column = body.column(align=True)
             line = column.row(align=True) if found else column.split(factor=0.42)

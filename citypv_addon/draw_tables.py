@@ -1,4 +1,6 @@
-"""Tables of the panel: totals, who gains and who loses, presets with prices, effects with decisions."""
+"""Tables of the panel: totals, who gains and who loses, presets with prices, effects with
+decisions.
+"""
 
 from math import inf, isfinite, isnan
 
@@ -25,7 +27,9 @@ def draw_table(layout, city, key, head):
 
 
 def draw_comparison(layout, city, seeing):
-    """Show who gains and who loses: sums, roofs and facades apart, then the buildings, sorted as chosen."""
+    """Show who gains and who loses: sums, roofs and facades apart, then the buildings, sorted as
+    chosen.
+    """
     tables = read_comparison(city.get(COMPARISON, ""))
     if not tables["sums"]:
         return
@@ -49,7 +53,9 @@ def draw_comparison(layout, city, seeing):
 
 
 def _draw_change(column, row, title=""):
-    """Show a row of a comparison: a building with its button, or a sum with its title; then what changes in it."""
+    """Show a row of a comparison: a building with its button, or a sum with its title; then what
+    changes in it.
+    """
     name, before, after, change, percent = write_row(row)
     line = column.split(factor=0.45)
     if title or row["state"] == "gone":
@@ -61,7 +67,9 @@ def _draw_change(column, row, title=""):
     line.active = not change.startswith("(")
     line.label(text=f"   {before} → {after}")
     draw_numbers(line.row(align=True), (percent,))
-    sides = [f"{side} {write_energy(row[side], plus=True)}" for side in ("roofs", "facades") if row[side]]
+    sides = [
+        f"{side} {write_energy(row[side], plus=True)}" for side in ("roofs", "facades") if row[side]
+    ]
     draw_numbers(column.row(align=True), (", ".join(sides),) if sides else ())
 
 
@@ -70,11 +78,15 @@ def _sort_buildings(rows, seeing):
     last = -inf if seeing.sort_down else inf
     percent = [last if isnan(value) else value for value in map(percent_of, rows)]
     values = percent if seeing.sort_by == "percent" else [row[seeing.sort_by] for row in rows]
-    return [rows[k] for k in sorted(range(len(rows)), key=values.__getitem__, reverse=seeing.sort_down)]
+    return [
+        rows[k] for k in sorted(range(len(rows)), key=values.__getitem__, reverse=seeing.sort_down)
+    ]
 
 
 def draw_presets(layout, city, settings):
-    """Show a button for each preset and, once predicted, its seconds and error; bars show the error."""
+    """Show a button for each preset and, once predicted, its seconds and error; bars show the
+    error.
+    """
     prices, active = city.get(PRICES) or {}, find_preset(settings)
     row = layout.row(align=True)
     for name, title, _ in ITEMS:
@@ -84,12 +96,17 @@ def draw_presets(layout, city, settings):
         line = layout.split(factor=0.3)
         line.label(text=title)
         error = prices[name][1]
-        line.progress(factor=error / largest if largest and isfinite(error) else 0.0, text=describe_price(prices[name]))
+        line.progress(
+            factor=error / largest if largest and isfinite(error) else 0.0,
+            text=describe_price(prices[name]),
+        )
     layout.operator("citypv.predict", icon="TIME")
 
 
 def draw_effects(layout, city, settings, keys):
-    """Show a switch for each of these effects and, once planned, what was decided; its button tells why."""
+    """Show a switch for each of these effects and, once planned, what was decided; its button tells
+    why.
+    """
     plan = read_plan(city)
     for key in keys:
         column = layout.column(align=True)

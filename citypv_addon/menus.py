@@ -27,7 +27,11 @@ class CityMenu(bpy.types.Menu):
                 self.layout.separator()
             for name in names:
                 properties = getattr(bpy.ops.citypv, name).get_rna_type().properties
-                choices = [p.identifier for p in properties if p.type == "ENUM" and p.identifier != "rna_type"]
+                choices = [
+                    p.identifier
+                    for p in properties
+                    if p.type == "ENUM" and p.identifier != "rna_type"
+                ]
                 if choices:
                     self.layout.operator_menu_enum(f"citypv.{name}", choices[0])
                 else:

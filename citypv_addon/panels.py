@@ -88,7 +88,11 @@ class _Step(_Panel):
     def draw_header_preset(self, context):
         """Show whether the step is done, stale or next."""
         step = self.bl_idname.rpartition("_")[2]
-        state = state_of_step(find_city(context.scene)[0], step, context.scene.citypv) if step in STEPS else ""
+        state = (
+            state_of_step(find_city(context.scene)[0], step, context.scene.citypv)
+            if step in STEPS
+            else ""
+        )
         if state:
             self.layout.label(text=state, icon=STATES[state])
 
@@ -140,7 +144,15 @@ class ClassifyPanel(_Step, bpy.types.Panel):
         place = ("latitude", "longitude") if settings.own_place else ()
         terrain = ("terrain",) if settings.ground == "terrain" else ()
         cells = ("grid_size",) if settings.split else ()
-        names = "own_place", *place, "ground", *terrain, *settings_of_panel("classify"), "split", *cells
+        names = (
+            "own_place",
+            *place,
+            "ground",
+            *terrain,
+            *settings_of_panel("classify"),
+            "split",
+            *cells,
+        )
         draw_settings(column, settings, *names)
         draw_step(self.layout, column, "citypv.classify", "MOD_BUILD")
         draw_rows(self.layout, city, ("kind", "orientation", "eligible"))
@@ -169,7 +181,9 @@ class TracePanel(_Step, bpy.types.Panel):
             effects.operator("citypv.plan_effects", icon="PRESET")
         draw_running(self.layout, "Plan effects")
         seeing = context.scene.citypv_seeing
-        draw_settings(column, seeing, "refine", *(("target_error", "time_budget") if seeing.refine else ()))
+        draw_settings(
+            column, seeing, "refine", *(("target_error", "time_budget") if seeing.refine else ())
+        )
         draw_step(self.layout, column, "citypv.trace", "LIGHT_SUN")
         draw_table(self.layout, city, "citypv_albedos", ("Material", "Albedo", "Surfaces"))
         draw_told(self.layout, city.get("citypv_unread"))
@@ -229,7 +243,9 @@ class ResultsPanel(_Result, bpy.types.Panel):
     bl_idname, bl_label, bl_order = "CITYPV_PT_results", "Results", 1
 
     def draw(self, context):
-        """Show the best buildings, with buttons that select them and look at them, and what can be written."""
+        """Show the best buildings, with buttons that select them and look at them, and what can be
+        written.
+        """
         column, _, city = self.start(context)
         best = read_best(city)
         body = best and open_panel(column, "citypv_best", "Best buildings, per year")
@@ -256,9 +272,20 @@ class ColourPanel(_Step, bpy.types.Panel):
         """Show the settings of the step."""
         column, settings, city = self.start(context)
         ends = () if settings.auto_range else ("low", "high")
-        draw_settings(column, settings, "show_colours", "attribute", "colour_map", "auto_range", *ends, "show_legend")
+        draw_settings(
+            column,
+            settings,
+            "show_colours",
+            "attribute",
+            "colour_map",
+            "auto_range",
+            *ends,
+            "show_legend",
+        )
         if city and not has_result(city, settings.attribute):
-            draw_sentence(column.column(align=True), "Not computed yet: run the steps above", "INFO")
+            draw_sentence(
+                column.column(align=True), "Not computed yet: run the steps above", "INFO"
+            )
         elif ends and not settings.low < settings.high:
             column.label(text="Low must be below High", icon="ERROR")
         draw_told(self.layout, city.get("citypv_stand_ins"))
@@ -269,7 +296,12 @@ class ColourPanel(_Step, bpy.types.Panel):
 class TimelinePanel(_Result, bpy.types.Panel):
     """Timeline."""
 
-    bl_idname, bl_label, bl_order, bl_options = "CITYPV_PT_timeline", "Timeline", 3, {"DEFAULT_CLOSED"}
+    bl_idname, bl_label, bl_order, bl_options = (
+        "CITYPV_PT_timeline",
+        "Timeline",
+        3,
+        {"DEFAULT_CLOSED"},
+    )
 
     def draw(self, context):
         """Show the button, and the moment of the frame."""

@@ -1,4 +1,6 @@
-"""The user's settings: of a scene, of timeline and comparison, of the add-on (preferences), of a material."""
+"""The user's settings: of a scene, of timeline and comparison, of the add-on (preferences), of a
+material.
+"""
 
 import bpy
 from bpy.props import (
@@ -27,25 +29,56 @@ LODS = [
 ]
 GROUNDS = [
     # identifier, name, description, icon, number (as stored in .blend files)
-    ("auto", "Automatic", "Terrain of the city's own files if they have any, otherwise generated", "NONE", 0),
+    (
+        "auto",
+        "Automatic",
+        "Terrain of the city's own files if they have any, otherwise generated",
+        "NONE",
+        0,
+    ),
     ("feet", "Generated", "Surface through the base edges of the buildings", "NONE", 3),
-    ("terrain", "Terrain file", "Measured terrain: TIN relief (CityGML), OBJ, GeoTIFF or ASC grid", "NONE", 1),
+    (
+        "terrain",
+        "Terrain file",
+        "Measured terrain: TIN relief (CityGML), OBJ, GeoTIFF or ASC grid",
+        "NONE",
+        1,
+    ),
     ("none", "None", "No ground: only the surfaces of the files", "NONE", 2),
 ]
 SUNS = [
     ("days", "Days", "Days spread over the year, with cubic interpolation between them"),
-    ("typical-days", "Typical days", "Representative days of the year, found by k-means (method of the paper)"),
+    (
+        "typical-days",
+        "Typical days",
+        "Representative days of the year, found by k-means (method of the paper)",
+    ),
     ("hourly", "Every hour", "All hours of the year: reference, slow"),
-    ("sky-grid", "Sky grid", "Directions over the whole sky: can be reused for every latitude and year"),
+    (
+        "sky-grid",
+        "Sky grid",
+        "Directions over the whole sky: can be reused for every latitude and year",
+    ),
 ]
 ALBEDOS = [
     ("one", "One value", "The same albedo for all surfaces"),
-    ("materials", "Materials", "From the materials of the faces; faces without a material get the single value"),
+    (
+        "materials",
+        "Materials",
+        "From the materials of the faces; faces without a material get the single value",
+    ),
     ("file", "File", "CSV by surface id or kind: surface,albedo,material"),
 ]
 WEATHERS = [
-    ("climate", "Climate", "Built-in long-term means for every location on land, with synthetic days"),
-    *((one.key, one.title, f"Asked for with online access: {one.words}") for one in ASKED_BY_KEY.values()),
+    (
+        "climate",
+        "Climate",
+        "Built-in long-term means for every location on land, with synthetic days",
+    ),
+    *(
+        (one.key, one.title, f"Asked for with online access: {one.words}")
+        for one in ASKED_BY_KEY.values()
+    ),
     ("clear-sky", "Clear sky", "A year without clouds: upper bound"),
     ("file", "File", FILES_WORDS),
 ]
@@ -72,7 +105,9 @@ WEATHER_FILE = StringProperty(  # of a scene, and of what new ones begin with
 )
 REFLECTION = StringProperty(  # of a material
     name="Reflects as",
-    description="A known material, mirror or glossy:ROUGHNESS; empty: from its name, else from its shader",
+    description=(
+        "A known material, mirror or glossy:ROUGHNESS; empty: from its name, else from its shader"
+    ),
     search=lambda self, context, text: [word for word in MATERIALS if text.lower() in word],
     search_options={"SUGGESTION"},
 )
@@ -82,33 +117,62 @@ class Settings(bpy.types.PropertyGroup):
     """User settings: those declared by core, and those with another type in the panel."""
 
     # Import
-    city_path: StringProperty(name="City", description="CityGML, CityJSON, OBJ or a folder", subtype="FILE_PATH")
+    city_path: StringProperty(
+        name="City", description="CityGML, CityJSON, OBJ or a folder", subtype="FILE_PATH"
+    )
     lod: EnumProperty(name="LoD", description="Level of detail to read", items=LODS)
     collection: PointerProperty(
         name="Collection",
-        description="Its meshes, and those of its child collections, are the buildings; empty: the selected meshes",
+        description=(
+            "Its meshes, and those of its child collections, are the buildings; empty: the "
+            "selected meshes"
+        ),
         type=bpy.types.Collection,
     )
     # Classify
-    own_place: BoolProperty(name="Own location", description="Give latitude and longitude, not those of the files")
-    latitude: FloatProperty(name="Latitude", description="Degrees, north is positive", min=-90, max=90, precision=4)
-    longitude: FloatProperty(name="Longitude", description="Degrees, east is positive", min=-180, max=180, precision=4)
+    own_place: BoolProperty(
+        name="Own location", description="Give latitude and longitude, not those of the files"
+    )
+    latitude: FloatProperty(
+        name="Latitude", description="Degrees, north is positive", min=-90, max=90, precision=4
+    )
+    longitude: FloatProperty(
+        name="Longitude", description="Degrees, east is positive", min=-180, max=180, precision=4
+    )
     ground: EnumProperty(name="Ground", description="Ground below the city", items=GROUNDS)
     terrain: StringProperty(
         name="File",
         description="TIN relief (CityGML), OBJ, GeoTIFF or ASC grid, also gzip-compressed",
         subtype="FILE_PATH",
     )
-    split: BoolProperty(name="Split large surfaces", description="Into grid cells with results of their own")
-    grid_size: FloatProperty(name="Cell size", description="Side of a cell", default=5, min=0.1, subtype="DISTANCE")
+    split: BoolProperty(
+        name="Split large surfaces", description="Into grid cells with results of their own"
+    )
+    grid_size: FloatProperty(
+        name="Cell size", description="Side of a cell", default=5, min=0.1, subtype="DISTANCE"
+    )
     # Trace
     suns: EnumProperty(name="Suns", description="Sun positions to trace", items=SUNS)
-    days: IntProperty(name="Days", description="Number of days, spread over the year", default=DAYS, min=1, max=365)
-    typical_days: IntProperty(name="Days", description="Number of typical days", default=12, min=1, max=365)
-    sky_grid: IntProperty(name="Directions", description="Number of sky directions", default=1654, min=10)
-    albedo_source: EnumProperty(name="Albedo from", description="Source of the albedo of the surfaces", items=ALBEDOS)
+    days: IntProperty(
+        name="Days",
+        description="Number of days, spread over the year",
+        default=DAYS,
+        min=1,
+        max=365,
+    )
+    typical_days: IntProperty(
+        name="Days", description="Number of typical days", default=12, min=1, max=365
+    )
+    sky_grid: IntProperty(
+        name="Directions", description="Number of sky directions", default=1654, min=10
+    )
+    albedo_source: EnumProperty(
+        name="Albedo from", description="Source of the albedo of the surfaces", items=ALBEDOS
+    )
     albedo_file: StringProperty(
-        name="File", description="CSV with the columns surface,albedo or surface,albedo,material", subtype="FILE_PATH"
+        name="File",
+        description="CSV with the columns surface,albedo or surface,albedo,material",
+        subtype="FILE_PATH",
     )
     horizon: StringProperty(
         name="Horizon",
@@ -118,33 +182,63 @@ class Settings(bpy.types.PropertyGroup):
     )
     threads: IntProperty(name="Threads", description="Number of threads; 0: all processors", min=0)
     # Energy
-    weather: EnumProperty(name="Weather", description="Source of irradiance, temperature and wind", items=WEATHERS)
+    weather: EnumProperty(
+        name="Weather", description="Source of irradiance, temperature and wind", items=WEATHERS
+    )
     weather_file: WEATHER_FILE
     weather_years: StringProperty(
-        name="Years", description="Years to ask for, such as 2019 or 2015-2023; empty: the typical year, of PVGIS only"
+        name="Years",
+        description=(
+            "Years to ask for, such as 2019 or 2015-2023; empty: the typical year, of PVGIS only"
+        ),
     )
     weather_place: StringProperty(
         name="Measured at",
-        description="Latitude and longitude of the weather, such as 52.38 13.06, where its file does not say them",
+        description=(
+            "Latitude and longitude of the weather, such as 52.38 13.06, where its file does not "
+            "say them"
+        ),
     )
     # Colour
     attribute: EnumProperty(
-        name="Show", description="Result to show as colours", items=ATTRIBUTES, default="kind", update=follow_choice
+        name="Show",
+        description="Result to show as colours",
+        items=ATTRIBUTES,
+        default="kind",
+        update=follow_choice,
     )
-    colour_map: EnumProperty(name="Colour map", description="From low to high", items=MAPS, update=follow_choice)
+    colour_map: EnumProperty(
+        name="Colour map", description="From low to high", items=MAPS, update=follow_choice
+    )
     auto_range: BoolProperty(
-        name="Automatic range", description="Covers 96 % of the area", default=True, update=follow_choice
+        name="Automatic range",
+        description="Covers 96 % of the area",
+        default=True,
+        update=follow_choice,
     )
-    low: FloatProperty(name="Low", description="Lowest colour [unit of the legend]", update=follow_choice)
-    high: FloatProperty(name="High", description="Highest colour [unit of the legend]", default=1, update=follow_choice)
+    low: FloatProperty(
+        name="Low", description="Lowest colour [unit of the legend]", update=follow_choice
+    )
+    high: FloatProperty(
+        name="High",
+        description="Highest colour [unit of the legend]",
+        default=1,
+        update=follow_choice,
+    )
     show_colours: BoolProperty(
         name="Colours",
-        description="Show the result as colours; off: the materials and the shading that you had before",
+        description=(
+            "Show the result as colours; off: the materials and the shading that you had before"
+        ),
         default=True,
         update=follow_switch,
     )
-    show_legend: BoolProperty(name="Legend", description="Draw the legend in the 3D view", default=True)
-    show_charts: BoolProperty(name="Charts", description="Draw charts of what was probed in the view", default=True)
+    show_legend: BoolProperty(
+        name="Legend", description="Draw the legend in the 3D view", default=True
+    )
+    show_charts: BoolProperty(
+        name="Charts", description="Draw charts of what was probed in the view", default=True
+    )
 
 
 Settings.__annotations__.update(build_properties())
@@ -155,27 +249,47 @@ class Seeing(bpy.types.PropertyGroup):
 
     timeline: BoolProperty(name="Timeline", description="Frames are hours of the months")
     timeline_show: EnumProperty(
-        name="Show", description="What the faces show in the timeline", items=SHOWN, update=follow_timeline_show
+        name="Show",
+        description="What the faces show in the timeline",
+        items=SHOWN,
+        update=follow_timeline_show,
     )
-    refine: BoolProperty(name="Refine", description="Trace further rounds up to a target or a time, and show each")
+    refine: BoolProperty(
+        name="Refine", description="Trace further rounds up to a target or a time, and show each"
+    )
     target_error: FloatProperty(
         name="Target error",
-        description="Error of full load hours on 95 % of the eligible area at which to stop [%]; 0: none",
+        description=(
+            "Error of full load hours on 95 % of the eligible area at which to stop [%]; 0: none"
+        ),
         default=2.0,
         min=0,
         subtype="PERCENTAGE",
     )
     time_budget: FloatProperty(
-        name="Time [s]", description="Time in which the last round has to end [s]; 0: no limit", default=60.0, min=0
+        name="Time [s]",
+        description="Time in which the last round has to end [s]; 0: no limit",
+        default=60.0,
+        min=0,
     )
     live: BoolProperty(
-        name="Live", description="Compute an edit as soon as it is finished; a newer one cancels an older", default=True
+        name="Live",
+        description="Compute an edit as soon as it is finished; a newer one cancels an older",
+        default=True,
     )
-    sort_by: EnumProperty(name="Sort by", description="Order of the buildings", items=ORDERS, default="change")
-    sort_down: BoolProperty(name="Largest first", description="Show the largest first, not the smallest")
+    sort_by: EnumProperty(
+        name="Sort by", description="Order of the buildings", items=ORDERS, default="change"
+    )
+    sort_down: BoolProperty(
+        name="Largest first", description="Show the largest first, not the smallest"
+    )
     page: IntProperty(name="Page", description="Page of the table of buildings", default=1, min=1)
-    frames_before: IntVectorProperty(name="Frames before", description="Start, end and current frame", size=3)
-    world_before: PointerProperty(name="World before", description="World of the scene", type=bpy.types.World)
+    frames_before: IntVectorProperty(
+        name="Frames before", description="Start, end and current frame", size=3
+    )
+    world_before: PointerProperty(
+        name="World before", description="World of the scene", type=bpy.types.World
+    )
     side_by_side: BoolProperty(
         name="Side by side",
         description="Show the result kept as before to the west of the city",
@@ -188,9 +302,13 @@ class Preferences(bpy.types.AddonPreferences):
 
     bl_idname = ADDON
 
-    weather: EnumProperty(name="Weather", description="Source of weather that new scenes begin with", items=WEATHERS)
+    weather: EnumProperty(
+        name="Weather", description="Source of weather that new scenes begin with", items=WEATHERS
+    )
     weather_file: WEATHER_FILE
-    threads: IntProperty(name="Threads", description="Where a scene gives none; 0: all processors", min=0)
+    threads: IntProperty(
+        name="Threads", description="Where a scene gives none; 0: all processors", min=0
+    )
     cache_folder: StringProperty(
         name="Cache",
         description="Folder that keeps the loops compiled for this computer; empty: beside the add-on. "

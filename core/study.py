@@ -5,7 +5,8 @@
     weather ─► Suns ─────┘             ├─► Energy ─► tables, time series, summary
     weather ───────────────────────────┘
 
-Geometry is traced once, free of weather. The Transfer can be weighed with any other year or module in seconds.
+Geometry is traced once, free of weather. The Transfer can be weighed with any other year or module
+in seconds.
 """
 
 from dataclasses import replace
@@ -45,7 +46,9 @@ from .weather.climate_grid import is_land
 from .weather.read_weather import check_sources, read_weather
 from .weather.weather import check_distance
 
-ELSEWHERE = 50e3  # [m] from the middle of an earlier city, beyond which a city stands in another system
+ELSEWHERE = (
+    50e3  # [m] from the middle of an earlier city, beyond which a city stands in another system
+)
 SCENE_STAGE = "building the scene"
 
 
@@ -76,7 +79,10 @@ def check_tracing(request):
     check_materials(request)
     if request.horizon is not None:
         if request.horizon == request.weather == "pvgis":
-            cure = "leave --horizon out, or give years, which are without it: --weather pvgis:2005-2023"
+            cure = (
+                "leave --horizon out, or give years, which are without it: --weather "
+                "pvgis:2005-2023"
+            )
             raise InputError("--horizon", "the typical year of PVGIS contains its horizon", cure)
         check_horizon(request.horizon)
 
@@ -122,12 +128,17 @@ def place_city(city, request):
 
 
 def stand_city(city, request, report_share=silent):
-    """Scene of a city on its ground: generated, or terrain from a file; with racks where they are asked for.
+    """Scene of a city on its ground: generated, or terrain from a file; with racks where they are
+    asked for.
 
     `report_share` is told the share that is done, 0 to 1.
     """
     racks = parse_racks(request.racks)
-    terrain = read_terrain(request.terrain, city, *conventions_of(city, request)) if request.terrain else None
+    terrain = (
+        read_terrain(request.terrain, city, *conventions_of(city, request))
+        if request.terrain
+        else None
+    )
     site = lattice = None
     if request.site_of:
         site, lattice = place_of_results(request.site_of)
@@ -143,17 +154,26 @@ def stand_city(city, request, report_share=silent):
         longitude=request.longitude,
         ground=request.ground,
         patch_size=request.patch_size,
-        options=SceneOptions(terrain, request.grid_size, request.ground_albedo, request.sectors, site, lattice),
+        options=SceneOptions(
+            terrain, request.grid_size, request.ground_albedo, request.sectors, site, lattice
+        ),
         report_share=report_share,
     )
     scene = lay_racks(scene, city, racks, request.patch_size, request.sectors) if racks else scene
-    return replace(scene, surfaces=replace(scene.surfaces, edge_distance=measure_edge_distance(scene)))
+    return replace(
+        scene, surfaces=replace(scene.surfaces, edge_distance=measure_edge_distance(scene))
+    )
 
 
 def conventions_of(city, request):
-    """Unit and upward axis of files that state neither: as given, else as found in the files of the city."""
+    """Unit and upward axis of files that state neither: as given, else as found in the files of the
+    city.
+    """
     report = city.report
-    return report.unit if request.unit == "auto" else request.unit, report.up if request.up == "auto" else request.up
+    return (
+        report.unit if request.unit == "auto" else request.unit,
+        report.up if request.up == "auto" else request.up,
+    )
 
 
 def read_year(site, request, suns=None, keep=()):
@@ -164,7 +184,8 @@ def read_year(site, request, suns=None, keep=()):
     site : Site
     request : Request
     suns : Suns, optional
-        Those of a Transfer, which may be set up elsewhere along its latitude, or anywhere where they fill the sky.
+        Those of a Transfer, which may be set up elsewhere along its latitude, or anywhere where
+        they fill the sky.
     keep : sequence of path-like
         Folders of answers of services, as in `weather.ask_services.ask_weather`.
 
@@ -206,12 +227,13 @@ def prepare_study(scene, weather, request, *, materials=None, progress=silent):
 
 
 def trace_scene(scene, weather, request, progress=silent, folder=None, *, prepared=None):
-    """Transfer of a scene for the suns of a year. Of the weather only the place and the time axis count.
+    """Transfer of a scene for the suns of a year. Of the weather only the place and the time axis
+    count.
 
     `prepared` is the scene's PreparedScene, where it is known already.
-    What does not fit into the memory lies in `folder`, or in the system's place for temporary files. Whoever cancels
-    after some suns (see `core.progress`) gets a Transfer of those, which stand for the whole year then; before, the
-    CancelledError.
+    What does not fit into the memory lies in `folder`, or in the system's place for temporary
+    files. Whoever cancels after some suns (see `core.progress`) gets a Transfer of those, which
+    stand for the whole year then; before, the CancelledError.
     """
     return trace_run(scene, weather, request, progress, folder, prepared=prepared).transfer
 
@@ -230,8 +252,12 @@ def trace_base(scene, weather, request, progress=silent, *, prepared=None):
 
 
 def measure_sun_sampling(scene, weather, transfer, request, progress=silent, *, prepared=None):
-    """What the choice of suns does to the full load hours: the dict of `accuracy.sun_sampling.measure_ways`."""
-    return measure_ways(CityYear(scene, prepared, weather, request), transfer, [transfer.suns], progress)[0]
+    """What the choice of suns does to the full load hours: the dict of
+    `accuracy.sun_sampling.measure_ways`.
+    """
+    return measure_ways(
+        CityYear(scene, prepared, weather, request), transfer, [transfer.suns], progress
+    )[0]
 
 
 def change_scene(base, before, after, request, progress=silent):
@@ -257,15 +283,19 @@ def compute_energy(transfer, weather, request, progress=silent):
     Raises
     ------
     InputError
-        `--series` names a surface that the Transfer does not have, or `--sky` needs light that was not traced.
+        `--series` names a surface that the Transfer does not have, or `--sky` needs light that was
+        not traced.
     """
     series = find_surfaces(transfer.surfaces.surface_id, request.series)
     system, sky = build_system(request), choose_sky(request, transfer)
-    return compute_surface_energy(transfer, weather, system, request.threads, progress, series=series, sky=sky)
+    return compute_surface_energy(
+        transfer, weather, system, request.threads, progress, series=series, sky=sky
+    )
 
 
 def find_surfaces(surface_id, wanted):
-    """Rows of surfaces by their ids, in the order they are asked for; an id that was cut stands for its cells.
+    """Rows of surfaces by their ids, in the order they are asked for; an id that was cut stands for
+    its cells.
 
     The word for all buildings is passed over.
 

@@ -3,7 +3,8 @@
     blender --background --python examples/headless.py -- CITY OUT [WEATHER]
     python examples/headless.py CITY OUT [WEATHER]          (with bpy and citypv installed)
 
-CITY is a CityGML, CityJSON or OBJ file, OUT a folder; WEATHER a weather file, otherwise the built-in climate is used.
+CITY is a CityGML, CityJSON or OBJ file, OUT a folder; WEATHER a weather file, otherwise the
+built-in climate is used.
 """
 
 import sys
@@ -25,8 +26,12 @@ def main(arguments):
     bpy.ops.citypv.solar_city(filepath=str(city))
     bpy.ops.wm.save_as_mainfile(filepath=str(folder / "city.blend"))
     bpy.ops.citypv.render(view="overview")
-    bpy.data.images["Render Result"].save_render(str(folder / "city.png"), scene=bpy.data.scenes["CityPV picture"])
-    for row in next(item for item in bpy.context.scene.objects if "citypv_totals" in item)["citypv_totals"]:
+    bpy.data.images["Render Result"].save_render(
+        str(folder / "city.png"), scene=bpy.data.scenes["CityPV picture"]
+    )
+    for row in next(item for item in bpy.context.scene.objects if "citypv_totals" in item)[
+        "citypv_totals"
+    ]:
         print("{}: {} kWp, {} MWh per year, {} h per year".format(*row.split("|")))
 
 

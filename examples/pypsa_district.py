@@ -1,4 +1,5 @@
-"""Capacity factors of a district into PyPSA: how much of its roofs and facades pays beside power from the grid?
+"""Capacity factors of a district into PyPSA: how much of its roofs and facades pays beside power
+from the grid?
 
     pip install '.[examples]'
     python examples/pypsa_district.py [FOLDER]
@@ -26,7 +27,8 @@ ANNUITY = {
 
 
 def build_network(result):
-    """Network with one bus: a generator for each group of surfaces, as large as its area allows, and the grid.
+    """Network with one bus: a generator for each group of surfaces, as large as its area allows,
+    and the grid.
 
     Parameters
     ----------
@@ -44,7 +46,9 @@ def build_network(result):
     network = pypsa.Network()
     network.set_snapshots(series.index)
     network.add("Bus", "district")
-    for kind, orientation, area in zip(annual["kind"], annual["orientation"], annual["area"], strict=True):
+    for kind, orientation, area in zip(
+        annual["kind"], annual["orientation"], annual["area"], strict=True
+    ):
         name = f"{kind}_{orientation}"
         cost = ANNUITY.get(kind)
         if cost is not None and name in series:

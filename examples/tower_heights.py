@@ -1,9 +1,10 @@
-"""What does a building take from its neighbours as it grows? Its gain against their loss, at ten heights.
+"""What does a building take from its neighbours as it grows? Its gain against their loss, at ten
+heights.
 
     python examples/tower_heights.py [FOLDER BUILDING] [--picture PICTURE] [--step METRES]
 
-FOLDER is a result folder of `citypv simulate --editable`, BUILDING an id of its buildings.csv; without them a building
-of the Berlin example is raised, traced as a draft.
+FOLDER is a result folder of `citypv simulate --editable`, BUILDING an id of its buildings.csv;
+without them a building of the Berlin example is raised, traced as a draft.
 """
 
 import argparse
@@ -39,9 +40,14 @@ def raise_in_steps(base, building, heights):
         change = citypv.compare(base, base.variant(raised={building: height})).buildings
         own = change["building_id"] == building
         gain, loss = (change.loc[some, "mwh_change"].sum() for some in (own, ~own))
-        errors = [(change.loc[some, "mwh_change_standard_error"] ** 2).sum() ** 0.5 for some in (own, ~own)]
+        errors = [
+            (change.loc[some, "mwh_change_standard_error"] ** 2).sum() ** 0.5
+            for some in (own, ~own)
+        ]
         rows.append([height, gain, -loss, *errors])
-    return pd.DataFrame(rows, columns=["height", "gain", "loss", "gain_error", "loss_error"]).set_index("height")
+    return pd.DataFrame(
+        rows, columns=["height", "gain", "loss", "gain_error", "loss_error"]
+    ).set_index("height")
 
 
 def draw_heights(table, path):
@@ -50,7 +56,14 @@ def draw_heights(table, path):
     axes = figure.subplots()
     lines = ("gain", "gain of the building", OWN, "o"), ("loss", "loss of all others", OTHERS, "s")
     for name, words, colour, mark in lines:
-        axes.errorbar(table.index, table[name], 2 * table[f"{name}_error"], color=colour, marker=mark, label=words)
+        axes.errorbar(
+            table.index,
+            table[name],
+            2 * table[f"{name}_error"],
+            color=colour,
+            marker=mark,
+            label=words,
+        )
     axes.set(xlabel="raised by (m)", ylabel="energy (MWh per year)", xlim=(0, None), ylim=(0, None))
     axes.grid(alpha=0.3)
     axes.legend(frameon=False)
@@ -69,7 +82,9 @@ def main(arguments=None):
         base = citypv.read_results(folder)
     else:
         weather, building = BERLIN / "era5_berlin_2017.nc", BUILDING
-        base = citypv.simulate(BERLIN / "berlin_3910_5817.gml", weather=weather, preset="draft", exports=("editable",))
+        base = citypv.simulate(
+            BERLIN / "berlin_3910_5817.gml", weather=weather, preset="draft", exports=("editable",)
+        )
     table = raise_in_steps(base, building, [options.step * number for number in range(1, 11)])
     print(table.round(1).to_string())
     draw_heights(table, options.picture)

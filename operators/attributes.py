@@ -1,4 +1,5 @@
-"""Face attributes in Blender: names, codes, titles and units, written from arrays of core and read back.
+"""Face attributes in Blender: names, codes, titles and units, written from arrays of core and read
+back.
 
 Every attribute is called `citypv_` + name and lives on the faces (domain FACE).
 
@@ -6,10 +7,12 @@ Every attribute is called `citypv_` + name and lives on the faces (domain FACE).
 |---|---|---|
 | `surface` | INT | polygon of the city, the row of faces.csv; -1 on ground that was generated |
 | `building` | INT | place in the list `citypv_buildings` of the object; on the city only |
-| `kind`, `orientation` | INT | codes of `KIND_CODES` and `ORIENTATION_CODES`, also kept on the object |
+| `kind`, `orientation` | INT | codes of `KIND_CODES` and `ORIENTATION_CODES`, also kept on the
+object |
 | the names of `RESULTS` | FLOAT | NaN where there is no such result, as on generated ground |
 
-Those of `VIEWS` exist in Blender only: moments of the timeline, and differences from the result kept as *before*.
+Those of `VIEWS` exist in Blender only: moments of the timeline, and differences from the result
+kept as *before*.
 """
 
 import numpy as np
@@ -20,12 +23,20 @@ from ..core.settings.errors import InputError
 PREFIX = "citypv_"
 
 KIND_CODES = {"facade": 0, "roof": 1, "flat": 2, "steep": 3, "downward": 4, "ground": 5, "rack": 6}
-ORIENTATION_CODES = {"none": 0, "north": 1, "east": 2, "south": 3, "west": 4}  # as in files of 0.2.0
+ORIENTATION_CODES = {
+    "none": 0,
+    "north": 1,
+    "east": 2,
+    "south": 3,
+    "west": 4,
+}  # as in files of 0.2.0
 ORIENTATION_CODES |= {"northeast": 5, "southeast": 6, "southwest": 7, "northwest": 8}
 CODES = {"kind": KIND_CODES, "orientation": ORIENTATION_CODES}
 
 
-QUANTITIES = tuple(column for column in COLUMNS if column.title)  # results stored as face attributes
+QUANTITIES = tuple(
+    column for column in COLUMNS if column.title
+)  # results stored as face attributes
 CHANGE = "change_of_"  # begins the name of a difference from the result kept as *before*
 CHANGE_ERROR = "full_load_hours_change_standard_error"
 COMPARED = ("full_load_hours", "poa_global_annual", "sky_view_factor")
@@ -34,12 +45,23 @@ VIEWS = tuple(
     for name, owner, title, unit in (
         ("direct_irradiance", "timeline", "Direct irradiance", "W/m²"),
         ("month_hours", "timeline", "Hours of the month", "h"),
-        (CHANGE_ERROR, "energy", "Standard error of the change of the full load hours", "h per year"),
-        *((CHANGE + q.name, q.owner, f"Change: {q.title}", q.legend_unit) for q in QUANTITIES if q.name in COMPARED),
+        (
+            CHANGE_ERROR,
+            "energy",
+            "Standard error of the change of the full load hours",
+            "h per year",
+        ),
+        *(
+            (CHANGE + q.name, q.owner, f"Change: {q.title}", q.legend_unit)
+            for q in QUANTITIES
+            if q.name in COMPARED
+        ),
     )
 )
 RESULTS = {quantity.name: quantity for quantity in (*QUANTITIES, *VIEWS)}
-TITLES = {"kind": "Kind of surface", "orientation": "Orientation"} | {q.name: q.title for q in RESULTS.values()}
+TITLES = {"kind": "Kind of surface", "orientation": "Orientation"} | {
+    q.name: q.title for q in RESULTS.values()
+}
 _TYPES = {"INT": np.int32, "FLOAT": np.float32}
 
 
@@ -67,7 +89,9 @@ def write_face_attribute(mesh, name, values):
 
 
 def read_face_attribute(mesh, name):
-    """Read the attribute `citypv_` + name: (f,) int32 or float32, or None if the mesh has no such attribute."""
+    """Read the attribute `citypv_` + name: (f,) int32 or float32, or None if the mesh has no such
+    attribute.
+    """
     attribute = mesh.attributes.get(PREFIX + name)
     if attribute is None:
         return None
@@ -75,7 +99,9 @@ def read_face_attribute(mesh, name):
 
 
 def read_array(items, name, width=1, dtype=np.float32):
-    """Read a property of all vertices, loops or faces of a mesh: (n,), or (n, width) for vectors."""
+    """Read a property of all vertices, loops or faces of a mesh: (n,), or (n, width) for
+    vectors.
+    """
     values = np.empty(width * len(items), dtype)
     items.foreach_get(name, values)
     return values if width == 1 else values.reshape(-1, width)
@@ -122,14 +148,18 @@ def write_results(city, ground, transfer, energy=None):
     """
     for quantity in QUANTITIES:
         if energy is not None or quantity.owner != "energy":
-            write_surface_values(city, ground, quantity.name, column_values(quantity, transfer, energy))
+            write_surface_values(
+                city, ground, quantity.name, column_values(quantity, transfer, energy)
+            )
     if energy is None:
         gone = [quantity for quantity in QUANTITIES if quantity.owner == "energy"]
         remove_face_attributes(city, ground, *(one.name for one in (*gone, *VIEWS)))
 
 
 def write_surface_values(city, ground, name, values):
-    """Write one number per surface, (n,), to the faces as the attribute `citypv_` + name; generated ground gets NaN."""
+    """Write one number per surface, (n,), to the faces as the attribute `citypv_` + name; generated
+    ground gets NaN.
+    """
     values = np.asarray(values, dtype=np.float64)
     write_face_attribute(city.data, name, values[_faces_of_surfaces(city, len(values))])
     if ground is not None:
@@ -137,7 +167,9 @@ def write_surface_values(city, ground, name, values):
 
 
 def remove_face_attributes(city, ground, *names):
-    """Remove the attributes `citypv_` + name from the meshes of a city and its ground, where they are."""
+    """Remove the attributes `citypv_` + name from the meshes of a city and its ground, where they
+    are.
+    """
     for attributes in (item.data.attributes for item in (city, ground) if item is not None):
         for name in names:
             if PREFIX + name in attributes:
@@ -148,5 +180,9 @@ def _faces_of_surfaces(city, count):
     # Every face stores its surface; an edited mesh may have too few or too many.
     faces = read_face_attribute(city.data, "surface")
     if faces is None or len(faces) == 0 or faces.min() < 0 or faces.max() >= count:
-        raise InputError(city.name, "its faces do not match the surfaces that were traced", "classify the city again")
+        raise InputError(
+            city.name,
+            "its faces do not match the surfaces that were traced",
+            "classify the city again",
+        )
     return faces

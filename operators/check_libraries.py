@@ -1,4 +1,6 @@
-"""Libraries that are missing or fail to load: what the panel says about them. Imports none of them."""
+"""Libraries that are missing or fail to load: what the panel says about them. Imports none
+of them.
+"""
 
 import importlib.util
 import platform
@@ -7,10 +9,23 @@ import sys
 from contextlib import contextmanager
 
 NEEDED = (
-    *("cftime", "embreex", "h5netcdf", "h5py", "lxml", "mapbox_earcut", "numba", "pandas", "pvlib", "pyproj"),
+    *(
+        "cftime",
+        "embreex",
+        "h5netcdf",
+        "h5py",
+        "lxml",
+        "mapbox_earcut",
+        "numba",
+        "pandas",
+        "pvlib",
+        "pyproj",
+    ),
     *("scipy", "shapely", "sklearn", "threadpoolctl", "tifffile", "tsam", "xarray"),
 )
-UNLOADABLE = re.compile(r"shared object|shared library|dlopen|image not found|DLL|find/load", re.IGNORECASE)
+UNLOADABLE = re.compile(
+    r"shared object|shared library|dlopen|image not found|DLL|find/load", re.IGNORECASE
+)
 PYTHON = f"{sys.version_info.major}.{sys.version_info.minor}"
 DEBIAN = "3.14"  # the Python of Debian's own Blender
 
@@ -27,7 +42,9 @@ def check_libraries():
 
 @contextmanager
 def name_libraries():
-    """Turn an error of the system on loading a library into an ImportError, which a step can tell."""
+    """Turn an error of the system on loading a library into an ImportError, which a step
+    can tell.
+    """
     try:
         yield
     except OSError as error:
@@ -38,9 +55,15 @@ def name_libraries():
 
 def describe_cure():
     """What to do where a library is missing or does not load: one sentence."""
-    ending = {"3.11": "blender_4.5", "3.13": "blender_5.2", DEBIAN: f"blender_5.2_python_{DEBIAN}"}.get(PYTHON)
+    ending = {
+        "3.11": "blender_4.5",
+        "3.13": "blender_5.2",
+        DEBIAN: f"blender_5.2_python_{DEBIAN}",
+    }.get(PYTHON)
     if ending is None:
         return f"There is no zip of CityPV for Python {PYTHON}: use Blender 4.5 LTS or 5.2 LTS."
-    system = {"linux": "linux_x64", "win32": "windows_x64"}.get(sys.platform, f"macos_{platform.machine()}")
+    system = {"linux": "linux_x64", "win32": "windows_x64"}.get(
+        sys.platform, f"macos_{platform.machine()}"
+    )
     name = f"citypv-…-{system.replace('x86_64', 'x64')}-{ending}.zip"
     return f"Remove CityPV in Preferences > Get Extensions, restart Blender, and install {name}."

@@ -1,7 +1,9 @@
-"""Objects of the user that show a city: those that it was taken from, or that were added to a city of files.
+"""Objects of the user that show a city: those that it was taken from, or that were added to a city
+of files.
 
-Where a city was taken from objects of the user, its own object carries the results and is hidden; the colours are shown
-on the user's objects (`picture.colour_user_meshes`). A city of files hides only those of its faces that they show.
+Where a city was taken from objects of the user, its own object carries the results and is hidden;
+the colours are shown on the user's objects (`picture.colour_user_meshes`). A city of files hides
+only those of its faces that they show.
 """
 
 import numpy as np
@@ -9,7 +11,9 @@ import numpy as np
 from .attributes import PREFIX, read_face_attribute
 
 TAKEN = PREFIX + "taken"  # of the city: number -> object of the user
-BUILDINGS = PREFIX + "taken_buildings"  # name of the building that each is; "" if it shows no faces of its own
+BUILDINGS = (
+    PREFIX + "taken_buildings"
+)  # name of the building that each is; "" if it shows no faces of its own
 TAKEN_FROM = PREFIX + "taken_from"  # the collection that they were in, where one was chosen
 WEARERS = PREFIX + "wearers"  # the same of a city of files: objects that were added to it
 SEEN = PREFIX + "seen"  # whether the city is the one to be seen
@@ -17,9 +21,15 @@ MASK = "CityPV mask"  # modifier and vertex group of a city: faces that objects 
 WORN_COLOURS = "CityPV colours"  # modifier of such an object: shows them in pictures
 OBJECT, FACE = "source_object", "source_face"  # face attributes of the city
 METRES = PREFIX + "metres"  # of one unit of Blender's scene
-IDENTITY, OWNER = PREFIX + "id", PREFIX + "of"  # of a city; of an object that was added to it: the same
+IDENTITY, OWNER = (
+    PREFIX + "id",
+    PREFIX + "of",
+)  # of a city; of an object that was added to it: the same
 AGAINST = PREFIX + "against"  # of a city: the variant that it is compared with
-BESIDE, ADDED = PREFIX + "beside", PREFIX + "added"  # objects beside it, and what came since, in words
+BESIDE, ADDED = (
+    PREFIX + "beside",
+    PREFIX + "added",
+)  # objects beside it, and what came since, in words
 # What a city has that replaces another one, of these and of all.
 OF_OBJECTS = (AGAINST, TAKEN, TAKEN_FROM, BUILDINGS, WEARERS, SEEN, METRES, BESIDE, ADDED)
 
@@ -35,7 +45,9 @@ def is_seen(city):
 
 
 def put_in_place(city, site):
-    """Move a city with its ground from the scene's origin to the objects it was taken from; hide the city."""
+    """Move a city with its ground from the scene's origin to the objects it was taken from; hide
+    the city.
+    """
     city.location = [value / city[METRES] for value in site.origin]
     city.scale = (1 / city[METRES],) * 3
     city.hide_set(True)
@@ -46,11 +58,15 @@ def list_taken(city):
     """Objects that show a city and still exist: list of (number, object, building)."""
     there = {item for scene in city.users_scene for item in scene.objects}
     numbers, names = city.get(TAKEN) or city.get(WEARERS) or {}, list(city.get(BUILDINGS, ()))
-    return [(int(number), item, names[int(number)]) for number, item in numbers.items() if item in there]
+    return [
+        (int(number), item, names[int(number)]) for number, item in numbers.items() if item in there
+    ]
 
 
 def list_worn(city):
-    """Which faces of a city objects show: list of (object, building, (k,) int of the city, (k,) int of the object)."""
+    """Which faces of a city objects show: list of (object, building, (k,) int of the city, (k,) int
+    of the object).
+    """
     found = []
     for number, item, building in list_taken(city):
         faces = np.flatnonzero(read_face_attribute(city.data, OBJECT) == number)
@@ -64,9 +80,24 @@ def is_single(mesh):
 
 
 def list_beside(city):
-    """Names of the meshes that are seen in the scenes of a city, but are neither part of it nor made by CityPV."""
+    """Names of the meshes that are seen in the scenes of a city, but are neither part of it nor
+    made by CityPV.
+    """
     own = {item for _, item, _ in list_taken(city)} if is_in_place(city) else set()
-    seen = {item for one in city.users_scene for item in one.objects if item.visible_get(view_layer=one.view_layers[0])}
-    others = [item for item in seen - own if PREFIX + "part" not in item and item.get(OWNER, "") != city.get(IDENTITY)]
-    solid = [one for one in others if one.instance_collection or (one.type == "MESH" and len(one.data.polygons))]
+    seen = {
+        item
+        for one in city.users_scene
+        for item in one.objects
+        if item.visible_get(view_layer=one.view_layers[0])
+    }
+    others = [
+        item
+        for item in seen - own
+        if PREFIX + "part" not in item and item.get(OWNER, "") != city.get(IDENTITY)
+    ]
+    solid = [
+        one
+        for one in others
+        if one.instance_collection or (one.type == "MESH" and len(one.data.polygons))
+    ]
     return sorted(item.name for item in solid)

@@ -11,7 +11,10 @@ from .check_libraries import name_libraries
 
 EARLIEST, FEWEST = 5.0, 0.2  # seconds and share before which a time left says nothing
 SOONEST = 0.2  # [s] of a stage before which its rate says nothing
-NICENESS, LARGEST = 10, 19  # above the window's own: it gets nine tenths of a core that both want; at most
+NICENESS, LARGEST = (
+    10,
+    19,
+)  # above the window's own: it gets nine tenths of a core that both want; at most
 
 
 class Job(threading.Thread):
@@ -37,7 +40,9 @@ class Job(threading.Thread):
         self._stage, self._entered = None, 0.0
 
     def cancel(self, *, drop=False):
-        """Request the work to stop at its next report and keep what is done; a second time, to discard it."""
+        """Request the work to stop at its next report and keep what is done; a second time, to
+        discard it.
+        """
         self.dropped, self.cancelled = drop or self.cancelled, True
         self.stage = "ends, and keeps nothing" if self.dropped else "keeps what is done"
         self.rate = self.left = ""
@@ -47,7 +52,9 @@ class Job(threading.Thread):
         """Progress in one line."""
         if self.cancelled:
             return f"{self.title}: {self.stage}"
-        return f"{self.stage}: " + ", ".join(filter(None, (f"{100 * self.share:.0f} %", self.rate, self.left)))
+        return f"{self.stage}: " + ", ".join(
+            filter(None, (f"{100 * self.share:.0f} %", self.rate, self.left))
+        )
 
     def progress(self, stage, done, total, unit):
         """Receive a progress report of core (see `core.progress`)."""
@@ -55,7 +62,9 @@ class Job(threading.Thread):
             raise CancelledError
         now = time.monotonic()
         if stage != self._stage:
-            if self._stage == COMPILING:  # once on a computer: what went before tells nothing of the rest
+            if (
+                self._stage == COMPILING
+            ):  # once on a computer: what went before tells nothing of the rest
                 self._began, self._before = now, self.share
             self._stage, self._entered = stage, now
         self.share = share_of_step(self._stages, stage, done / total if total else 0.0, self.share)
@@ -66,13 +75,16 @@ class Job(threading.Thread):
         self.rate = f"{with_prefix(done / (now - self._entered))}{unit}/s" if told else ""
 
     def run(self):
-        """Do the work, at a lower priority than the window's on Linux, where threads have their own, and pass it on.
+        """Do the work, at a lower priority than the window's on Linux, where threads have their
+        own, and pass it on.
 
         Elsewhere `threads_beside_window` leaves a core to the window.
         """
         if sys.platform == "linux":
             own = threading.get_native_id()
-            os.setpriority(os.PRIO_PROCESS, own, min(os.getpriority(os.PRIO_PROCESS, own) + NICENESS, LARGEST))
+            os.setpriority(
+                os.PRIO_PROCESS, own, min(os.getpriority(os.PRIO_PROCESS, own) + NICENESS, LARGEST)
+            )
         try:
             with name_libraries():
                 self.result = self._work(self.progress)
@@ -115,7 +127,8 @@ def describe_left(seconds, share):
 
 
 def threads_beside_window(windowed, platform=sys.platform):
-    """Number of threads of a run if the user gives none: int, or None for as many as there are processors.
+    """Number of threads of a run if the user gives none: int, or None for as many as there are
+    processors.
 
     Parameters
     ----------
@@ -131,7 +144,8 @@ COMPILING = "compiling for this computer, only once"
 
 
 def compile_loops(progress):
-    """Compile the loops of a run if they are not kept on this computer yet; returns at once if they are.
+    """Compile the loops of a run if they are not kept on this computer yet; returns at once if they
+    are.
 
     Parameters
     ----------

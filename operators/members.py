@@ -1,7 +1,8 @@
-"""What a city consists of as it is seen: its own mesh, objects of the user that are part of it, buildings left out.
+"""What a city consists of as it is seen: its own mesh, objects of the user that are part of it,
+buildings left out.
 
-Each change of these is an edit: the results are those of the city seen as long as its design is the one they were
-computed for.
+Each change of these is an edit: the results are those of the city seen as long as its design is the
+one they were computed for.
 """
 
 import hashlib
@@ -28,42 +29,66 @@ from .session import find_session
 from .shapes import describe_ground, describe_mesh, describe_object
 
 # Properties of a city.
-LINEAGE = PREFIX + "lineage"  # names the polygons of the files, with what was edited in the city's own mesh
+LINEAGE = (
+    PREFIX + "lineage"
+)  # names the polygons of the files, with what was edited in the city's own mesh
 REMOVED = PREFIX + "removed"  # ids of buildings of the files that are left out, one per line
-MESH, RESHAPED = PREFIX + "shape", PREFIX + "edited"  # digest of its own mesh, and whether that is another one now
+MESH, RESHAPED = (
+    PREFIX + "shape",
+    PREFIX + "edited",
+)  # digest of its own mesh, and whether that is another one now
 GROUND, RELAID = PREFIX + "ground_shape", PREFIX + "ground_edited"  # the same of its ground
-FAMILY, VARIANT = PREFIX + "family", PREFIX + "variant"  # shared by all variants; what this one is called
-DESIGN, REDESIGNED = PREFIX + "design", PREFIX + "redesigned"  # the same of all else that it consists of
+FAMILY, VARIANT = (
+    PREFIX + "family",
+    PREFIX + "variant",
+)  # shared by all variants; what this one is called
+DESIGN, REDESIGNED = (
+    PREFIX + "design",
+    PREFIX + "redesigned",
+)  # the same of all else that it consists of
 OF_CITY = (*OF_OBJECTS, IDENTITY, FAMILY, VARIANT, LINEAGE, REMOVED, DESIGN, REDESIGNED, RESHAPED)
 # Properties of an object of the user.
 PUT_AWAY = PREFIX + "put_away"  # hidden with its variant
 BUILDING = PREFIX + "building_id"  # what its building is called, where not as the object
-ORIGINAL = PREFIX + "original"  # digest of the shape in which it was made of a building of the files
+ORIGINAL = (
+    PREFIX + "original"
+)  # digest of the shape in which it was made of a building of the files
 _known = {}  # (`session_uid`, place of its city) of objects -> digest, until they are edited
-_parts = {}  # `session_uid` of a city -> list of (key of `_known`, name, of `_read_original`) of all that is seen of it
+# `session_uid` of a city -> list of (key of `_known`, name, of `_read_original`) of all that is
+# seen of it
+_parts = {}
 COLLECTION = "CityPV"  # what is put into it joins the city that is seen
 
 
 def begin_design(city, earlier=None):
-    """Note on a new city what it consists of; what was added to an `earlier` one of the same files is an edit of it."""
+    """Note on a new city what it consists of; what was added to an `earlier` one of the same files
+    is an edit of it.
+    """
     city[IDENTITY] = city.get(IDENTITY) or earlier or uuid.uuid4().hex
     city[LINEAGE] = uuid.uuid4().hex
-    city[REMOVED] = "\n".join(sorted({item[BUILDING] for item in list_members(city) if ORIGINAL in item}))
+    city[REMOVED] = "\n".join(
+        sorted({item[BUILDING] for item in list_members(city) if ORIGINAL in item})
+    )
     remember_design(city, describe_design(city, seen=None if is_in_place(city) else {}))
 
 
 def remember_design(city, design):
-    """Store on a city of what design its results are, with the shape of its own mesh and of its ground."""
+    """Store on a city of what design its results are, with the shape of its own mesh and of its
+    ground.
+    """
     city[MESH], city[RESHAPED] = describe_mesh(city), False
     city[GROUND], city[RELAID] = describe_ground(city), False
     city[DESIGN], city[REDESIGNED] = design, design != describe_design(city)
 
 
 def note_edits(city, *, own=True):
-    """Note on a city that is seen whether its results are of it; `own`: its own mesh or its ground may have changed."""
+    """Note on a city that is seen whether its results are of it; `own`: its own mesh or its ground
+    may have changed.
+    """
     if city is None or DESIGN not in city or not is_seen(city):
         return
-    # Objects in the collection CityPV are part of a city of files; those in that of a city of meshes, of this one.
+    # Objects in the collection CityPV are part of a city of files; those in that of a city of
+    # meshes, of this one.
     groups = [scene.collection.children.get(COLLECTION) for scene in city.users_scene]
     taken = {item for _, item, _ in list_taken(city)}
     for group in filter(None, [city.get(TAKEN_FROM)] if is_in_place(city) else groups):
@@ -74,7 +99,10 @@ def note_edits(city, *, own=True):
     added = sorted(set(list_beside(city)) - set(city[BESIDE])) if BESIDE in city else []
     more = f" and {len(added) - 1} more are" if len(added) > 1 else " is"
     _note_change(city, ADDED, f"{added[0]}{more} not part of the city" if added else "")
-    if any(item.mode == "EDIT" for item in filter(None, (city, city.get(PREFIX + "ground"), *list_members(city)))):
+    if any(
+        item.mode == "EDIT"
+        for item in filter(None, (city, city.get(PREFIX + "ground"), *list_members(city)))
+    ):
         return
     if own:
         _note_change(city, RESHAPED, describe_mesh(city) != city[MESH])
@@ -83,11 +111,14 @@ def note_edits(city, *, own=True):
     seen, place = list_seen(city), _place_of(city)
     _note_change(city, REDESIGNED, describe_design(city, seen=seen, known=_known) != city[DESIGN])
     if not any(item.instance_collection for item in seen):
-        _parts[city.session_uid] = [((i.session_uid, place), name, _read_original(i, name)) for i, name in seen.items()]
+        _parts[city.session_uid] = [
+            ((i.session_uid, place), name, _read_original(i, name)) for i, name in seen.items()
+        ]
 
 
 def note_touched(city, touched):
-    """Note edits of single objects, where nothing else has changed: as `note_edits`, without looking at all others.
+    """Note edits of single objects, where nothing else has changed: as `note_edits`, without
+    looking at all others.
 
     Parameters
     ----------
@@ -104,7 +135,12 @@ def note_touched(city, touched):
         return True
     objects = [one for one in touched if one.id_type == "OBJECT"]
     ground, parts = city.get(PREFIX + "ground"), _parts.get(city.session_uid)
-    if parts is None or city in objects or ground in objects or any(item.mode == "EDIT" for item in objects):
+    if (
+        parts is None
+        or city in objects
+        or ground in objects
+        or any(item.mode == "EDIT" for item in objects)
+    ):
         return False
     place, keys = _place_of(city), {key for key, *_ in parts}
     for item in objects:
@@ -130,9 +166,16 @@ def has_edits(city):
 
 
 def list_members(city):
-    """Objects of the user that are part of a city, seen or not, by name: those it was taken from, and those added."""
+    """Objects of the user that are part of a city, seen or not, by name: those it was taken from,
+    and those added.
+    """
     identity, scenes = city.get(IDENTITY), city.users_scene
-    added = {item for scene in scenes for item in scene.objects if identity and item.get(OWNER) == identity}
+    added = {
+        item
+        for scene in scenes
+        for item in scene.objects
+        if identity and item.get(OWNER) == identity
+    }
     taken = {item for _, item, _ in list_taken(city)} if is_in_place(city) else set()
     return sorted(added | taken, key=lambda item: item.name)
 
@@ -150,7 +193,8 @@ def list_seen(city):
 
 
 def describe_design(city, lineage=None, seen=None, *, known=None):
-    """Digest of all that a city consists of: polygons of the files, objects of the user, buildings left out: str.
+    """Digest of all that a city consists of: polygons of the files, objects of the user, buildings
+    left out: str.
 
     Parameters
     ----------
@@ -181,14 +225,20 @@ def _place_of(city):
 
 
 def _read_original(item, name):
-    """Digest that an object had as a building of the files: str; "" if it is called otherwise, or none of them."""
+    """Digest that an object had as a building of the files: str; "" if it is called otherwise, or
+    none of them.
+    """
     return item.get(ORIGINAL, "") if item.get(BUILDING) == name else ""
 
 
 def _digest_parts(city, lineage, parts):
-    """Digest of a city from its parts, a list of (name, bytes of `describe_object`, str of `_read_original`): str."""
+    """Digest of a city from its parts, a list of (name, bytes of `describe_object`, str of
+    `_read_original`): str.
+    """
     digest = hashlib.sha256((lineage or city.get(LINEAGE, "")).encode())
-    originals = {name for name, described, original in parts if original and original == described.hex()}
+    originals = {
+        name for name, described, original in parts if original and original == described.hex()
+    }
     for name, described, _ in parts:
         if name not in originals:
             digest.update(name.encode() + described)
@@ -202,7 +252,9 @@ def describe_edited(city):
 
 
 def forget_edited(touched=None):
-    """Forget the digests of the objects that were touched, given as a set of them and their data; without, of all."""
+    """Forget the digests of the objects that were touched, given as a set of them and their data;
+    without, of all.
+    """
     if touched is None:
         _known.clear()
         _parts.clear()
@@ -210,7 +262,11 @@ def forget_edited(touched=None):
     uids = {one.session_uid for one in touched}
     data = {one.session_uid for one in touched if one.id_type == "MESH"}
     if data:
-        uids |= {item.session_uid for item in bpy.data.objects if item.data and item.data.session_uid in data}
+        uids |= {
+            item.session_uid
+            for item in bpy.data.objects
+            if item.data and item.data.session_uid in data
+        }
     for key in [key for key in _known if key[0] in uids]:
         del _known[key]
 
@@ -232,11 +288,16 @@ def next_lineage(city):
 
 
 def describe_edit(city):
-    """What makes a city another one than what is seen, and the cure, in words: (str, str); "" if nothing."""
+    """What makes a city another one than what is seen, and the cure, in words: (str, str); "" if
+    nothing.
+    """
     if city.get(ADDED):
         return city[ADDED], "add it to the city, or hide it"
     if city.get(RELAID):
-        return "its ground was edited", "undo that, or classify again, which lays it anew (other terrain: a file)"
+        return (
+            "its ground was edited",
+            "undo that, or classify again, which lays it anew (other terrain: a file)",
+        )
     cure = "press Update" if can_update(city) else "classify and trace the city again"
     if is_from_file(city):
         cure = "press Import and trace again, which goes on from its files"
@@ -251,12 +312,16 @@ def can_update(city):
 
 
 def is_from_file(city):
-    """Whether the .blend was opened since the city was read: its buildings are known from its files again."""
+    """Whether the .blend was opened since the city was read: its buildings are known from its files
+    again.
+    """
     return getattr(find_session(city), "city", None) is None
 
 
 def hinders_update(city):
-    """Whether something has to be done about a city before it can be updated: to what is beside it, or its ground."""
+    """Whether something has to be done about a city before it can be updated: to what is beside it,
+    or its ground.
+    """
     return bool(city.get(ADDED) or city.get(RELAID))
 
 

@@ -1,4 +1,5 @@
-"""Run what a button does: at once, or as a step that works in a background thread while the window stays alive.
+"""Run what a button does: at once, or as a step that works in a background thread while the window
+stays alive.
 
 Errors are told in one line, in the words of the panel.
 """
@@ -18,7 +19,8 @@ from .job import Job
 from .session import find_city, find_session
 
 TICK = 0.25  # between two looks at the work [s]: drawing its progress takes time from it
-PHRASES = {  # of the command line -> of properties that have another type in the panel; the longer ones first
+# of the command line -> of properties that have another type in the panel; the longer ones first
+PHRASES = {
     "--latitude D --longitude D": "Own location",
     "--weather-place LATITUDE LONGITUDE": "Measured at (latitude and longitude)",
     "--suns sky-grid:N": "with Suns: Sky grid",
@@ -38,7 +40,8 @@ PHRASES = {  # of the command line -> of properties that have another type in th
 class OfCity:
     """Base of operators that need a city."""
 
-    needs = ""  # beside the city itself: a field of its Session, or a property or face attribute of the city
+    # beside the city itself: a field of its Session, or a property or face attribute of the city
+    needs = ""
     lacking = "Import a city first"  # what to do where it is not there
 
     @classmethod
@@ -55,8 +58,8 @@ class OfCity:
 class Action:
     """Base of operators that act at once; errors are told in one line.
 
-    They have `act(context, city, ground)`, with the scene's city and its ground (None where there are none), which
-    returns the message for the user, or None.
+    They have `act(context, city, ground)`, with the scene's city and its ground (None where there
+    are none), which returns the message for the user, or None.
     """
 
     bl_options = {"REGISTER", "UNDO"}
@@ -77,18 +80,21 @@ class Action:
 class Step:
     """Base of the operators that take a while.
 
-    They have `prepare(context)`, which reads settings in Blender's thread and returns what the work needs;
-    `work(task, progress)`, static, which calls core and knows nothing of Blender; and `finish(context, result)`, which
-    writes back in Blender's thread and returns the message for the user.
+    They have `prepare(context)`, which reads settings in Blender's thread and returns what the work
+    needs; `work(task, progress)`, static, which calls core and knows nothing of Blender; and
+    `finish(context, result)`, which writes back in Blender's thread and returns the message for the
+    user.
 
-    Called from a script (or without a window) a step blocks and returns when it is done. Called from a button it is
-    modal: progress shows in the status bar and in the panel. Esc cancels: the step ends with what is done where that is
-    of use by itself (the suns that were traced), or changes nothing. Work ends at its next report, which may be far in
-    a large city. After Esc twice the step ends at once and changes nothing in any case: so `work` must not change what
-    others see, a Session least of all.
+    Called from a script (or without a window) a step blocks and returns when it is done. Called
+    from a button it is modal: progress shows in the status bar and in the panel. Esc cancels: the
+    step ends with what is done where that is of use by itself (the suns that were traced), or
+    changes nothing. Work ends at its next report, which may be far in a large city. After Esc twice
+    the step ends at once and changes nothing in any case: so `work` must not change what others
+    see, a Session least of all.
 
-    Between two of these calls the user may undo, delete or open anything: what they hand on holds nothing of Blender's
-    data, which may be freed by then (a reference to it crashes), but names, numbers and `session_uid`s.
+    Between two of these calls the user may undo, delete or open anything: what they hand on holds
+    nothing of Blender's data, which may be freed by then (a reference to it crashes), but names,
+    numbers and `session_uid`s.
     """
 
     bl_options = {"REGISTER", "UNDO"}
@@ -101,7 +107,9 @@ class Step:
     kept = ()  # what is shown so far, in words: it stays where the step is cancelled
 
     def is_wanted(self, context):
-        """Whether what the work is for is still there as it was; else the step ends, and changes nothing."""
+        """Whether what the work is for is still there as it was; else the step ends, and changes
+        nothing.
+        """
         return True
 
     def drop(self):
@@ -111,10 +119,16 @@ class Step:
         """Show what the work has found so far, in Blender's thread, while it goes on."""
 
     def execute(self, context):
-        """Run the step and wait for it; where Blender repeats it (Shift R, F9), start it again in the background."""
+        """Run the step and wait for it; where Blender repeats it (Shift R, F9), start it again in
+        the background.
+        """
         if (self.options.is_repeat or self.options.is_repeat_last) and not bpy.app.background:
-            chosen = {name: _read_option(getattr(self, name)) for name in tuple(self.properties.keys())}
-            bpy.app.timers.register(functools.partial(_begin_again, self.bl_idname, chosen), first_interval=0.0)
+            chosen = {
+                name: _read_option(getattr(self, name)) for name in tuple(self.properties.keys())
+            }
+            bpy.app.timers.register(
+                functools.partial(_begin_again, self.bl_idname, chosen), first_interval=0.0
+            )
             return {"CANCELLED"}
         try:
             with name_libraries():
@@ -130,7 +144,9 @@ class Step:
         if bpy.app.background or context.window is None:
             return self.execute(context)
         if Step.current is not None:
-            return refuse(self, f"{Step.current.title} is still running: wait, or cancel it with Esc")
+            return refuse(
+                self, f"{Step.current.title} is still running: wait, or cancel it with Esc"
+            )
         self.watched = True
         try:
             task = self.prepare(context)
@@ -166,10 +182,16 @@ class Step:
             self._job.cancel(drop=True)
             self.kept = ()
             refuse(self, problem)
-        return self._end(context) if self._job.dropped or not self._job.is_alive() else {"PASS_THROUGH"}
+        return (
+            self._end(context)
+            if self._job.dropped or not self._job.is_alive()
+            else {"PASS_THROUGH"}
+        )
 
     def cancel(self, context):
-        """Cancel the work because Blender quits; where a file browser was closed, none has begun."""
+        """Cancel the work because Blender quits; where a file browser was closed, none
+        has begun.
+        """
         if self._job is None:
             return
         self._job.cancel()
@@ -179,7 +201,11 @@ class Step:
         self._leave(context)
         error = self._job.error
         if isinstance(error, CancelledError) or (error is None and self._job.dropped):
-            told = f"kept: {', '.join(dict.fromkeys(self.kept))}" if self.kept else "nothing was changed"
+            told = (
+                f"kept: {', '.join(dict.fromkeys(self.kept))}"
+                if self.kept
+                else "nothing was changed"
+            )
             self.report({"WARNING"}, f"{self.bl_label} was cancelled; {told}")
             return {"FINISHED"} if self.kept else {"CANCELLED"}
         try:
@@ -201,7 +227,9 @@ class Step:
 
 
 def leave_step(context):
-    """Forget the running step, if there is one: as its work has ended, or as Blender no longer calls its operators."""
+    """Forget the running step, if there is one: as its work has ended, or as Blender no longer
+    calls its operators.
+    """
     if Step.current is not None:
         context.window_manager.event_timer_remove(Step.timer)
         context.workspace.status_text_set(None)
@@ -216,7 +244,9 @@ def _read_option(value):
 
 
 def _begin_again(name, options):
-    """Start a step by the name of its type, CITYPV_OT_…, in the first window, with these options (a timer's call)."""
+    """Start a step by the name of its type, CITYPV_OT_…, in the first window, with these options (a
+    timer's call).
+    """
     with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
         operator = getattr(bpy.ops.citypv, name.partition("_OT_")[2])
         if operator.poll():
@@ -224,7 +254,7 @@ def _begin_again(name, options):
 
 
 class CancelStep(bpy.types.Operator):
-    """Cancel the running step, keeping the suns traced so far; press again to discard them at once"""
+    """Cancel the running step but keep the suns traced so far; press again to discard them"""
 
     bl_idname, bl_label = "citypv.cancel", "Cancel"
 
@@ -240,7 +270,9 @@ class CancelStep(bpy.types.Operator):
 
 
 def refuse(operator, error):
-    """Tell an error; that a library fails to load is not the user's fault, and the panel keeps it with its cure."""
+    """Tell an error; that a library fails to load is not the user's fault, and the panel keeps it
+    with its cure.
+    """
     prefix = "A library could not be loaded: " if isinstance(error, ImportError) else ""
     sentence = f"{prefix}{' '.join(str(error).split())}. {describe_cure()}"
     if prefix and sentence not in FAILURES:
@@ -250,14 +282,23 @@ def refuse(operator, error):
 
 
 def in_panel_words(text):
-    """Text in which options of the command line are the titles of the panel, where it has them: str."""
-    titles = {option_of(name): details.title for name, _, details in declared_settings() if details.title}
-    words = re.sub("|".join(rf"{phrase}(?![a-z-])" for phrase in PHRASES), lambda found: PHRASES[found[0]], str(text))
+    """Text in which options of the command line are the titles of the panel, where it has them:
+    str.
+    """
+    titles = {
+        option_of(name): details.title for name, _, details in declared_settings() if details.title
+    }
+    words = re.sub(
+        "|".join(rf"{phrase}(?![a-z-])" for phrase in PHRASES),
+        lambda found: PHRASES[found[0]],
+        str(text),
+    )
     return re.sub(r"--[a-z][a-z-]*", lambda found: titles.get(found[0], found[0]), words)
 
 
 def _in_scene(context, uid):
-    """Context in which a step goes on in the scene that it was started in, whichever the window shows by now.
+    """Context in which a step goes on in the scene that it was started in, whichever the window
+    shows by now.
 
     Parameters
     ----------
@@ -284,7 +325,9 @@ def list_views(context):
 
 
 def redraw_panels(context, *, views=False):
-    """Redraw the sidebars of all 3D views; the views themselves, with city and legend, only if asked for."""
+    """Redraw the sidebars of all 3D views; the views themselves, with city and legend, only if
+    asked for.
+    """
     for region in (region for area in list_views(context) for region in area.regions):
         if views or region.type == "UI":
             region.tag_redraw()

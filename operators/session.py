@@ -22,23 +22,31 @@ class Session:
     """Results of the steps; None for steps that were not run."""
 
     city: Any = None  # core.city.city.City
-    imported: Any = None  # City of the files, with what was edited in its own mesh; None for a city of meshes
+    imported: Any = (
+        None  # City of the files, with what was edited in its own mesh; None for a city of meshes
+    )
     scene: Any = None  # core.city.scene.Scene
     weather: Any = None  # core.weather.weather.Weather
     transfer: Any = None  # core.light.transfer.Transfer
     energy: Any = None  # core.energy.energy.Energy
     request: Any = None  # core.request.Request that the energy was computed with
     base: Any = None  # core.light.editable_city.EditableCity, for edits of the city
-    base_city: Any = None  # City that `base` was traced of, where it is another one: while an estimate is shown
+    base_city: Any = (
+        None  # City that `base` was traced of, where it is another one: while an estimate is shown
+    )
     told: Any = None  # of an edit: what was found, to be shown again without tracing
-    state: Any = None  # of an edit: design of the city and settings of the energy that it was found for
+    state: Any = (
+        None  # of an edit: design of the city and settings of the energy that it was found for
+    )
     change: Any = None  # of an edit: (EditableCity before, errors of the change [h] by surface_id)
     timeline: Any = None  # (Energy, core.energy.timeline.Timeline made of it)
     ground_material: str = ""  # name of the material that the user assigned to the generated ground
 
 
 def open_session(item, session):
-    """Associate a session with an object, by a key that survives renaming and undo; copies of the object have none."""
+    """Associate a session with an object, by a key that survives renaming and undo; copies of the
+    object have none.
+    """
     item[KEY] = uuid.uuid4().hex
     _sessions[item[KEY]] = session, item.session_uid
     there = {one.session_uid for one in bpy.data.objects}
@@ -49,17 +57,27 @@ def open_session(item, session):
 
 def find_state(state):
     """Session of an edit that was traced before, which undo or redo comes back to, or None."""
-    return next((one for one, _ in reversed(_sessions.values()) if one.told is not None and one.state == state), None)
+    return next(
+        (
+            one
+            for one, _ in reversed(_sessions.values())
+            if one.told is not None and one.state == state
+        ),
+        None,
+    )
 
 
 def find_session(item):
     """Return the session of an object, or None if there is none (as after opening a file)."""
-    session, owner = _sessions.get(item.get(KEY), (None, None)) if item is not None else (None, None)
+    session, owner = (
+        _sessions.get(item.get(KEY), (None, None)) if item is not None else (None, None)
+    )
     return session if owner is not None and owner == item.session_uid else None
 
 
 def part_sessions(cities):
-    """Give cities that were duplicated or appended keys of their own: results of one are not those of the other.
+    """Give cities that were duplicated or appended keys of their own: results of one are not those
+    of the other.
 
     Parameters
     ----------
@@ -76,14 +94,18 @@ def part_sessions(cities):
 
 @persistent
 def close_sessions(*_):
-    """Discard all sessions: when the add-on is disabled, or another file opened, which may have the same keys."""
+    """Discard all sessions: when the add-on is disabled, or another file opened, which may have the
+    same keys.
+    """
     _sessions.clear()
 
 
 def find_objects(uids):
-    """Objects of the open file by their `session_uid`, which undo keeps: dict; those that are gone are left out.
+    """Objects of the open file by their `session_uid`, which undo keeps: dict; those that are gone
+    are left out.
 
-    Work that goes on between two calls of Blender keeps these numbers: undo, deleting and opening a file free objects.
+    Work that goes on between two calls of Blender keeps these numbers: undo, deleting and opening a
+    file free objects.
     """
     wanted = set(uids)
     return {item.session_uid: item for item in bpy.data.objects if item.session_uid in wanted}
@@ -99,10 +121,15 @@ def find_city(scene):
     Returns
     -------
     city, ground : bpy.types.Object or None
-        The selected city first, else the first that is to be seen, else the scene's first; its own ground beside it.
+        The selected city first, else the first that is to be seen, else the scene's first; its own
+        ground beside it.
     """
     cities = list_cities(scene)
-    chosen = [item for item in cities if item.select_get()] or [item for item in cities if is_seen(item)] or cities
+    chosen = (
+        [item for item in cities if item.select_get()]
+        or [item for item in cities if is_seen(item)]
+        or cities
+    )
     return (chosen[0], chosen[0].get(PREFIX + "ground")) if chosen else (None, None)
 
 
@@ -122,4 +149,8 @@ def find_own_city(scene, session):
     for city in list_cities(scene) if session is not None else ():
         if find_session(city) is session:
             return city, city.get(PREFIX + "ground")
-    raise InputError("City", "it was deleted or replaced while the step ran", "select the city and run the step again")
+    raise InputError(
+        "City",
+        "it was deleted or replaced while the step ran",
+        "select the city and run the step again",
+    )

@@ -35,7 +35,9 @@ def own_modifiers(item):
 
 
 def describe_mesh(city):
-    """Digest of a city's own mesh; it may be moved, but not turned: that is another city for the sun."""
+    """Digest of a city's own mesh; it may be moved, but not turned: that is another city for the
+    sun.
+    """
     digest = hashlib.sha256()
     if not is_in_place(city):
         digest.update(np.array(city.matrix_world.to_3x3()).tobytes() + _describe_shape(city, city))
@@ -43,7 +45,9 @@ def describe_mesh(city):
 
 
 def describe_ground(city):
-    """Digest of a city's ground as it lies below the city: str; "" without one in the scene: then no other is seen."""
+    """Digest of a city's ground as it lies below the city: str; "" without one in the scene: then
+    no other is seen.
+    """
     ground = city.get(PREFIX + "ground")
     if ground is None or not ground.users_scene:
         return ""

@@ -1,4 +1,6 @@
-"""Solar city: from a file to full load hours, legend and totals with one button, with a first look by few rays."""
+"""Solar city: from a file to full load hours, legend and totals with one button, with a first look
+by few rays.
+"""
 
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +15,14 @@ from ..core.weather.formats import suffixes_of_weather
 from .city.classify_city import ClassifyCity
 from .city.import_city import CityFiles, ImportCity, show_import
 from .city.read_settings import ASKED, remember_step
-from .light.trace_city import TraceCity, keep_light, read_goal, show_round, stages_of_trace, work_of_trace
+from .light.trace_city import (
+    TraceCity,
+    keep_light,
+    read_goal,
+    show_round,
+    stages_of_trace,
+    work_of_trace,
+)
 from .result.compute_energy import WeighEnergy
 from .result.summarise import INTERRUPTED
 from .run_step import Step
@@ -22,16 +31,19 @@ from .session import Session, find_city, find_own_city, find_session
 LOOK = {"samples": 16, "shadow_samples": 4, "suns": "days:4", "estimator": "gather"}
 WORTH = 2  # so many times its work must a trace have for a look before it
 STAGE = "first look"
-TOLD = "First look, by 16 rays, 4 shadow points and 4 days. Trace light computes it as set in its step"
+TOLD = (
+    "First look, by 16 rays, 4 shadow points and 4 days. Trace light computes it as set in its step"
+)
 FOLDER = Path(__file__).parents[1] / "examples" / "berlin"
 CITY, WEATHER = "berlin_3910_5817.gml", "era5_berlin_2017.nc"
 
 
 class SolarCity(CityFiles, Step, bpy.types.Operator):
-    """Import the city, classify its surfaces, trace the light and compute full load hours, as set below.
+    """Import the city, classify its surfaces, trace the light and compute full load hours, as set
+    below.
 
-    Each result is shown as soon as it is there: the buildings, their kinds, a first look at full load hours by few
-    rays, then those of all rays"""
+    Each result is shown as soon as it is there: the buildings, their kinds, a first look at full
+    load hours by few rays, then those of all rays"""
 
     bl_idname, bl_label = "citypv.solar_city", "Solar city"
 
@@ -41,15 +53,24 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
         """Read paths and settings."""
         if context.scene.citypv.albedo_source == "materials":
             cure = "choose another source of albedo in step Trace, or run the steps one by one"
-            raise InputError("Albedo", "the faces have no materials before the city is imported", cure)
+            raise InputError(
+                "Albedo", "the faces have no materials before the city is imported", cure
+            )
         paths, request = CityFiles.prepare(self, context)
         read_goal(context.scene.citypv_seeing, request)
         look = settings_of_look(request) if self.watched else None
         self._found, self.kept = SimpleQueue(), []
         light = stages_of_trace(request)
         if light is not None:  # it takes most of the time
-            shares = {name: 0.03 * share for name, share in (ImportCity.stages | ClassifyCity.stages).items()}
-            first = {f"{STAGE}: {name}": share for name, share in stages_of_trace(look).items()} if look else {}
+            shares = {
+                name: 0.03 * share
+                for name, share in (ImportCity.stages | ClassifyCity.stages).items()
+            }
+            first = (
+                {f"{STAGE}: {name}": share for name, share in stages_of_trace(look).items()}
+                if look
+                else {}
+            )
             shares |= {name: share / sum(light.values()) for name, share in (first | light).items()}
             self.stages = shares | {"electricity": 0.05}
         return paths, request, look, self._found
@@ -65,7 +86,9 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
         found.put(("kinds", classified))
         session, *_ = classified
         if look:
-            seen = _trace_and_weigh(session, look, lambda stage, *told: progress(f"{STAGE}: {stage}", *told), found)
+            seen = _trace_and_weigh(
+                session, look, lambda stage, *told: progress(f"{STAGE}: {stage}", *told), found
+            )
             if seen[0][1].transfer.record.interrupted:
                 raise CancelledError  # nothing of it is kept
             found.put((STAGE, seen))
@@ -106,12 +129,16 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
 def settings_of_look(request):
     """Request of a look at a city, or None where tracing as asked for takes hardly longer."""
     look = replace(request, **LOOK, target_error=None, time_budget=None)
-    worth = request.estimator == "forward" or sum(work_of_trace(request)) > WORTH * sum(work_of_trace(look))
+    worth = request.estimator == "forward" or sum(work_of_trace(request)) > WORTH * sum(
+        work_of_trace(look)
+    )
     return look if worth else None
 
 
 def _trace_and_weigh(session, request, progress, found):
-    """What `TraceCity.work` and `WeighEnergy.work` find of a session's scene; if cancelled, of the suns kept."""
+    """What `TraceCity.work` and `WeighEnergy.work` find of a session's scene; if cancelled, of the
+    suns kept.
+    """
     traced = TraceCity.work((session, request, [], found), progress)
     transfer = traced[1].transfer
     telling = silent if transfer.record.interrupted else progress
@@ -127,7 +154,9 @@ class BerlinExample(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         """The example is there."""
-        cls.poll_message_set("The example is not part of this installation: it is the folder examples/berlin")
+        cls.poll_message_set(
+            "The example is not part of this installation: it is the folder examples/berlin"
+        )
         return (FOLDER / CITY).is_file()
 
     def execute(self, context):
@@ -156,7 +185,9 @@ class DropWeather(bpy.types.Operator):
 
 
 class _DropSetting:
-    """Base of operators that use a dropped file as a setting; the step that it belongs to shows that it is stale."""
+    """Base of operators that use a dropped file as a setting; the step that it belongs to shows
+    that it is stale.
+    """
 
     bl_options = {"REGISTER", "UNDO"}
 

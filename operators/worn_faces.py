@@ -1,4 +1,6 @@
-"""Which face of which object of the user shows a surface of a city: names of faces, and the objects it is shown by."""
+"""Which face of which object of the user shows a surface of a city: names of faces, and the objects
+it is shown by.
+"""
 
 from collections import Counter
 
@@ -9,7 +11,9 @@ from .attributes import PREFIX, read_face_attribute, write_face_attribute
 from .in_place import BUILDINGS, FACE, OBJECT, TAKEN, WEARERS, is_in_place, list_taken
 from .members import BUILDING
 
-POLYGONS = PREFIX + "polygons"  # of an object: ids of the polygons that it was made of; a face attribute numbers them
+POLYGONS = (
+    PREFIX + "polygons"
+)  # of an object: ids of the polygons that it was made of; a face attribute numbers them
 POLYGON = "polygon"
 
 
@@ -31,13 +35,18 @@ def name_faces(item, building):
 
 
 def remember_wearers(city, taken):
-    """Store on a city which objects show it: a list of (object, building), "" for those without faces of their own."""
-    city[TAKEN if is_in_place(city) else WEARERS] = {str(place): item for place, (item, _) in enumerate(taken)}
+    """Store on a city which objects show it: a list of (object, building), "" for those without
+    faces of their own.
+    """
+    city[TAKEN if is_in_place(city) else WEARERS] = {
+        str(place): item for place, (item, _) in enumerate(taken)
+    }
     city[BUILDINGS] = [name for _, name in taken]
 
 
 def write_sources(city, surface_id):
-    """Write to the city's faces which face of which object they are: -1 where they are none of an own mesh.
+    """Write to the city's faces which face of which object they are: -1 where they are none of an
+    own mesh.
 
     Parameters
     ----------
@@ -49,7 +58,9 @@ def write_sources(city, surface_id):
     for number, item, building in list_taken(city):
         if building:
             place |= {name: (number, face) for face, name in enumerate(name_faces(item, building))}
-    sources = np.array([place.get(whole_of_cell(name), (-1, -1)) for name in surface_id], np.int32).reshape(-1, 2)
+    sources = np.array(
+        [place.get(whole_of_cell(name), (-1, -1)) for name in surface_id], np.int32
+    ).reshape(-1, 2)
     own = sources[read_face_attribute(city.data, "surface")]
     write_face_attribute(city.data, OBJECT, own[:, 0])
     write_face_attribute(city.data, FACE, own[:, 1])

@@ -1,13 +1,15 @@
 """What each run leaves out, in what order files run, and whether a Blender window was tested.
 
-`make check` leaves out what is slow: what is marked so, and the functions of slow.txt, beyond its budget when they
-were last measured (tools/measure_slow.py). `make test` leaves out what is thorough: what is marked so, and of the
-functions of long.txt all but as many cases as stand there. Of both, what is marked as a law stays all the same, and
-so does the one case of each law that LAWS names. The second Python leaves out what is marked `once`: but for files in
-which a Python may differ that is each function of slow.txt, and all cases of a function but the first.
+`make check` leaves out what is slow: what is marked so, and the functions of slow.txt, beyond its
+budget when they were last measured (tools/measure_slow.py). `make test` leaves out what is
+thorough: what is marked so, and of the functions of long.txt all but as many cases as stand there.
+Of both, what is marked as a law stays all the same, and so does the one case of each law that LAWS
+names. The second Python leaves out what is marked `once`: but for files in which a Python may
+differ that is each function of slow.txt, and all cases of a function but the first.
 
-On several workers the longest files come first, so that none is left over at the end. Between them come files that
-need no compiled loops, so that what one worker compiles in a fresh checkout is not compiled by the other at once.
+On several workers the longest files come first, so that none is left over at the end. Between them
+come files that need no compiled loops, so that what one worker compiles in a fresh checkout is not
+compiled by the other at once.
 """
 
 from collections import Counter
@@ -51,12 +53,25 @@ LAWS = (
     "hard/test_which_light.py::test_closed_furnace[0.25-1]",
     "test_rooms.py::",
 )
-# Blender, processes and signals: all runs on both Pythons. Of options, readers and writers what is cheap does.
-# Elsewhere numbers come from numpy and compiled loops, the same on every Python: the second one runs the first case.
-PROCESSES = ("blender/", "hard/test_broken", "hard/test_long_runs", "core/test_cancel_command", "core/test_cluster")
+# Blender, processes and signals: all runs on both Pythons. Of options, readers and writers what is
+# cheap does. Elsewhere numbers come from numpy and compiled loops, the same on every Python: the
+# second one runs the first case.
+PROCESSES = (
+    "blender/",
+    "hard/test_broken",
+    "hard/test_long_runs",
+    "core/test_cancel_command",
+    "core/test_cluster",
+)
 MAY_DIFFER = (
     *("core/test_output", "core/test_exports", "core/test_results", "core/test_read"),
-    *("core/test_city", "core/test_weather", "core/test_plot", "core/test_refused", "core/test_obj"),
+    *(
+        "core/test_city",
+        "core/test_weather",
+        "core/test_plot",
+        "core/test_refused",
+        "core/test_obj",
+    ),
     *("core/test_raster", "core/test_own_terrain"),
 )
 BEGUN = Counter()  # cases collected of each function
@@ -119,7 +134,9 @@ def read_slow():
 
 @cache
 def read_long():
-    """Functions of which `make test` runs the first cases only: dict of str to the number of them."""
+    """Functions of which `make test` runs the first cases only: dict of str to the number
+    of them.
+    """
     lines = [line.split() for line in LONG.read_text("utf-8").splitlines()]
     return {name: int(count) for name, count in lines}
 
@@ -134,7 +151,11 @@ def pytest_collection_modifyitems(config, items):
 def pytest_terminal_summary(terminalreporter):
     found = {}
     for state in ("passed", "failed", "error", "skipped"):
-        found[state] = [report for report in terminalreporter.getreports(state) if "/test_window" in report.fspath]
+        found[state] = [
+            report
+            for report in terminalreporter.getreports(state)
+            if "/test_window" in report.fspath
+        ]
     told = [f"{len(reports)} {state}" for state, reports in found.items() if reports]
     if told:
         reason = f" ({found['skipped'][0].longrepr[2]})" if found["skipped"] else ""

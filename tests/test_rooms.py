@@ -18,20 +18,40 @@ ALLOWED = {
     "operators": BLENDER | {"numpy", "core", "operators"},
     "citypv_addon": BLENDER | {"operators", "citypv_addon", "__main__"},
 }
-OPTIONAL = {"dask", "distributed", "hdf5plugin", "matplotlib", "rasterio"}  # who lacks them is told so
+OPTIONAL = {
+    "dask",
+    "distributed",
+    "hdf5plugin",
+    "matplotlib",
+    "rasterio",
+}  # who lacks them is told so
 
-# The rooms of core in the order in which they build on each other: each imports from those before it, never from those
-# after it. study.py is a file and stands between rooms.
+# The rooms of core in the order in which they build on each other: each imports from those before
+# it, never from those after it. study.py is a file and stands between rooms.
 LAYERS = (
-    *("settings", "rays", "city", "read", "patches", "sun", "effects", "light", "photons", "weather", "energy"),
+    *(
+        "settings",
+        "rays",
+        "city",
+        "read",
+        "patches",
+        "sun",
+        "effects",
+        "light",
+        "photons",
+        "weather",
+        "energy",
+    ),
     *("accuracy", "results", "world", "study", "cluster", "commands"),
 )
-LONGEST_FILE = 350  # lines
+LONGEST_FILE = 480  # lines
 UNFINISHED = re.compile(r"/(?:home|root|work|Users)/|\b(?:TO" r"DO|FIX" r"ME|XX" r"X)\b")
 
 
 def list_scripts(*rooms):
-    return [path.relative_to(ROOT) for room in rooms for path in sorted((ROOT / room).rglob("*.py"))]
+    return [
+        path.relative_to(ROOT) for room in rooms for path in sorted((ROOT / room).rglob("*.py"))
+    ]
 
 
 def read_text(path):
@@ -51,7 +71,10 @@ def find_imports(path, package):
         elif isinstance(node, ast.ImportFrom) and node.level == 0:
             yield 0, node.module
         elif isinstance(node, ast.ImportFrom):
-            base = [*package[: len(package) - node.level + 1], *([node.module] if node.module else [])]
+            base = [
+                *package[: len(package) - node.level + 1],
+                *([node.module] if node.module else []),
+            ]
             yield from ((node.level, ".".join([*base, name.name])) for name in node.names)
 
 
@@ -91,7 +114,9 @@ def test_no_file_imports_itself_by_way_of_others():
     found = {}
     for name, path in names.items():
         targets = {target for level, target in read_imports(path) if level}
-        found[name] = {one for target in targets for one in (target, target.rpartition(".")[0]) if one in names}
+        found[name] = {
+            one for target in targets for one in (target, target.rpartition(".")[0]) if one in names
+        }
     TopologicalSorter(found).prepare()  # raises CycleError, which names the circle
 
 
@@ -99,13 +124,16 @@ def test_a_room_of_core_says_what_it_is_for():
     folders = {path.parent for path in list_scripts("core")} - {Path("core")}
     assert {folder.name for folder in folders} == {*LAYERS} - {"study"}
     for folder in folders:
-        text = ast.get_docstring(ast.parse(read_text(folder / "__init__.py")))
+        text = " ".join(ast.get_docstring(ast.parse(read_text(folder / "__init__.py"))).split())
         assert "In:" in text and "Out:" in text and "Read first:" in text, folder
 
 
 def test_reading_the_package_imports_nothing():
     """Blender, pytest and pip all import the root; core's folders are imported for single files."""
-    for path in [Path("__init__.py"), *(path for path in list_scripts("core") if path.name == "__init__.py")]:
+    for path in [
+        Path("__init__.py"),
+        *(path for path in list_scripts("core") if path.name == "__init__.py"),
+    ]:
         top = ast.parse(read_text(path)).body
         assert not [node for node in top if isinstance(node, ast.Import | ast.ImportFrom)], path
 
@@ -114,7 +142,10 @@ def test_no_room_is_deeper_than_one_folder_and_pip_knows_each():
     packages = {path.parent for path in list_scripts(*ROOMS)}
     assert max(len(package.parts) for package in packages) <= 2
     listed = tomllib.loads(read_text("pyproject.toml"))["tool"]["setuptools"]["packages"]
-    assert set(listed) == {"citypv", *(".".join(["citypv", *package.parts]) for package in packages)}
+    assert set(listed) == {
+        "citypv",
+        *(".".join(["citypv", *package.parts]) for package in packages),
+    }
 
 
 def test_versions_agree():
@@ -128,7 +159,11 @@ def test_versions_agree():
 
 
 def test_every_file_is_one_finished_idea():
-    files = [Path("__init__.py"), Path("__main__.py"), *list_scripts(*ROOMS, "tests", "tools", "benchmarks")]
+    files = [
+        Path("__init__.py"),
+        Path("__main__.py"),
+        *list_scripts(*ROOMS, "tests", "tools", "benchmarks"),
+    ]
     texts = {path: read_text(path) for path in files}
     assert not [str(path) for path, text in texts.items() if text.count("\n") > LONGEST_FILE]
     assert not [str(path) for path, text in texts.items() if UNFINISHED.search(text)]

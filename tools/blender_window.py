@@ -1,12 +1,13 @@
-"""Drive a real Blender with a window for tests: installed from Debian packages in a folder, on a virtual screen.
+"""Drive a real Blender with a window for tests: installed from Debian packages in a folder, on a
+virtual screen.
 
     .venv/bin/python tools/blender_window.py build ROOT    build the folder (Debian or Ubuntu, root; 2 minutes, 3 GB)
     .venv/bin/python tools/blender_window.py open ROOT     open its window and take a picture: window.png
     .venv/bin/python tools/blender_window.py find          print a ROOT, building one where that is possible
 
-`tests/blender/test_window.py` drives it where the environment variable CITYPV_BLENDER names such a ROOT; `make test`
-finds or builds one and says so. Debian's unstable suite is the one that has Blender 5.2; it moves, so that building may
-fail on some days.
+`tests/blender/test_window.py` drives it where the environment variable CITYPV_BLENDER names such a
+ROOT; `make test` finds or builds one and says so. Debian's unstable suite is the one that has
+Blender 5.2; it moves, so that building may fail on some days.
 """
 
 import fcntl
@@ -37,7 +38,8 @@ ENVIRONMENT += [f"BLENDER_USER_RESOURCES=/{EXCHANGE}/settings"]
 
 _held = {}  # root -> descriptor of its lock
 
-# Runs inside Blender: executes what the other side leaves in /exchange/ask.py and answers with what `answer` holds.
+# Runs inside Blender: executes what the other side leaves in /exchange/ask.py and answers with what
+# `answer` holds.
 DRIVER = """
 import bpy, json, pathlib, traceback
 ask, reply = pathlib.Path("/exchange/ask.py"), pathlib.Path("/exchange/reply.json")
@@ -90,10 +92,20 @@ def find_root():
         Where it comes from, or why there is none.
     """
     if os.environ.get("CITYPV_BLENDER"):
-        return Path(os.environ["CITYPV_BLENDER"]), f"run in {os.environ['CITYPV_BLENDER']} (CITYPV_BLENDER)"
-    root = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "citypv" / f"blender-{SUITE}"
+        return Path(
+            os.environ["CITYPV_BLENDER"]
+        ), f"run in {os.environ['CITYPV_BLENDER']} (CITYPV_BLENDER)"
+    root = (
+        Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
+        / "citypv"
+        / f"blender-{SUITE}"
+    )
     if os.geteuid() or not shutil.which("apt-get"):
-        return None, "skipped: building a Blender with a window needs root and apt-get; or name one by CITYPV_BLENDER"
+        return (
+            None,
+            "skipped: building a Blender with a window needs root and apt-get; or name one by "
+            "CITYPV_BLENDER",
+        )
     ready = root / EXCHANGE / "ready"
     if ready.exists() and ready.read_text() == BUILT_FROM:
         return root, f"run in {root}, built before"
@@ -121,7 +133,9 @@ def build_root(root):
     run(["apt-get", "install", "-y", "-q", "--no-install-recommends", *TOOLS])
     root.mkdir(parents=True, exist_ok=True)
     if not (root / "usr/bin/apt-get").exists():
-        mirror = run(["apt-get", "indextargets", "--format", "$(SITE)", "Origin: Debian"]).split()[0]
+        mirror = run(["apt-get", "indextargets", "--format", "$(SITE)", "Origin: Debian"]).split()[
+            0
+        ]
         run(["debootstrap", "--variant=minbase", SUITE, root, mirror])
     mount_proc(root)
     run(["chroot", root, "apt-get", "install", "-y", "-q", "--no-install-recommends", *PACKAGES])
@@ -131,26 +145,46 @@ def build_root(root):
 
 def install_packages(folder):
     """Install the packages of core for the root's Python; NumPy is Debian's."""
-    platforms = [f"manylinux_2_{minor}_x86_64" for minor in range(28, 4, -1)] + ["manylinux2014_x86_64"]
-    target = ["--target", folder, "--python-version", PYTHON, "--implementation", "cp", "--only-binary=:all:"]
+    platforms = [f"manylinux_2_{minor}_x86_64" for minor in range(28, 4, -1)] + [
+        "manylinux2014_x86_64"
+    ]
+    target = [
+        "--target",
+        folder,
+        "--python-version",
+        PYTHON,
+        "--implementation",
+        "cp",
+        "--only-binary=:all:",
+    ]
     target += [word for platform in platforms for word in ("--platform", platform)]
     target += ["--constraint", REPOSITORY / "tools/versions.txt", "--upgrade"]
     run([sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", *target, *NEEDED.split()])
 
 
 def install_extension(root):
-    """Install and enable the add-on as a user would, with fresh settings; return Blender's output."""
+    """Install and enable the add-on as a user would, with fresh settings; return Blender's
+    output.
+    """
     hold_root(root)
     mount_proc(root)
     folder = root / EXCHANGE / "citypv"
     for old in (folder, root / EXCHANGE / "settings"):
         shutil.rmtree(old, ignore_errors=True)
     (root / EXCHANGE / "settings").mkdir()
-    build = [sys.executable, REPOSITORY / "tools/build_extension.py", "--platform", "linux-x64", "--no-wheels"]
+    build = [
+        sys.executable,
+        REPOSITORY / "tools/build_extension.py",
+        "--platform",
+        "linux-x64",
+        "--no-wheels",
+    ]
     run([*build, "--folder", folder / "contents", "--out", folder / "zip"])
     package = next((folder / "zip").glob("*.zip"))
     inside = f"/{EXCHANGE}/citypv/zip/{package.name}"
-    return blender(root, "--command", "extension", "install-file", "-r", "user_default", "-e", inside)
+    return blender(
+        root, "--command", "extension", "install-file", "-r", "user_default", "-e", inside
+    )
 
 
 def blender(root, *arguments):
@@ -166,7 +200,9 @@ def mount_proc(root):
 
 def run(command):
     """Run a command; return its output, or exit with it on failure."""
-    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [str(word) for word in command], capture_output=True, text=True, check=False
+    )
     if done.returncode:
         raise RuntimeError(f"{' '.join(map(str, command[:4]))} …: {done.stdout}{done.stderr}")
     return done.stdout
@@ -191,15 +227,45 @@ class Window:
         (self.exchange / "driver.py").write_text(DRIVER)
         width, height = map(str, self.size)
         read, write = os.pipe()
-        screen = ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24", "-nolisten", "tcp"]
+        screen = [
+            "Xvfb",
+            "-displayfd",
+            str(write),
+            "-screen",
+            "0",
+            f"{width}x{height}x24",
+            "-nolisten",
+            "tcp",
+        ]
         with (self.work / "xvfb.log").open("w") as log:
             self.screen = subprocess.Popen(screen, stdout=log, stderr=log, pass_fds=[write])
         os.close(write)
         with os.fdopen(read) as number:
             self.display = ":" + number.readline().strip()
-        environment = [f"DISPLAY={self.display}", "LIBGL_ALWAYS_SOFTWARE=1", "XDG_RUNTIME_DIR=/root"]
-        program = ["blender", "--gpu-backend", "opengl", "--window-geometry", "0", "0", width, height]
-        command = ["chroot", str(self.root), *ENVIRONMENT, *environment, *program, "--python", f"/{EXCHANGE}/driver.py"]
+        environment = [
+            f"DISPLAY={self.display}",
+            "LIBGL_ALWAYS_SOFTWARE=1",
+            "XDG_RUNTIME_DIR=/root",
+        ]
+        program = [
+            "blender",
+            "--gpu-backend",
+            "opengl",
+            "--window-geometry",
+            "0",
+            "0",
+            width,
+            height,
+        ]
+        command = [
+            "chroot",
+            str(self.root),
+            *ENVIRONMENT,
+            *environment,
+            *program,
+            "--python",
+            f"/{EXCHANGE}/driver.py",
+        ]
         with (self.work / "blender.log").open("w") as log:
             self.blender = subprocess.Popen(command, stdout=log, stderr=log, start_new_session=True)
         return self

@@ -1,8 +1,11 @@
-"""Build the Blender extension: a zip for each platform and Python, with all packages of core as wheels.
+"""Build the Blender extension: a zip for each platform and Python, with all packages of core as
+wheels.
 
-    .venv/bin/python tools/build_extension.py [--platform linux-x64 …] [--python 3.11 …] [--no-wheels] [--out dist]
+    .venv/bin/python tools/build_extension.py [--platform linux-x64 …] [--python 3.11 …]
+    [--no-wheels] [--out dist]
 
-NumPy is not among the wheels, for it would shadow Blender's. Large tests of packages are left out of theirs.
+NumPy is not among the wheels, for it would shadow Blender's. Large tests of packages are left out
+of theirs.
 """
 
 import argparse
@@ -19,14 +22,28 @@ from packaging.utils import canonicalize_name, parse_wheel_filename
 from slim_wheel import copy_wheel
 
 ROOT = Path(__file__).resolve().parent.parent
-CONTENTS = ("__init__.py", "__main__.py", "LICENSE", "core", "operators", "citypv_addon", "examples/berlin")
+CONTENTS = (
+    "__init__.py",
+    "__main__.py",
+    "LICENSE",
+    "core",
+    "operators",
+    "citypv_addon",
+    "examples/berlin",
+)
 LEFT_OUT = {"numpy", "pyomo", "highspy"}  # Blender's own; the last two serve tsam's k-medoids only
 MANYLINUX = [f"manylinux_2_{minor}_x86_64" for minor in range(28, 4, -1)]
 MANYLINUX += ["manylinux2014_x86_64", "manylinux2010_x86_64", "manylinux1_x86_64"]
-TARGETS = {  # Blender's platform: (pip's platforms, Pythons that Blender has there, environment of the requirements)
+# Blender's platform: (pip's platforms, Pythons that Blender has there, environment of the
+# requirements)
+TARGETS = {
     "linux-x64": (MANYLINUX, ("3.11", "3.13", "3.14"), ("posix", "linux", "Linux", "x86_64")),
     "windows-x64": (["win_amd64"], ("3.11", "3.13"), ("nt", "win32", "Windows", "AMD64")),
-    "macos-arm64": (["macosx_14_0_arm64"], ("3.11", "3.13"), ("posix", "darwin", "Darwin", "arm64")),
+    "macos-arm64": (
+        ["macosx_14_0_arm64"],
+        ("3.11", "3.13"),
+        ("posix", "darwin", "Darwin", "arm64"),
+    ),
     "macos-x64": (["macosx_14_0_x86_64"], ("3.11",), ("posix", "darwin", "Darwin", "x86_64")),
 }
 LINES = {  # Python: (end of the zip's name, first Blender, first Blender that it is not for)
@@ -37,13 +54,19 @@ LINES = {  # Python: (end of the zip's name, first Blender, first Blender that i
 
 
 def main():
-    """Download the wheels, assemble the extension's folder, and validate and zip it with Blender's own tool."""
+    """Download the wheels, assemble the extension's folder, and validate and zip it with Blender's
+    own tool.
+    """
     parser = argparse.ArgumentParser(description="build the extension for Blender")
     parser.add_argument("--platform", action="append", choices=TARGETS, help="default: all")
     parser.add_argument("--python", action="append", choices=LINES, help="default: all")
-    parser.add_argument("--no-wheels", action="store_true", help="for a Blender that already has the packages")
+    parser.add_argument(
+        "--no-wheels", action="store_true", help="for a Blender that already has the packages"
+    )
     parser.add_argument("--out", type=Path, default=ROOT / "dist")
-    parser.add_argument("--folder", type=Path, default=ROOT / "build/extension", help="build folder")
+    parser.add_argument(
+        "--folder", type=Path, default=ROOT / "build/extension", help="build folder"
+    )
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     for platform in options.platform or TARGETS:
@@ -61,7 +84,9 @@ def build_zip(options, platform, python, wheels):
     lay_out(options.folder, platform, python, wheels)
     run_blender_tool("validate", options.folder)
     with tempfile.TemporaryDirectory(dir=options.out) as folder:
-        run_blender_tool("build", "--source-dir", options.folder, "--output-dir", folder, "--split-platforms")
+        run_blender_tool(
+            "build", "--source-dir", options.folder, "--output-dir", folder, "--split-platforms"
+        )
         built = next(Path(folder).glob("*.zip"))
         name = f"{built.stem}-{LINES[python][0]}.zip" if python else built.name
         return built.replace(options.out / name)
@@ -70,8 +95,14 @@ def build_zip(options, platform, python, wheels):
 def report(path, wheels=()):
     """Say how large a zip is, and its largest parts."""
     largest = sorted(wheels, key=lambda wheel: -wheel.stat().st_size)[:6]
-    parts = [f"{parse_wheel_filename(wheel.name)[0]} {wheel.stat().st_size / 1e6:.1f}" for wheel in largest]
-    print(f"[extension] {path.name}: {path.stat().st_size / 1e6:.0f} MB  {', '.join(parts)}", flush=True)
+    parts = [
+        f"{parse_wheel_filename(wheel.name)[0]} {wheel.stat().st_size / 1e6:.1f}"
+        for wheel in largest
+    ]
+    print(
+        f"[extension] {path.name}: {path.stat().st_size / 1e6:.0f} MB  {', '.join(parts)}",
+        flush=True,
+    )
 
 
 def fetch_wheels(platform, python):
@@ -84,8 +115,16 @@ def fetch_wheels(platform, python):
     """
     tags, _, (os_name, sys_platform, system, machine) = TARGETS[platform]
     environment = {"os_name": os_name, "sys_platform": sys_platform, "platform_system": system}
-    environment |= {"platform_machine": machine, "python_version": python, "python_full_version": f"{python}.0"}
-    environment |= {"implementation_name": "cpython", "platform_python_implementation": "CPython", "extra": ""}
+    environment |= {
+        "platform_machine": machine,
+        "python_version": python,
+        "python_full_version": f"{python}.0",
+    }
+    environment |= {
+        "implementation_name": "cpython",
+        "platform_python_implementation": "CPython",
+        "extra": "",
+    }
     pinned = read_versions(environment)
     wanted = {name: pinned[name] for name in collect_packages(environment)}
     folder = ROOT / "wheels" / f"{platform}-{python}"
@@ -94,10 +133,25 @@ def fetch_wheels(platform, python):
         if wanted.get(name) != str(version):
             path.unlink()
     print(f"[extension] {platform}, Python {python}: {len(wanted)} wheels", flush=True)
-    command = [sys.executable, "-m", "pip", "download", "--quiet", "--disable-pip-version-check", "--no-deps"]
-    command += ["--only-binary=:all:", "--implementation=cp", f"--python-version={python}", f"--dest={folder}"]
+    command = [
+        sys.executable,
+        "-m",
+        "pip",
+        "download",
+        "--quiet",
+        "--disable-pip-version-check",
+        "--no-deps",
+    ]
+    command += [
+        "--only-binary=:all:",
+        "--implementation=cp",
+        f"--python-version={python}",
+        f"--dest={folder}",
+    ]
     command += [f"--platform={tag}" for tag in tags]
-    subprocess.run([*command, *(f"{name}=={version}" for name, version in wanted.items())], check=True)
+    subprocess.run(
+        [*command, *(f"{name}=={version}" for name, version in wanted.items())], check=True
+    )
     return sorted(folder.glob("*.whl"))
 
 
@@ -113,8 +167,12 @@ def read_versions(environment):
 
 
 def collect_packages(environment):
-    """Return the names of all packages that core needs in an environment, with indirect dependencies."""
-    installed = {canonicalize_name(package.metadata["Name"]) for package in metadata.distributions()}
+    """Return the names of all packages that core needs in an environment, with indirect
+    dependencies.
+    """
+    installed = {
+        canonicalize_name(package.metadata["Name"]) for package in metadata.distributions()
+    }
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     waiting, names = [Requirement(text) for text in project["dependencies"]], set()
     while waiting:
@@ -124,7 +182,8 @@ def collect_packages(environment):
         if not needed or name in names | LEFT_OUT:
             continue
         names.add(name)
-        # Packages of other platforms are not installed here; those used (colorama) have no dependencies.
+        # Packages of other platforms are not installed here; those used (colorama) have no
+        # dependencies.
         if name in installed:
             waiting += [Requirement(text) for text in metadata.requires(name) or ()]
     return sorted(names)
@@ -137,7 +196,9 @@ def lay_out(folder, platform, python, wheels):
     for name in CONTENTS:
         source = ROOT / name
         if source.is_dir():
-            shutil.copytree(source, folder / name, ignore=shutil.ignore_patterns("__pycache__", "ruff.toml"))
+            shutil.copytree(
+                source, folder / name, ignore=shutil.ignore_patterns("__pycache__", "ruff.toml")
+            )
         else:
             shutil.copy(source, folder)
     for wheel in wheels:
@@ -158,7 +219,11 @@ def lay_out(folder, platform, python, wheels):
 
 def run_blender_tool(*arguments):
     """Run Blender's extension tool, which comes with bpy and runs without Blender."""
-    tool = next(Path(util.find_spec("bpy").origin).parent.glob("*/scripts/addons_core/bl_pkg/cli/blender_ext.py"))
+    tool = next(
+        Path(util.find_spec("bpy").origin).parent.glob(
+            "*/scripts/addons_core/bl_pkg/cli/blender_ext.py"
+        )
+    )
     subprocess.run([sys.executable, tool, *map(str, arguments)], check=True)
 
 

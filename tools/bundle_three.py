@@ -1,9 +1,10 @@
-"""Bundle the parts of three.js and 3d-tiles-renderer that CityPV's pages use, and check our own JavaScript for style.
+"""Bundle the parts of three.js and 3d-tiles-renderer that CityPV's pages use, and check our own
+JavaScript for style.
 
     python3 tools/bundle_three.py
 
-Writes three.js and tiles.js into core/results/web, the same bytes every time, and versions and hashes beside them.
-Needs npm and a network, which nobody needs to install, run or test CityPV.
+Writes three.js and tiles.js into core/results/web, the same bytes every time, and versions and
+hashes beside them. Needs npm and a network, which nobody needs to install, run or test CityPV.
 """
 
 import hashlib
@@ -25,8 +26,13 @@ PACKAGES = {
 PARTS = """BufferAttribute, BufferGeometry, Color, ColorManagement, DoubleSide, LinearSRGBColorSpace, LineBasicMaterial,
 LineSegments, Matrix4, Mesh, MeshBasicMaterial, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3, WebGLRenderer"""
 CONTROLS = 'export { OrbitControls } from "three/addons/controls/OrbitControls.js";'
-USERS = ("three/examples/jsm/loaders/GLTFLoader.js", "three/examples/jsm/utils/BufferGeometryUtils.js")
-USERS += ("3d-tiles-renderer/build/renderer-*.js",)  # files of tiles.js, which take what they need from three.js
+USERS = (
+    "three/examples/jsm/loaders/GLTFLoader.js",
+    "three/examples/jsm/utils/BufferGeometryUtils.js",
+)
+USERS += (
+    "3d-tiles-renderer/build/renderer-*.js",
+)  # files of tiles.js, which take what they need from three.js
 TILES = 'export { TilesRenderer } from "3d-tiles-renderer/three";'
 # What fetches is in tiles.js alone: nothing in the report may.
 FETCHING = ("FileLoader", "ImageBitmapLoader", "TextureLoader", "ImageLoader")
@@ -53,33 +59,64 @@ def main():
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         modules = folder / "node_modules"
-        (folder / "package.json").write_text(json.dumps({"private": True, "dependencies": PACKAGES}))
-        call(folder, "npm", "install", "--ignore-scripts", "--no-audit", "--no-fund", "--legacy-peer-deps")
-        taken = {part for user in USERS for path in modules.glob(user) for part in list_taken(path)} - set(FETCHING)
+        (folder / "package.json").write_text(
+            json.dumps({"private": True, "dependencies": PACKAGES})
+        )
+        call(
+            folder,
+            "npm",
+            "install",
+            "--ignore-scripts",
+            "--no-audit",
+            "--no-fund",
+            "--legacy-peer-deps",
+        )
+        taken = {
+            part for user in USERS for path in modules.glob(user) for part in list_taken(path)
+        } - set(FETCHING)
         names = ", ".join(sorted(taken | set(PARTS.replace("\n", " ").split(", "))))
-        bundle(folder, "three", f'export {{ {names} }} from "three";\n{CONTROLS}', "--global-name=THREE")
+        bundle(
+            folder,
+            "three",
+            f'export {{ {names} }} from "three";\n{CONTROLS}',
+            "--global-name=THREE",
+        )
         (folder / "three-global.cjs").write_text(GLOBAL)
         bundle(folder, "tiles", TILES, "--global-name=TILES", *ALIAS.split())
         lock = json.loads((folder / "package-lock.json").read_text("utf-8"))["packages"]
         source = []
         for name, package in (("tiles", "3d-tiles-renderer"), ("three", "three")):
-            licence = (modules / package / "LICENSE").read_text("utf-8").replace("\u00a9", "(c)").strip()
-            version, more = PACKAGES[package], " with GLTFLoader of three.js (MIT)" if name == "tiles" else ""
+            licence = (
+                (modules / package / "LICENSE").read_text("utf-8").replace("\u00a9", "(c)").strip()
+            )
+            version, more = (
+                PACKAGES[package],
+                " with GLTFLoader of three.js (MIT)" if name == "tiles" else "",
+            )
             # Apache-2.0 is long: its file beside this has it.
             head = licence if name == "three" else "Apache License 2.0, see three.LICENSES.txt"
-            code = f"/*! {package} {version}{more}\n{head}\n*/\n{(folder / f'{name}.js').read_text('ascii')}"
+            code = (
+                f"/*! {package} "
+                f"{version}{more}\n{head}\n*/\n{(folder / f'{name}.js').read_text('ascii')}"
+            )
             (WEB / f"{name}.js").write_text(code, "ascii", newline="\n")
             source += [
-                f"{name}.js: parts of {package} {version}{more} (npm, {lock[f'node_modules/{package}']['integrity']}),",
+                f"{name}.js: parts of {package} {version}{more} (npm, "
+                f"{lock[f'node_modules/{package}']['integrity']}),",
                 f"bundled by esbuild {PACKAGES['esbuild']} as tools/bundle_three.py says.",
-                f"sha256 of {name}.js: {hashlib.sha256((WEB / f'{name}.js').read_bytes()).hexdigest()}",
+                f"sha256 of {name}.js: "
+                f"{hashlib.sha256((WEB / f'{name}.js').read_bytes()).hexdigest()}",
                 *("", licence, ""),
             ]
             print(f"{WEB / f'{name}.js'}: {len(code):,} bytes")
-        (WEB / "three.LICENSES.txt").write_text("\n".join(source).rstrip() + "\n", "utf-8", newline="\n")
+        (WEB / "three.LICENSES.txt").write_text(
+            "\n".join(source).rstrip() + "\n", "utf-8", newline="\n"
+        )
         (folder / "eslint.config.mjs").write_text(RULES)
         for page in PAGES:
-            (folder / page).write_bytes((WEB / "viewer.js").read_bytes() + (WEB / page).read_bytes())
+            (folder / page).write_bytes(
+                (WEB / "viewer.js").read_bytes() + (WEB / page).read_bytes()
+            )
         call(folder, "npx", "eslint", *PAGES)
 
 

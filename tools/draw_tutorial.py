@@ -19,7 +19,10 @@ sidebar = next(r for r in area.regions if r.type == 'UI')
 view = next(r for r in area.regions if r.type == 'WINDOW')
 """
 TAB = "sidebar.active_panel_category = 'CityPV'; sidebar.tag_redraw()"
-RUN = "with bpy.context.temp_override(window=window, area=area, region=view): bpy.ops.citypv.berlin_example()"
+RUN = (
+    "with bpy.context.temp_override(window=window, area=area, region=view): "
+    "bpy.ops.citypv.berlin_example()"
+)
 RUNNING = "__import__('importlib').import_module('bl_ext.user_default.citypv.operators.run_step').Step.current"
 
 
@@ -27,7 +30,9 @@ LOOK = "any(one.get('citypv_interrupted', '').startswith('First look') for one i
 
 
 def main():
-    """Install the extension, run the Berlin example, and take a picture before, during and after."""
+    """Install the extension, run the Berlin example, and take a picture before, during
+    and after.
+    """
     root = Path(sys.argv[1]).resolve()
     blender_window.install_extension(root)
     with blender_window.Window(root, SIZE) as window:

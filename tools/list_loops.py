@@ -3,7 +3,8 @@
     python tools/list_loops.py           writes the file
     python tools/list_loops.py --print   prints the list instead
 
-Runs `citypv simulate` with few rays on the city of examples/berlin and notes each call of numba's compiler.
+Runs `citypv simulate` with few rays on the city of examples/berlin and notes each call of numba's
+compiler.
 """
 
 import contextlib
@@ -14,8 +15,18 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 FILE = ROOT / "core/rays/loops.txt"
-HEAD = "# Loops that `citypv simulate --preset draft` calls, in this order. Written by tools/list_loops.py.\n"
-FEW = ["--preset", "draft", "--samples", "16", "--patch-size", "50"]  # the same loops as with all of a draft's rays
+HEAD = (
+    "# Loops that `citypv simulate --preset draft` calls, in this order. Written by "
+    "tools/list_loops.py.\n"
+)
+FEW = [
+    "--preset",
+    "draft",
+    "--samples",
+    "16",
+    "--patch-size",
+    "50",
+]  # the same loops as with all of a draft's rays
 
 
 def main(arguments):
@@ -42,7 +53,9 @@ def list_loops(options):
         outermost, inside.other = not getattr(inside, "other", False), True
         if outermost and module.startswith("citypv.core."):
             types = ", ".join(map(spell, getattr(signature, "args", signature)))
-            lines.append(f"{module.removeprefix('citypv.core.')} {dispatcher.py_func.__name__} ({types},)")
+            lines.append(
+                f"{module.removeprefix('citypv.core.')} {dispatcher.py_func.__name__} ({types},)"
+            )
         try:
             return compile_one(dispatcher, signature)
         finally:
@@ -66,7 +79,10 @@ def spell(kind):
         if kind.mutable and kind.aligned and kind.layout in "AC":
             axes = [":"] * kind.ndim
             return f"{dtype}[{','.join([*axes[:-1], '::1' if kind.layout == 'C' else ':'])}]"
-        return f"Array({dtype}, {kind.ndim}, {kind.layout!r}, {not kind.mutable}, aligned={kind.aligned})"
+        return (
+            f"Array({dtype}, {kind.ndim}, {kind.layout!r}, {not kind.mutable}, "
+            f"aligned={kind.aligned})"
+        )
     if isinstance(kind, types.BaseTuple):
         return f"Tuple(({', '.join(map(spell, kind))},))"
     assert isinstance(kind, types.Number | types.Boolean), kind

@@ -1,10 +1,11 @@
-"""Make core/world/coast_lines.npz, the world's coast lines for maps, from Natural Earth's land at 1:110,000,000.
+"""Make core/world/coast_lines.npz, the world's coast lines for maps, from Natural Earth's land at
+1:110,000,000.
 
     .venv/bin/python tools/make_coast_lines.py land-110m.json
 
-The source is the file of that name in the npm package world-atlas 2.0.2: Natural Earth's physical land (public domain)
-as TopoJSON. Kept are its lines in steps of 0.01°, without the ones that only close polygons along the date line and at
-the South Pole.
+The source is the file of that name in the npm package world-atlas 2.0.2: Natural Earth's physical
+land (public domain) as TopoJSON. Kept are its lines in steps of 0.01°, without the ones that only
+close polygons along the date line and at the South Pole.
 """
 
 import argparse
@@ -25,11 +26,18 @@ def main():
     parser.add_argument("source", type=Path, help="land-110m.json")
     parser.add_argument("--out", type=Path, default=TARGET)
     options = parser.parse_args()
-    lines = [part for arc in read_arcs(json.loads(options.source.read_text("utf-8"))) for part in cut_edges(arc)]
+    lines = [
+        part
+        for arc in read_arcs(json.loads(options.source.read_text("utf-8")))
+        for part in cut_edges(arc)
+    ]
     points = np.round(np.concatenate(lines) / STEP).astype(np.int16)
     length = np.array([len(line) for line in lines], np.int16)
     np.savez_compressed(options.out, points=points, length=length)
-    print(f"{options.out}: {len(lines)} lines, {len(points)} points, {options.out.stat().st_size / 1e3:.0f} kB")
+    print(
+        f"{options.out}: {len(lines)} lines, {len(points)} points, "
+        f"{options.out.stat().st_size / 1e3:.0f} kB"
+    )
 
 
 def read_arcs(topology):
@@ -40,9 +48,13 @@ def read_arcs(topology):
 
 
 def cut_edges(line):
-    """Parts of a line that run neither along the edges of the map nor across it: list of (k, 2), k > 1."""
+    """Parts of a line that run neither along the edges of the map nor across it: list of (k, 2), k
+    > 1.
+    """
     east, north = np.abs(line[:, 0]) > EDGE, line[:, 1] < POLE
-    along = (east[1:] & east[:-1]) | (north[1:] & north[:-1]) | (np.abs(np.diff(line[:, 0])) > 180.0)
+    along = (
+        (east[1:] & east[:-1]) | (north[1:] & north[:-1]) | (np.abs(np.diff(line[:, 0])) > 180.0)
+    )
     return [part for part in np.split(line, np.flatnonzero(along) + 1) if len(part) > 1]
 
 

@@ -1,10 +1,13 @@
-"""Which tests `make check` can afford: the cheapest ones, up to a budget; the others -> tests/slow.txt, by function.
+"""Which tests `make check` can afford: the cheapest ones, up to a budget; the others ->
+tests/slow.txt, by function.
 
-    CITYPV_QUICK=1 PYTHONPATH=tools python -m pytest -p measure_slow -m "law or not (slow or thorough or window)"
+    CITYPV_QUICK=1 PYTHONPATH=tools python -m pytest -p measure_slow -m "law or not (slow or
+    thorough or window)"
 
-A case costs what it spends itself and its share of the fixtures that it has in common with others. The function whose
-cases cost most on average goes, until the rest keeps the budget; what fewer cases share then costs each of them more.
-Laws stay whatever they cost. What did not run keeps its place in the list.
+A case costs what it spends itself and its share of the fixtures that it has in common with others.
+The function whose cases cost most on average goes, until the rest keeps the budget; what fewer
+cases share then costs each of them more. Laws stay whatever they cost. What did not run keeps its
+place in the list.
 """
 
 import os
@@ -20,7 +23,9 @@ SHARED = defaultdict(float)  # name of a fixture, and the part of the tests that
 
 
 def processor_seconds():
-    """Seconds of this process and of those that it waited for: other work on the machine does not count."""
+    """Seconds of this process and of those that it waited for: other work on the machine does not
+    count.
+    """
     return sum(os.times()[:4])
 
 
@@ -32,7 +37,9 @@ def pytest_fixture_setup(fixturedef, request):
         return (yield)
     finally:
         if fixturedef.scope != "function":
-            SHARED[fixturedef.argname, request.node.nodeid or fixturedef.baseid] += processor_seconds() - begin
+            SHARED[fixturedef.argname, request.node.nodeid or fixturedef.baseid] += (
+                processor_seconds() - begin
+            )
 
 
 @pytest.hookimpl(wrapper=True)
@@ -54,7 +61,8 @@ def pytest_terminal_summary(terminalreporter):
     kept = [name for name in SLOW.read_text("utf-8").splitlines() if name not in functions]
     SLOW.write_text("\n".join(sorted([*dear, *kept])) + "\n", "utf-8")
     terminalreporter.write_line(
-        f"{seconds:.0f} s of a processor: {len(laws)} cases of laws, and {len(functions) - len(dear)} of "
+        f"{seconds:.0f} s of a processor: {len(laws)} cases of laws, and "
+        f"{len(functions) - len(dear)} of "
         f"{len(functions)} functions; the others -> {SLOW}"
     )
 
@@ -82,11 +90,16 @@ def choose_dear(laws, functions):
         What the rest costs [s].
     """
     uses = {
-        item: [key for key in SHARED if key[0] in item.fixturenames and item.nodeid.startswith(key[1])] for item in OWN
+        item: [
+            key for key in SHARED if key[0] in item.fixturenames and item.nodeid.startswith(key[1])
+        ]
+        for item in OWN
     }
     kept, dear = dict(functions), {}
     while True:
-        users = Counter(key for items in (laws, *kept.values()) for item in items for key in uses[item])
+        users = Counter(
+            key for items in (laws, *kept.values()) for item in items for key in uses[item]
+        )
         costs = {
             item: seconds + sum(SHARED[key] / users[key] for key in uses[item] if users[key])
             for item, seconds in OWN.items()
@@ -94,7 +107,9 @@ def choose_dear(laws, functions):
         total = sum(costs[item] for items in (laws, *kept.values()) for item in items)
         if total <= BUDGET or not kept:
             return dear, total
-        means = {name: sum(costs[item] for item in items) / len(items) for name, items in kept.items()}
+        means = {
+            name: sum(costs[item] for item in items) / len(items) for name, items in kept.items()
+        }
         dearest = max(means, key=means.get)
         dear[dearest] = means[dearest]
         del kept[dearest]

@@ -1,10 +1,11 @@
-"""Change single signs, factors, indices and bounds in core, one at a time in a copy, and see which of them tests find.
+"""Change single signs, factors, indices and bounds in core, one at a time in a copy, and see which
+of them tests find.
 
     python tools/mutate.py --seed 1 --count 20 -- -m "not thorough"     runs pytest with what stands behind --
     python tools/mutate.py --seed 1 --count 20 --list                   only shows what would be changed
 
-The four kinds take turns. pytest stops at the first failure; files of tests that are near to the changed one, by what
-they import, run first.
+The four kinds take turns. pytest stops at the first failure; files of tests that are near to the
+changed one, by what they import, run first.
 """
 
 import argparse
@@ -40,7 +41,9 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--count", type=int, default=20)
-    parser.add_argument("--timeout", type=float, default=1800, help="seconds after which a run counts as found")
+    parser.add_argument(
+        "--timeout", type=float, default=1800, help="seconds after which a run counts as found"
+    )
     parser.add_argument("--list", action="store_true", help="only list what would be changed")
     chosen, tests = parser.parse_args(words[: words.index("--")]), words[words.index("--") + 1 :]
     drawn = draw_mutations(chosen.seed, chosen.count)
@@ -70,7 +73,11 @@ def draw_mutations(seed, count):
     every = [found for path in sorted(ROOT.glob("core/**/*.py")) for found in find_mutations(path)]
     generator = random.Random(seed)
     heaps = {kind: [one for one in every if one[0] == kind] for kind in KINDS}
-    return [heap.pop(generator.randrange(len(heap))) for _ in range(count // 4 + 1) for heap in heaps.values()][:count]
+    return [
+        heap.pop(generator.randrange(len(heap)))
+        for _ in range(count // 4 + 1)
+        for heap in heaps.values()
+    ][:count]
 
 
 def find_mutations(path):
@@ -79,7 +86,9 @@ def find_mutations(path):
     starts = [0, *(match.end() for match in re.finditer(b"\n", source))]
 
     def span(node):
-        return starts[node.lineno - 1] + node.col_offset, starts[node.end_lineno - 1] + node.end_col_offset
+        return starts[node.lineno - 1] + node.col_offset, starts[
+            node.end_lineno - 1
+        ] + node.end_col_offset
 
     def operator(left, sign, right):
         kind, old, new = OPERATORS.get(type(sign), ("", b"\0", b""))
@@ -89,7 +98,11 @@ def find_mutations(path):
     def numbers(kind, *nodes):
         for node in nodes:
             if isinstance(node, ast.Constant) and type(node.value) in (int, float):
-                value = node.value + 1 if isinstance(node.value, int) or node.value == 0 else 2 * node.value
+                value = (
+                    node.value + 1
+                    if isinstance(node.value, int) or node.value == 0
+                    else 2 * node.value
+                )
                 yield kind, name, span(node)[0], source[slice(*span(node))], repr(value).encode()
 
     for node in ast.walk(ast.parse(source)):
@@ -110,7 +123,9 @@ def find_mutations(path):
 def joins_texts(node):
     """Whether an operation joins texts, lists or paths."""
     parts = [part for side in (node.left, node.right) for part in ast.walk(side)]
-    return any(isinstance(part, ast.List) or isinstance(getattr(part, "value", 0), str) for part in parts)
+    return any(
+        isinstance(part, ast.List) or isinstance(getattr(part, "value", 0), str) for part in parts
+    )
 
 
 def show_line(path, place):
@@ -126,25 +141,39 @@ def try_mutation(copy, mutation, tests, timeout):
     file, line = copy / path, show_line(path, place)[0]
     source, times = file.read_bytes(), file.stat()
     file.write_bytes(source[:place] + new + source[place + len(old) :])
-    # Compiled loops elsewhere hold the loops of this file and the numbers outside its functions: compile all again.
+    # Compiled loops elsewhere hold the loops of this file and the numbers outside its functions:
+    # compile all again.
     bodies = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.FunctionDef)]
     alone = b"njit" not in source and any(body.lineno <= line <= body.end_lineno for body in bodies)
     with tempfile.TemporaryDirectory() as fresh:
         settings = {} if alone else {"NUMBA_CACHE_DIR": fresh}
-        status, seconds, first = run_tests(copy, tests, measure_distances(copy, file), settings, timeout)
+        status, seconds, first = run_tests(
+            copy, tests, measure_distances(copy, file), settings, timeout
+        )
     file.write_bytes(source)
     os.utime(file, ns=(times.st_atime_ns, times.st_mtime_ns))
-    print(f"{'found' if status else 'SURVIVED':8} {kind:6} {path}:{line}: {seconds:.0f} s {first}", flush=True)
+    print(
+        f"{'found' if status else 'SURVIVED':8} {kind:6} {path}:{line}: {seconds:.0f} s {first}",
+        flush=True,
+    )
     return bool(status)
 
 
 def measure_distances(copy, changed):
-    """Files that import a changed one, straight or by way of others, and by how many steps: dict of Path to int."""
+    """Files that import a changed one, straight or by way of others, and by how many steps: dict of
+    Path to int.
+    """
     importers = {}
-    for path in (path for room in ("core", "operators", "tests") for path in copy.glob(f"{room}/**/*.py")):
+    for path in (
+        path for room in ("core", "operators", "tests") for path in copy.glob(f"{room}/**/*.py")
+    ):
         for dots, module, names in IMPORT.findall(path.read_text("utf-8")):
             folder = (
-                path.parents[len(dots) - 1] if dots else copy.parent if module.startswith("citypv") else path.parent
+                path.parents[len(dots) - 1]
+                if dots
+                else copy.parent
+                if module.startswith("citypv")
+                else path.parent
             )
             target = folder.joinpath(*module.split("."))
             for one in (target, *(target / name for name in re.findall(r"\w+", names))):
@@ -167,16 +196,37 @@ def run_tests(copy, tests, near, settings, timeout):
             NEAR: json.dumps({str(path): steps for path, steps in near.items()}),
         }
     )
-    command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-p", "mutate", *tests]
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-q",
+        "-x",
+        "-p",
+        "no:cacheprovider",
+        "-p",
+        "mutate",
+        *tests,
+    ]
     started = time.monotonic()
     try:
         done = subprocess.run(
-            command, cwd=copy, env=settings, capture_output=True, text=True, timeout=timeout, check=False
+            command,
+            cwd=copy,
+            env=settings,
+            capture_output=True,
+            text=True,
+            timeout=timeout,
+            check=False,
         )
     except subprocess.TimeoutExpired:
         return 1, time.monotonic() - started, "no end"
     failed = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
-    return done.returncode, time.monotonic() - started, (failed or done.stderr.splitlines()[-1:] or [""])[0][:150]
+    return (
+        done.returncode,
+        time.monotonic() - started,
+        (failed or done.stderr.splitlines()[-1:] or [""])[0][:150],
+    )
 
 
 def pytest_collection_modifyitems(items):

@@ -1,9 +1,11 @@
 """Set up `make demo` and `make test` on a bare machine: Python, its packages, system libraries.
 
     python3 tools/set_up.py one    one environment; `.venv` points to it
-    python3 tools/set_up.py all    an environment for each Python that Blender exists for and this machine has
+    python3 tools/set_up.py all    an environment for each Python that Blender exists for and this
+                                   machine has
 
-Plain standard library, for any python3 from 3.9 on. A second call finds everything in place and returns at once.
+Plain standard library, for any python3 from 3.9 on. A second call finds everything in place and
+returns at once.
 """
 
 import ctypes
@@ -34,9 +36,15 @@ SYSTEM_LIBRARIES = {  # what Blender loads, and the Debian package that brings i
     "libEGL.so.1": "libegl1",
 }
 SOFTWARE_RENDERER = "libgl1-mesa-dri"  # comes along when a graphics library is missing
-BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")  # as in tests/core/browser.py
+BROWSERS = (
+    "chromium",
+    "chromium-browser",
+    "google-chrome",
+    "google-chrome-stable",
+)  # as in tests/core/browser.py
 NO_NETWORK = re.compile(
-    r"ConnectionError|connection error|timed out|Temporary failure|resolve|Network is unreachable|ProxyError"
+    r"ConnectionError|connection error|timed out|Temporary failure|resolve|Network is "
+    r"unreachable|ProxyError"
     r"|Failed to fetch|No matching distribution|error sending request|403 Forbidden",
     re.IGNORECASE,
 )
@@ -45,15 +53,22 @@ NO_NETWORK = re.compile(
 def main(which):
     """Set up one environment or all."""
     if platform.system() == "Linux" and platform.machine() != "x86_64":
-        stop(f"for Linux on {platform.machine()} there is no Blender as a Python module, only for x86_64")
+        stop(
+            f"for Linux on {platform.machine()} there is no Blender as a Python module, only for "
+            "x86_64"
+        )
     pythons = find_pythons() or bring_python()
     if which == "one":
         pythons = dict(list(pythons.items())[:1])
     for version in VERSIONS:
         if which == "all" and version not in pythons:
             say(f"Python {version} is not on this machine: the tests run without it")
-    packages = [package for version, path in pythons.items() for package in missing_venv(path, version)]
-    if "CITYPV_NEEDS_BROWSER" in os.environ and not any(map(shutil.which, BROWSERS)):  # as .ci/run says
+    packages = [
+        package for version, path in pythons.items() for package in missing_venv(path, version)
+    ]
+    if "CITYPV_NEEDS_BROWSER" in os.environ and not any(
+        map(shutil.which, BROWSERS)
+    ):  # as .ci/run says
         packages.append(BROWSERS[0])
     install_system_packages([*packages, *missing_libraries()])
     with ThreadPoolExecutor() as side_by_side:
@@ -88,7 +103,9 @@ def find_pythons():
     pythons = {}
     for version in VERSIONS:
         names = (f"python{version}", "python3")
-        candidates = [shutil.which(name, path=folder) for name in names for folder in os.get_exec_path()]
+        candidates = [
+            shutil.which(name, path=folder) for name in names for folder in os.get_exec_path()
+        ]
         for folder in (pyenv, uv, UV / "python"):
             candidates += sorted(folder.glob(f"*{version}.*/bin/python3"))
         paths = (interpreter(candidate, version) for candidate in candidates if candidate)
@@ -99,15 +116,22 @@ def find_pythons():
 
 
 def interpreter(candidate, version):
-    """Return the true path of a Python (behind shims and virtual environments) if it is of that version."""
-    question = "import sys; print('%d.%d' % sys.version_info[:2], getattr(sys, '_base_executable', sys.executable))"
+    """Return the true path of a Python (behind shims and virtual environments) if it is of that
+    version.
+    """
+    question = (
+        "import sys; print('%d.%d' % sys.version_info[:2], getattr(sys, '_base_executable', "
+        "sys.executable))"
+    )
     answer = ask([candidate, "-c", question])
     found, _, path = answer.stdout.strip().partition(" ")
     return path if answer.returncode == 0 and found == version else None
 
 
 def bring_python():
-    """Install a Python: with apt where its packages have one (Debian 13), else with uv (Ubuntu 24.04)."""
+    """Install a Python: with apt where its packages have one (Debian 13), else with uv (Ubuntu
+    24.04).
+    """
     version = VERSIONS[0]
     say(f"Blender exists for Python {' and '.join(VERSIONS)} only, and neither is here")
     packages = [f"python{version}", f"python{version}-venv"]
@@ -119,14 +143,19 @@ def bring_python():
     say(f"uv brings Python {version}")
     uv = shutil.which("uv")
     if not uv:
-        install_system_packages(missing_venv(sys.executable, ".".join(platform.python_version_tuple()[:2])))
+        install_system_packages(
+            missing_venv(sys.executable, ".".join(platform.python_version_tuple()[:2]))
+        )
         run([sys.executable, "-m", "venv", "--clear", UV])
         pip_install(UV / "bin/python", "uv")
         uv = UV / "bin/uv"
     fetched = ask([uv, "python", "install", version, "--install-dir", UV / "python", "--no-bin"])
     pythons = find_pythons()
     if fetched.returncode or not pythons:
-        stop(f"uv could not fetch Python {version} ({last_line(fetched.stdout)}); {describe_other_ways(version)}")
+        stop(
+            f"uv could not fetch Python {version} ({last_line(fetched.stdout)}); "
+            f"{describe_other_ways(version)}"
+        )
     return pythons
 
 
@@ -141,7 +170,10 @@ def describe_other_ways(version):
     if read_os_release().get("ID") == "ubuntu":
         tool = "apt-get update && apt-get install -y software-properties-common"
         archive = "add-apt-repository -y ppa:deadsnakes/ppa"
-        return f"type: {as_root(f'{tool} && {archive} && apt-get install -y python{version}-venv')} && make demo"
+        return (
+            f"type: {as_root(f'{tool} && {archive} && apt-get install -y python{version}-venv')} "
+            "&& make demo"
+        )
     mirror = "UV_PYTHON_INSTALL_MIRROR=https://HOST/PATH make demo"
     return f"from a mirror, type: {mirror} (or install Python {version} yourself)"
 
@@ -154,7 +186,11 @@ def read_os_release(path=Path("/etc/os-release")):
 
 def missing_venv(python, version):
     """Debian package that this Python needs to create virtual environments, if missing."""
-    return [f"python{version}-venv"] if ask([python, "-c", "import ensurepip, venv"]).returncode else []
+    return (
+        [f"python{version}-venv"]
+        if ask([python, "-c", "import ensurepip, venv"]).returncode
+        else []
+    )
 
 
 def missing_libraries():
@@ -177,7 +213,10 @@ def install_system_packages(packages):
     purpose = describe_purpose(packages)
     install = ["apt-get", "install", "-y", "--no-install-recommends", *packages]
     if not shutil.which("apt-get"):
-        stop(f"missing {purpose}; install what Debian calls {' '.join(packages)}, and type: make demo")
+        stop(
+            f"missing {purpose}; install what Debian calls {' '.join(packages)}, and type: make "
+            "demo"
+        )
     sudo = ["sudo", "-n"] if os.geteuid() else []
     if sudo and (not shutil.which("sudo") or ask([*sudo, "true"]).returncode):
         command = as_root(f"apt-get update && {' '.join(install)}")
@@ -189,7 +228,9 @@ def install_system_packages(packages):
 
 
 def as_root(command):
-    """A line that runs a command as root; without sudo, as in a bare Debian, root's password is asked for."""
+    """A line that runs a command as root; without sudo, as in a bare Debian, root's password is
+    asked for.
+    """
     if not os.geteuid():
         return f"sh -c '{command}'"
     return f"sudo sh -c '{command}'" if shutil.which("sudo") else f"su -c '{command}'"
@@ -201,13 +242,19 @@ def describe_purpose(packages):
     browser = [name for name in packages if name in BROWSERS]
     blender = [name for name in packages if name not in python + browser]
     words = [f"Python and its virtual environments ({len(python)} packages)"] if python else []
-    words += [f"window and graphics libraries that Blender loads ({len(blender)} packages)"] if blender else []
+    words += (
+        [f"window and graphics libraries that Blender loads ({len(blender)} packages)"]
+        if blender
+        else []
+    )
     words += ["a browser for the tests of the report"] if browser else []
     return " and ".join(words)
 
 
 def make_environment(version, python):
-    """Create the virtual environment `.venv-VERSION` with Blender, CityPV (editable) and test tools."""
+    """Create the virtual environment `.venv-VERSION` with Blender, CityPV (editable) and test
+    tools.
+    """
     folder = ROOT / f".venv-{version}"
     # Tool settings in pyproject.toml do not affect the installation.
     package = (ROOT / "pyproject.toml").read_text("utf-8").partition("[tool.pytest")[0]
@@ -217,11 +264,16 @@ def make_environment(version, python):
     if (folder / "bin/python").exists() and stamp.exists() and stamp.read_text() == wanted:
         return folder
     started = time.monotonic()
-    say(f"Python {version}: installing Blender and the packages into {folder.name} (1.4 GB, about a minute)")
+    say(
+        f"Python {version}: installing Blender and the packages into {folder.name} (1.4 GB, about "
+        "a minute)"
+    )
     run([python, "-m", "venv", "--clear", folder])
     pip_install(folder / "bin/python", "-r", "tools/versions.txt")
     with BUILDING:
-        pip_install(folder / "bin/python", "-e", ".[blender,cluster,test]", "-c", "tools/versions.txt")
+        pip_install(
+            folder / "bin/python", "-e", ".[blender,cluster,test]", "-c", "tools/versions.txt"
+        )
     run([folder / "bin/python", "-m", "pip", "check"])
     stamp.write_text(wanted)
     say(f"Python {version}: ready after {time.monotonic() - started:.0f} s")
@@ -229,18 +281,34 @@ def make_environment(version, python):
 
 
 def pip_install(python, *arguments):
-    """Run `pip install`; show large downloads and the last step, and the full output if it fails."""
-    pip = [python, "-m", "pip", "install", "--disable-pip-version-check", "--no-input", "--progress-bar", "off"]
+    """Run `pip install`; show large downloads and the last step, and the full output if
+    it fails.
+    """
+    pip = [
+        python,
+        "-m",
+        "pip",
+        "install",
+        "--disable-pip-version-check",
+        "--no-input",
+        "--progress-bar",
+        "off",
+    ]
     command = [str(part) for part in (*pip, *arguments)]
     said = []
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+    with subprocess.Popen(
+        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    ) as process:
         for line in process.stdout:
             said.append(line)
             large = re.search(r"Downloading (\S+) \((\d\d+)[.\d]* MB\)", line)
             if large:
                 say(f"  downloading {large[1].split('/')[-1]} ({large[2]} MB)")
             elif line.startswith("Installing collected packages") and "," in line:
-                say(f"  unpacking {line.count(',') + 1} packages into {Path(python).parents[1].name}")
+                say(
+                    f"  unpacking {line.count(',') + 1} packages into "
+                    f"{Path(python).parents[1].name}"
+                )
     if process.returncode:
         print("".join(said[-40:]), flush=True)
         stop(f"failed: {' '.join(command[1:6])} …; {describe_network(''.join(said))}")
@@ -250,7 +318,10 @@ def describe_network(output):
     """What to do about a command that failed, from its output."""
     if NO_NETWORK.search(output) is None:
         return "its output is above"
-    return "no way to the packages? Type: HTTPS_PROXY=http://HOST:PORT PIP_INDEX_URL=https://HOST/simple make demo"
+    return (
+        "no way to the packages? Type: HTTPS_PROXY=http://HOST:PORT "
+        "PIP_INDEX_URL=https://HOST/simple make demo"
+    )
 
 
 def last_line(text):
@@ -268,7 +339,9 @@ def run(command):
 
 def ask(command):
     """Run a command; return its output and exit status."""
-    return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+    return subprocess.run(
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False
+    )
 
 
 if __name__ == "__main__":

@@ -1,4 +1,6 @@
-"""Wheels without the tests of their packages, which take a tenth of some; everything else stays as it is."""
+"""Wheels without the tests of their packages, which take a tenth of some; everything else stays as
+it is.
+"""
 
 import re
 import shutil
@@ -28,8 +30,12 @@ def copy_wheel(wheel, folder):
 
 
 def strike_out(name, data, tests):
-    """Contents of a file of a wheel; the list of all files, RECORD, without those that are left out."""
+    """Contents of a file of a wheel; the list of all files, RECORD, without those that are left
+    out.
+    """
     if not name.endswith(".dist-info/RECORD"):
         return data
     lines = data.decode().splitlines(keepends=True)
-    return "".join(line for line in lines if line.partition(",")[0].strip('"') not in tests).encode()
+    return "".join(
+        line for line in lines if line.partition(",")[0].strip('"') not in tests
+    ).encode()

@@ -1,6 +1,7 @@
 """Light on a city by the matrix method, with Mitsuba 3 as the ray engine.
 
-Started by mitsuba.py, which describes it, with the options as one JSON object; prints what was measured as another.
+Started by mitsuba.py, which describes it, with the options as one JSON object; prints what was
+measured as another.
 """
 
 import json
@@ -23,14 +24,20 @@ import drjit as dr  # noqa: E402 - only now it is known for which variant
 ALBEDO = 0.25
 REFLECTIONS = 3
 RAY_OFFSET = 1e-3  # [m] along the normal
-RAYS_PER_CHUNK = 1 << 21  # of the hemisphere; with 16 points for 256 rays up to 19 M shadow rays under 143 suns
+RAYS_PER_CHUNK = (
+    1 << 21
+)  # of the hemisphere; with 16 points for 256 rays up to 19 M shadow rays under 143 suns
 ROWS_PER_TASK = 1024
-LEAST_OPEN_SHARE = 0.05  # by which light is divided at least, as far as a triangle lies under something
+LEAST_OPEN_SHARE = (
+    0.05  # by which light is divided at least, as far as a triangle lies under something
+)
 
 
 @dataclass
 class City:
-    """Triangles as the rays need them, on Mitsuba's side; four floats per row are read in one go."""
+    """Triangles as the rays need them, on Mitsuba's side; four floats per row are read in
+    one go.
+    """
 
     scene: mi.Scene
     count: int  # n triangles
@@ -78,7 +85,9 @@ def build_city(file):
 
 
 def steps_of_sequence(dimensions):
-    """Steps of the additive recurrence with the generalised golden ratio (Roberts 2018), as fractions of 2³²."""
+    """Steps of the additive recurrence with the generalised golden ratio (Roberts 2018), as
+    fractions of 2³².
+    """
     ratio = 2.0
     for _ in range(64):
         ratio = (1 + ratio) ** (1 / (dimensions + 1))
@@ -86,7 +95,9 @@ def steps_of_sequence(dimensions):
 
 
 def hemisphere_rays(city, first, count, samples, seed):
-    """Cosine-distributed rays from `count` triangles: place and direction from one shifted 4-D sequence."""
+    """Cosine-distributed rays from `count` triangles: place and direction from one shifted 4-D
+    sequence.
+    """
     index = dr.arange(mi.UInt32, count * samples)
     row = index // samples
     sample, triangle = index - row * samples, row + dr.opaque(mi.UInt32, first)
@@ -99,7 +110,11 @@ def hemisphere_rays(city, first, count, samples, seed):
     below = u2 > u1  # from the square to the triangle (Heitz 2019)
     b1 = dr.select(below, 0.5 * u1, u1 - 0.5 * u2)
     b2 = dr.select(below, u2 - 0.5 * u1, 0.5 * u2)
-    origin = take(city.corner, triangle) + b1 * take(city.edges[0], triangle) + b2 * take(city.edges[1], triangle)
+    origin = (
+        take(city.corner, triangle)
+        + b1 * take(city.edges[0], triangle)
+        + b2 * take(city.edges[1], triangle)
+    )
     sine, cosine = dr.sincos(dr.two_pi * u4)
     flat = take(city.tangents[0], triangle) * cosine + take(city.tangents[1], triangle) * sine
     return mi.Ray3f(origin, flat * dr.sqrt(u3) + take(city.normal, triangle) * dr.sqrt(1 - u3))
@@ -111,7 +126,8 @@ def trace_hemisphere(city, first, count, samples, seed):
     Returns
     -------
     (count, samples) int32
-        A triangle's number, or n for the sky, n + 1 for what lies below the horizon, n + 2 for a back.
+        A triangle's number, or n for the sky, n + 1 for what lies below the horizon, n + 2 for a
+        back.
     """
     ray = hemisphere_rays(city, first, count, samples, seed)
     # These rays are not coherent, and told otherwise Embree takes twice as long.
@@ -119,11 +135,18 @@ def trace_hemisphere(city, first, count, samples, seed):
     hit, triangle = met.is_valid(), met.prim_index
     back = dr.dot(take(city.normal, dr.select(hit, triangle, 0)), ray.d) > 0
     missed = dr.select(ray.d.z > 0, mi.UInt32(city.count), city.count + 1)
-    return dr.select(hit, dr.select(back, city.count + 2, triangle), missed).numpy().view(np.int32).reshape(-1, samples)
+    return (
+        dr.select(hit, dr.select(back, city.count + 2, triangle), missed)
+        .numpy()
+        .view(np.int32)
+        .reshape(-1, samples)
+    )
 
 
 def count_hits(hit, count):
-    """Rows of the matrix from lists of hits: sky and covered share, entries per row, columns and values."""
+    """Rows of the matrix from lists of hits: sky and covered share, entries per row, columns and
+    values.
+    """
     samples = hit.shape[1]
     hit = np.sort(hit, axis=1)
     new = np.ones(hit.shape, bool)
@@ -137,7 +160,9 @@ def count_hits(hit, count):
 
 
 def cell_centroids(count):
-    """Weights of the second and third corner at the centroids of `count` = k² congruent sub-triangles: two Float."""
+    """Weights of the second and third corner at the centroids of `count` = k² congruent
+    sub-triangles: two Float.
+    """
     k = round(count**0.5)
     upright = [(3 * i + 1, 3 * j + 1) for j in range(k) for i in range(k - j)]
     inverted = [(3 * i + 2, 3 * j + 2) for j in range(k) for i in range(k - j - 1)]
@@ -145,22 +170,31 @@ def cell_centroids(count):
 
 
 def sun_visibility(city, first, count, points, direct):
-    """Shadow rays from some triangles to every sun in front of them; `direct` takes cos aoi · visible share."""
-    # Pairs of triangle and sun, triangle by triangle: what stands side by side meets the same things.
+    """Shadow rays from some triangles to every sun in front of them; `direct` takes cos aoi ·
+    visible share.
+    """
+    # Pairs of triangle and sun, triangle by triangle: what stands side by side meets the same
+    # things.
     pair = dr.arange(mi.UInt32, count * city.sun_count)
     row = pair // city.sun_count
     triangle, sun = row + dr.opaque(mi.UInt32, first), pair - row * city.sun_count
     cosine = dr.dot(take(city.normal, triangle), take(city.sun, sun))
     facing = dr.compress(cosine > 0)
-    triangle, sun, cosine = (dr.gather(type(values), values, facing) for values in (triangle, sun, cosine))
+    triangle, sun, cosine = (
+        dr.gather(type(values), values, facing) for values in (triangle, sun, cosine)
+    )
     dr.eval(triangle, sun, cosine)
 
     # The points of one pair are neighbours: a packet of parallel rays.
     index = dr.arange(mi.UInt32, len(facing) * points)
     pair = index // points
-    b1, b2 = (dr.gather(mi.Float, weights, index - pair * points) for weights in cell_centroids(points))
+    b1, b2 = (
+        dr.gather(mi.Float, weights, index - pair * points) for weights in cell_centroids(points)
+    )
     start, towards = dr.gather(mi.UInt32, triangle, pair), dr.gather(mi.UInt32, sun, pair)
-    origin = take(city.corner, start) + b1 * take(city.edges[0], start) + b2 * take(city.edges[1], start)
+    origin = (
+        take(city.corner, start) + b1 * take(city.edges[0], start) + b2 * take(city.edges[1], start)
+    )
     blocked = city.scene.ray_test(mi.Ray3f(origin, take(city.sun, towards)), coherent=True)
     free = dr.block_sum(dr.select(blocked, mi.Float(0), mi.Float(1 / points)), points)
     dr.scatter(direct, cosine * free, triangle * (city.sun_count + 1) + sun)
@@ -169,7 +203,9 @@ def sun_visibility(city, first, count, points, direct):
 
 
 def reflect_once(matrix, light, reflected, pool):
-    """Matrix times light, (n, s) float32, in blocks of rows on all threads; added to `reflected` too."""
+    """Matrix times light, (n, s) float32, in blocks of rows on all threads; added to `reflected`
+    too.
+    """
     arriving = np.empty_like(light)
 
     def fill(start):
@@ -200,16 +236,22 @@ def light_city(city, options, pool, clock):
             blocks = [hit[row : row + ROWS_PER_TASK] for row in range(0, count, ROWS_PER_TASK)]
             parts += pool.map(lambda block: count_hits(block, city.count), blocks)
     with clock("matrix"):
-        sky, covered, entries, columns, values = (np.concatenate(part) for part in zip(*parts, strict=True))
+        sky, covered, entries, columns, values = (
+            np.concatenate(part) for part in zip(*parts, strict=True)
+        )
         ends = np.concatenate([[0], np.cumsum(entries)]).astype(np.int32)
         matrix = sparse.csr_matrix((values, columns, ends), shape=(city.count, city.count))
     with clock("suns"):
         direct = dr.zeros(mi.Float, city.count * (city.sun_count + 1))
-        shadow_rays = sum(sun_visibility(city, *chunk, options.shadow_samples, direct) for chunk in chunks)
+        shadow_rays = sum(
+            sun_visibility(city, *chunk, options.shadow_samples, direct) for chunk in chunks
+        )
         first = direct.numpy().reshape(city.count, -1)
         first[:, -1] = sky
     with clock("reflections"):
-        matrix.data *= (ALBEDO / np.maximum(1 - covered, LEAST_OPEN_SHARE))[columns]  # light leaving per light arriving
+        matrix.data *= (ALBEDO / np.maximum(1 - covered, LEAST_OPEN_SHARE))[
+            columns
+        ]  # light leaving per light arriving
         arriving, reflected = first, np.zeros_like(first)
         for _ in range(REFLECTIONS):
             arriving = reflect_once(matrix, arriving, reflected, pool)
@@ -217,7 +259,9 @@ def light_city(city, options, pool, clock):
 
 
 def measure_parts(file, first, reflected):
-    """Differences from a reference by parts: rms over triangles (and suns), and bias of the reflected light."""
+    """Differences from a reference by parts: rms over triangles (and suns), and bias of the
+    reflected light.
+    """
     chosen = file["triangle"]
     first, reflected = first[chosen].astype(float), reflected[chosen].astype(float)
     difference = {
@@ -233,12 +277,18 @@ def measure_parts(file, first, reflected):
 
 
 def error_of_year(file, first, reflected):
-    """Rms error of the mean over the suns plus the sky, in percent of its mean, as in benchmarks/accuracy.py: float."""
+    """Rms error of the mean over the suns plus the sky, in percent of its mean, as in
+    benchmarks/accuracy.py: float.
+    """
     light = (first + reflected)[file["triangle"]].astype(float)
     weight = file.get("weight", np.full(light.shape[1] - 1, 1 / (light.shape[1] - 1)))
     known = file.get("light")
     if known is None:
-        known = (file["direct"] + file["direct_reflected"]) @ weight + file["diffuse"] + file["diffuse_reflected"]
+        known = (
+            (file["direct"] + file["direct_reflected"]) @ weight
+            + file["diffuse"]
+            + file["diffuse_reflected"]
+        )
     found = light[:, :-1] @ weight + light[:, -1]
     return 100 * float(np.sqrt(np.mean((found - known) ** 2)) / known.mean())
 
@@ -273,13 +323,19 @@ def measure(options):
         run_once(city, options, pool)  # compiles the kernels
         runs = [run_once(city, options, pool) for _ in range(options.runs)]
     first, reflected, rays = runs[-1][2]
-    seconds, cpu = ({stage: statistics.median(run[i][stage] for run in runs) for stage in runs[0][i]} for i in (0, 1))
+    seconds, cpu = (
+        {stage: statistics.median(run[i][stage] for run in runs) for stage in runs[0][i]}
+        for i in (0, 1)
+    )
     return {
         "engine": "mitsuba",
         "variant": mi.variant(),
         "versions": {name: version(name) for name in ("mitsuba", "drjit", "numpy", "scipy")}
         | {"llvm": ".".join(map(str, dr.detail.llvm_version()))},
-        **{name: getattr(options, name) for name in ("threads", "samples", "shadow_samples", "seed")},
+        **{
+            name: getattr(options, name)
+            for name in ("threads", "samples", "shadow_samples", "seed")
+        },
         "rays": rays,
         "scene_seconds": scene_seconds,
         "whole": seconds.pop("whole"),

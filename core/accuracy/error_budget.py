@@ -1,4 +1,6 @@
-"""The error budget of a run: what each source of error does to full load hours, of groups and of single surfaces."""
+"""The error budget of a run: what each source of error does to full load hours, of groups and of
+single surfaces.
+"""
 
 import numpy as np
 import pandas as pd
@@ -14,21 +16,33 @@ from .sun_sampling import name_groups
 from .yield_errors import CURES, SAMPLED, SOURCES, seconds_of_rounds, split_errors
 
 WHAT = {  # source -> what its number is
-    "sampling": "standard error: rays and shadow points, with the light that other surfaces pass on",
-    "sun_sampling": "standard error: bias of the traced suns against every hour's, measured on patches of the group",
+    "sampling": (
+        "standard error: rays and shadow points, with the light that other surfaces pass on"
+    ),
+    "sun_sampling": (
+        "standard error: bias of the traced suns against every hour's, measured on patches of the "
+        "group"
+    ),
     "cut_reflections": "bound: light that reflections after the last one would add",
-    "patch_size": "estimate, signed: light that is uneven within the elements of patches, of surfaces where it counts",
+    "patch_size": (
+        "estimate, signed: light that is uneven within the elements of patches, of surfaces where "
+        "it counts"
+    ),
     "far_ground": "bound: what was left out of the light of the far ground",
-    "sky_model": "for information: unshaded planes that face as the group does, by the Perez over the isotropic sky",
+    "sky_model": (
+        "for information: unshaded planes that face as the group does, by the Perez over the "
+        "isotropic sky"
+    ),
 }
 
 
 def bound_cut_reflections(transfer, weather, energy, margin=1.25):
     """Share of the full load hours that reflections after the last one would add at most.
 
-    Of sky and suns, whose shares hold whatever the weather, the larger one counts; light of sources in the sky, such as
-    Perez' horizon, has its own. The margin is for the weather, which weighs single suns otherwise than the run, and
-    for hours that are not in proportion to light: against 40 reflections it takes up to 1.12.
+    Of sky and suns, whose shares hold whatever the weather, the larger one counts; light of sources
+    in the sky, such as Perez' horizon, has its own. The margin is for the weather, which weighs
+    single suns otherwise than the run, and for hours that are not in proportion to light: against
+    40 reflections it takes up to 1.12.
 
     Parameters
     ----------
@@ -84,15 +98,21 @@ def budget_groups(transfer, weather, energy, cut):
     own, passed_on = errors.own, errors.passed_on
     area, names = np.asarray(transfer.surfaces.area, float), name_groups(transfer.surfaces)
     effects = {one["key"]: one for one in (transfer.record.effects if transfer.record else ())}
-    parts = [(names == " ".join(name)) & energy.eligible & np.isfinite(own) for name in energy.groups]
-    facing = np.array([area[members] @ transfer.surfaces.normal[members] for members in parts]).reshape(-1, 3)
+    parts = [
+        (names == " ".join(name)) & energy.eligible & np.isfinite(own) for name in energy.groups
+    ]
+    facing = np.array(
+        [area[members] @ transfer.surfaces.normal[members] for members in parts]
+    ).reshape(-1, 3)
     facing /= np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), 1e-12)
     sky_model, found = change_unshaded(weather, facing, transfer.ground_albedo), {}
     for name, members, change in zip(energy.groups, parts, sky_model.tolist(), strict=True):
         weight = area[members] / max(energy.counted_area[members].sum(), 1e-12)
         hours = float(weight @ energy.full_load_hours[members])
         share = {
-            "sampling": np.sqrt(noise_of_mean(weight, own[members], passed_on[members])) / hours if hours > 0 else None,
+            "sampling": np.sqrt(noise_of_mean(weight, own[members], passed_on[members])) / hours
+            if hours > 0
+            else None,
             "sun_sampling": sun_sampling_share(transfer.record, name, "bias"),
             "cut_reflections": cut.get(" ".join(name)),
             "patch_size": weight @ errors.discretisation[members] / hours if hours > 0 else None,
@@ -100,17 +120,27 @@ def budget_groups(transfer, weather, energy, cut):
             "sky_model": change,
         }
         found[" ".join(name)] = {
-            source: {"hours": None if part is None else part * hours, "percent": None if part is None else 100 * part}
+            source: {
+                "hours": None if part is None else part * hours,
+                "percent": None if part is None else 100 * part,
+            }
             for source, part in share.items()
         }
     return found
 
 
 def budget_surfaces(errors):
-    """Error of half and of 95 % of the eligible area, from each source alone and from all: dict of percent."""
-    without = {source: [other for other in SOURCES if other != source] for source in SOURCES} | {"all": ()}
+    """Error of half and of 95 % of the eligible area, from each source alone and from all: dict of
+    percent.
+    """
+    without = {source: [other for other in SOURCES if other != source] for source in SOURCES} | {
+        "all": ()
+    }
     return {
-        source: {"median": errors.at_share(without=others, share=0.5), "at_95": errors.at_share(without=others)}
+        source: {
+            "median": errors.at_share(without=others, share=0.5),
+            "at_95": errors.at_share(without=others),
+        }
         for source, others in without.items()
     }
 
@@ -121,10 +151,17 @@ def suggest_more(transfer, weather, energy):
     largest = errors.largest()
     if largest is None or transfer.record is None or not errors.at_share() > 0:
         return ""
-    start = f"Full load hours: standard error at most {errors.at_share():.2f} % on 95 % of the eligible area; "
+    start = (
+        f"Full load hours: standard error at most {errors.at_share():.2f} % on 95 % of the "
+        "eligible area; "
+    )
     needed = rounds_needed(errors, errors.at_share() / 2)
     if np.isfinite(needed) and largest in SAMPLED:
         seconds = seconds_of_rounds(transfer) * (needed - 1)
-        more = f"{describe_duration(seconds)} more" if np.isfinite(seconds) else f"{needed:.1f} times the samples"
+        more = (
+            f"{describe_duration(seconds)} more"
+            if np.isfinite(seconds)
+            else f"{needed:.1f} times the samples"
+        )
         return f"{start}{more} would halve it: most of it is due to {SOURCES[largest]}."
     return f"{start}most of it is due to {SOURCES[largest]}: {CURES[largest]} would lower it."

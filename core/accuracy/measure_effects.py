@@ -1,7 +1,8 @@
 """What effects change, measured: with each of them switched on and off.
 
-Of effects of light, the city is traced with each of them switched, a large one with few rays. Both runs have the same
-random numbers and suns, so that their difference has little noise. Several pairs, each with its own, tell how much.
+Of effects of light, the city is traced with each of them switched, a large one with few rays. Both
+runs have the same random numbers and suns, so that their difference has little noise. Several
+pairs, each with its own, tell how much.
 
 Of effects of the modules, and of Perez's sky, the full load hours of a Transfer are computed.
 """
@@ -25,18 +26,36 @@ from .trace_run import choose_year
 
 TRACED = tuple(key for key in TABLE if key not in ELECTRIC)  # effects that change the light
 SMALL = 1_000  # patches of a city that is traced with all rays
-PAIRS = "days:11", "days:12", "days:13"  # suns of each pair, so that the pairs tell what the choice of suns does
+PAIRS = (
+    "days:11",
+    "days:12",
+    "days:13",
+)  # suns of each pair, so that the pairs tell what the choice of suns does
 MOST_SURFACES = 64  # looked at, as evenly over the area as the eligible surfaces are
-SWITCHED_ON = {"on": True, "extent": "simulated", "reason": "switched on", "bound": 0.0, "outcome": None}
-SWITCHED_OFF = {"on": False, "extent": "left out", "reason": "switched off", "bound": None, "outcome": None}
+SWITCHED_ON = {
+    "on": True,
+    "extent": "simulated",
+    "reason": "switched on",
+    "bound": 0.0,
+    "outcome": None,
+}
+SWITCHED_OFF = {
+    "on": False,
+    "extent": "left out",
+    "reason": "switched off",
+    "bound": None,
+    "outcome": None,
+}
 KEY = "perez"
 ISOTROPIC = "isotropic"
 
 
 def measure_effects(inputs, progress=silent):
-    """State share, standard error and seconds of all effects that change the light, in the plan of a city.
+    """State share, standard error and seconds of all effects that change the light, in the plan of
+    a city.
 
-    The share is (with - without) / with of the full load hours. Seconds are those of a run with the same settings.
+    The share is (with - without) / with of the full load hours. Seconds are those of a run with the
+    same settings.
 
     Parameters
     ----------
@@ -50,12 +69,20 @@ def measure_effects(inputs, progress=silent):
         With all effects as planned, under fewer suns.
     """
     plan, request = inputs.prepared.plan, replace(inputs.request, estimator="gather")
-    inputs = _replan(inputs._replace(request=request)) if inputs.request.estimator != "gather" else inputs
+    inputs = (
+        _replan(inputs._replace(request=request))
+        if inputs.request.estimator != "gather"
+        else inputs
+    )
     large = traced_patches(inputs.prepared).sum() > SMALL
     samples = min(request.samples, LARGE) if large else request.samples
     # With as few rays from all patches there is nothing that `receivers` would change.
     keys = [key for key in TRACED if key != RECEIVERS or samples == request.samples]
-    others = {key: one for key in keys if (one := _replan(inputs, key)).prepared.plan[key].on != plan[key].on}
+    others = {
+        key: one
+        for key in keys
+        if (one := _replan(inputs, key)).prepared.plan[key].on != plan[key].on
+    }
     found = {key: [] for key in others}
     for pair, days in enumerate(PAIRS):
         suns = choose_year(inputs.weather, replace(request, suns=days))
@@ -66,9 +93,13 @@ def measure_effects(inputs, progress=silent):
     for key, pairs in found.items():
         effect = plan[key]
         runs = [pair if effect.on else pair[::-1] for pair in pairs]  # with, and without
-        light, spent = (np.array([[one[k] for one in pair] for pair in runs]) for k in (0, 1))  # (pairs, 2)
+        light, spent = (
+            np.array([[one[k] for one in pair] for pair in runs]) for k in (0, 1)
+        )  # (pairs, 2)
         effect.share, effect.share_standard_error = compare_light(*light.T)
-        effect.seconds = float(np.median(spent[:, 0] - spent[:, 1]))  # the first run loads compiled code
+        effect.seconds = float(
+            np.median(spent[:, 0] - spent[:, 1])
+        )  # the first run loads compiled code
     return planned[-1]
 
 
@@ -80,7 +111,10 @@ def _replan(inputs, key=None):
     if key == "terrain-horizon" and request.horizon is None:  # there is none to be switched on
         return inputs
     known = {"materials": prepared.materials, "weather": weather, "suns": prepared.suns}
-    plan = replace(plan_effects(prepared.scene, prepared.patches, request, **known), ray_scene=prepared.plan.ray_scene)
+    plan = replace(
+        plan_effects(prepared.scene, prepared.patches, request, **known),
+        ray_scene=prepared.plan.ray_scene,
+    )
     return inputs._replace(prepared=replace(prepared, plan=plan), request=request)
 
 
@@ -90,18 +124,26 @@ def _trace_light(inputs, samples, suns, pair):
     Returns
     -------
     light : float
-        Full load hours of the area that counts, or of all surfaces where none does, times that area [h m²].
+        Full load hours of the area that counts, or of all surfaces where none does, times that area
+        [h m²].
     seconds : float
         [s] that a run with the settings asked for takes, by the pilot's model of costs.
     Transfer
     """
     request = inputs.request
     prepared = reseed(inputs.prepared, request.seed + pair)
-    run, transfer = trace_few(inputs._replace(prepared=prepared), (samples, request.shadow_samples), suns)
+    run, transfer = trace_few(
+        inputs._replace(prepared=prepared), (samples, request.shadow_samples), suns
+    )
     system, sky = build_system(request), choose_sky(request, transfer)
     energy = compute_energy(transfer, inputs.weather, system, request.threads, sky=sky)
     if inputs.scene.surfaces.eligible.any():
-        hours = energy.capacity_factor.sum(axis=0) * energy.interval.total_seconds() / 3600 / energy.years
+        hours = (
+            energy.capacity_factor.sum(axis=0)
+            * energy.interval.total_seconds()
+            / 3600
+            / energy.years
+        )
         light = hours @ energy.group_area
     else:
         light = transfer.surfaces.area @ np.nan_to_num(energy.full_load_hours)
@@ -111,7 +153,8 @@ def _trace_light(inputs, samples, suns, pair):
 
 
 def compare_light(on, off):
-    """What an effect adds to the light, as a share of that with it, and its standard error: two float.
+    """What an effect adds to the light, as a share of that with it, and its standard error: two
+    float.
 
     `on` and `off` are (r,) float64, of r pairs of runs.
     """
@@ -137,7 +180,8 @@ def shares_of_effects(transfer, weather, system, threads=None, *, sky="isotropic
     Returns
     -------
     dict of str to float
-        (with - without)/with, of the area-weighted full load hours; empty if no surface is eligible.
+        (with - without)/with, of the area-weighted full load hours; empty if no surface is
+        eligible.
     """
     rows, weight = _draw_surfaces(transfer.surfaces)
     few = take_rows(transfer, rows)
@@ -158,7 +202,8 @@ def shares_of_effects(transfer, weather, system, threads=None, *, sky="isotropic
 
 
 def state_effects(summary, transfer, weather, system, *, sky, threads=None):
-    """Write the measured shares into the effects of a summary; without a plan (a file of long ago) there are none.
+    """Write the measured shares into the effects of a summary; without a plan (a file of long ago)
+    there are none.
 
     Parameters
     ----------
@@ -167,7 +212,8 @@ def state_effects(summary, transfer, weather, system, *, sky, threads=None):
     transfer : Transfer
     weather : Weather
     system : PvSystem
-        Of this year's electricity, which may differ from that of the run that was traced, as may the sky.
+        Of this year's electricity, which may differ from that of the run that was traced, as may
+        the sky.
     sky : str
         Model of the sky that weighed the Transfer.
     threads : int, optional
@@ -186,7 +232,9 @@ def state_effects(summary, transfer, weather, system, *, sky, threads=None):
 
 
 def state_shares(summary, found):
-    """Write share and outcome of effects, `found` by key: share, what is left out without it, and whether it is on."""
+    """Write share and outcome of effects, `found` by key: share, what is left out without it, and
+    whether it is on.
+    """
     for effect in summary["traced"].get("effects") or ():
         if effect["key"] not in found:
             continue
@@ -201,7 +249,8 @@ def state_shares(summary, found):
 
 
 def _draw_surfaces(surfaces):
-    """Eligible surfaces, or of many some at equal steps of their summed area, ordered by tilt and azimuth.
+    """Eligible surfaces, or of many some at equal steps of their summed area, ordered by tilt and
+    azimuth.
 
     Returns
     -------
@@ -220,7 +269,8 @@ def _draw_surfaces(surfaces):
 def share_of_sky(transfer, weather, system, threads=None):
     """Share of full load hours that Perez's sky adds, or takes if negative.
 
-    Where a source of light was not traced, each surface sees as much of it as of the sky that it faces.
+    Where a source of light was not traced, each surface sees as much of it as of the sky that it
+    faces.
 
     Returns
     -------
@@ -231,8 +281,13 @@ def share_of_sky(transfer, weather, system, threads=None):
     """
     rows, weight = _draw_surfaces(transfer.surfaces)
     few = _with_sources(take_rows(transfer, rows))
-    of_sky = [compute_energy(few, weather, system, threads, sky=sky).full_load_hours for sky in (KEY, ISOTROPIC)]
-    names = np.char.add(np.asarray(few.surfaces.kind, str), np.asarray(few.surfaces.orientation, str))
+    of_sky = [
+        compute_energy(few, weather, system, threads, sky=sky).full_load_hours
+        for sky in (KEY, ISOTROPIC)
+    ]
+    names = np.char.add(
+        np.asarray(few.surfaces.kind, str), np.asarray(few.surfaces.orientation, str)
+    )
     groups = [np.where(names == name, weight, 0) for name in np.unique(names)]
     perez, isotropic = np.nan_to_num(of_sky)
     sums = ((one @ perez, one @ (perez - isotropic)) for one in (weight, *groups))
@@ -241,7 +296,9 @@ def share_of_sky(transfer, weather, system, threads=None):
 
 
 def _with_sources(transfer):
-    """A Transfer, and its state without leaves, whose surfaces see as much of each source of light as of the sky."""
+    """A Transfer, and its state without leaves, whose surfaces see as much of each source of light
+    as of the sky.
+    """
     bare = transfer.bare and _with_sources(transfer.bare)
     normal = np.asarray(transfer.surfaces.normal, float)
     openness = np.clip(transfer.sky_view_factor / np.maximum((1 + normal[:, 2]) / 2, 1e-9), 0, 1)

@@ -1,10 +1,14 @@
-"""The pilot: a run of the whole city with few rays and suns, which shows what accuracy costs on the user's own scene.
+"""The pilot: a run of the whole city with few rays and suns, which shows what accuracy costs on the
+user's own scene.
 
-Errors are those of every surface in its own surroundings, since light is passed on from neighbour to neighbour. Seconds
+Errors are those of every surface in its own surroundings, since light is passed on from neighbour
+to neighbour. Seconds
 
-    t = (patches + rays) + suns · (patches + shadow points + products with the matrix of form factors)
+    t = (patches + rays) + suns · (patches + shadow points + products with the matrix of form
+    factors)
 
-have terms in proportions that hardly differ between cities, `COSTS`; the run tells how long both parts of it take.
+have terms in proportions that hardly differ between cities, `COSTS`; the run tells how long both
+parts of it take.
 """
 
 import time
@@ -27,10 +31,16 @@ SMALL = 4_000  # patches of a small city
 SAMPLES, LARGE = 256, 32  # rays of a patch, and of one of a city that is not small
 POINTS, WAY = 16, "days:4"  # shadow points and suns
 FEW = 64  # patches of a run that loads compiled code
-# Of a patch and a ray; of a patch, a shadow point and a product with an entry of the matrix, under each sun.
+# Of a patch and a ray; of a patch, a shadow point and a product with an entry of the matrix, under
+# each sun.
 COSTS = (1.0, 0.005), (1.0, 0.2, 0.0015)  # benchmarks/results/accuracy_prediction.md
-MERGED = 0.8  # power of its rays with which the matrix entries of a patch grow: rays that meet the same patch are one
-PLAN, SUNS = "plan and tree", ("suns", COUNTING)  # stages: one of the scene, not of the pilot, and those of the suns
+# power of its rays with which the matrix entries of a patch grow: rays that meet the same patch are
+# one
+MERGED = 0.8
+PLAN, SUNS = (
+    "plan and tree",
+    ("suns", COUNTING),
+)  # stages: one of the scene, not of the pilot, and those of the suns
 
 
 @dataclass
@@ -43,7 +53,8 @@ class PilotRun:
     suns: int
     counts: tuple  # patches that get all rays, and others that get fewer
     seconds: tuple = ()  # [s] of processor time, before the suns and of them
-    pace: float = 1.0  # wall time over processor time: by threads that share the work, and by other work that waits
+    # wall time over processor time: by threads that share the work, and by other work that waits
+    pace: float = 1.0
     last_bounce: float = 0.0  # share of the last reflection of all light
 
     def predict_seconds(self, other):
@@ -87,7 +98,9 @@ def run_pilot(inputs, progress=silent):
     progress("pilot", 1, 1, "runs")
     started, sky = time.perf_counter(), choose_sky(request, transfer)
     energy = compute_energy(transfer, weather, build_system(request), request.threads, sky=sky)
-    return _Pilot(run, transfer, split_errors(transfer, weather, energy), time.perf_counter() - started)
+    return _Pilot(
+        run, transfer, split_errors(transfer, weather, energy), time.perf_counter() - started
+    )
 
 
 def trace_few(inputs, setting, suns, progress=silent, *, part=None):
@@ -109,19 +122,33 @@ def trace_few(inputs, setting, suns, progress=silent, *, part=None):
     Transfer
     """
     samples, shadow_samples = setting
-    request = replace(inputs.request, samples=samples, shadow_samples=shadow_samples, estimator="gather")
+    request = replace(
+        inputs.request, samples=samples, shadow_samples=shadow_samples, estimator="gather"
+    )
     ready = inputs.prepared
     if part is not None:
         patches = replace(ready.patches, receives=ready.patches.receives & part)
         ready = replace(ready, patches=patches)
-    with threadpool_limits(1, "blas"):  # whose threads wait busily, which would count as processor time
+    with threadpool_limits(
+        1, "blas"
+    ):  # whose threads wait busily, which would count as processor time
         transfer = trace_hybrid(inputs.scene, suns, request, progress, prepared=ready)
     record = transfer.record
-    spent, wall = (sum(stages.values()) - stages[PLAN] for stages in (record.processor_seconds, record.seconds))
+    spent, wall = (
+        sum(stages.values()) - stages[PLAN] for stages in (record.processor_seconds, record.seconds)
+    )
     of_suns = sum(record.processor_seconds.get(stage, 0.0) for stage in SUNS)
     counts = count_patches(ready.patches, ready.plan, record.hemisphere_rays, samples)
     seconds = spent - of_suns, of_suns
-    run = PilotRun(samples, shadow_samples, record.max_bounces, len(suns), counts, seconds, wall / max(spent, 1e-3))
+    run = PilotRun(
+        samples,
+        shadow_samples,
+        record.max_bounces,
+        len(suns),
+        counts,
+        seconds,
+        wall / max(spent, 1e-3),
+    )
     run.last_bounce = max(record.last_bounce_share_diffuse, record.last_bounce_share_direct)
     return run, transfer
 
@@ -132,7 +159,8 @@ def traced_patches(prepared):
 
 
 def count_patches(patches, plan, rays, samples):
-    """Patches that got all rays, and others that got fewer, of a run that sent so many rays: two float.
+    """Patches that got all rays, and others that got fewer, of a run that sent so many rays: two
+    float.
 
     Some of either turn out to be covered: they send none.
     """

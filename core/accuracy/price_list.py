@@ -1,8 +1,8 @@
 """Price list of a scene: predicted seconds and errors of presets and of each setting, from a pilot.
 
-Seconds are those of the pilot, times patches, rays, points and suns over its own. The variance of each source of
-error falls with the power of the number of rays or points that every run takes for it (`yield_errors.SAMPLED`); what
-the size of patches leaves falls with the square of their length.
+Seconds are those of the pilot, times patches, rays, points and suns over its own. The variance of
+each source of error falls with the power of the number of rays or points that every run takes for
+it (`yield_errors.SAMPLED`); what the size of patches leaves falls with the square of their length.
 """
 
 import time
@@ -61,7 +61,9 @@ class PricedCity:
     pilot: object  # Pilot
     suns: dict  # choice of suns -> Suns
     sampling: dict  # choice of suns -> what `measure_ways` found
-    checking: float  # [s] of measuring it, as of measuring that of a run on more patches under fewer suns
+    checking: (
+        float  # [s] of measuring it, as of measuring that of a run on more patches under fewer suns
+    )
     patch_size: float | None
     prepared: object  # PreparedScene
 
@@ -70,12 +72,22 @@ class PricedCity:
         return self.pilot.run.bounces if request.max_bounces is None else request.max_bounces
 
     def predict_seconds(self, request, rounds=1):
-        """Wall and processor time of tracing, and of writing what grows with the suns [s]: three float."""
-        pieces, full, suns = self.pieces(request.patch_size), self.prepared.plan.receivers, len(self.suns[request.suns])
+        """Wall and processor time of tracing, and of writing what grows with the suns [s]: three
+        float.
+        """
+        pieces, full, suns = (
+            self.pieces(request.patch_size),
+            self.prepared.plan.receivers,
+            len(self.suns[request.suns]),
+        )
         full = np.ones(len(pieces), bool) if full is None else full
         growth = (pieces[some].mean() if some.any() else 1.0 for some in (full, ~full))
-        counts = tuple(more * count for more, count in zip(growth, self.pilot.run.counts, strict=True))
-        run = PilotRun(request.samples, request.shadow_samples, self.bounces_of(request), suns, counts)
+        counts = tuple(
+            more * count for more, count in zip(growth, self.pilot.run.counts, strict=True)
+        )
+        run = PilotRun(
+            request.samples, request.shadow_samples, self.bounces_of(request), suns, counts
+        )
         processor = rounds * self.pilot.run.predict_seconds(run)
         writing = 8.0 * len(self.prepared.scene.surfaces) * suns / WRITING
         return processor * self.pilot.run.pace, processor, writing
@@ -86,23 +98,35 @@ class PricedCity:
         rays, points = request.samples / run.samples, request.shadow_samples / run.shadow_samples
         more = {"rays": rays, "shadows": points, "passed_on": np.sqrt(rays * points)}
         elements = [count_elements(points_above(one.shadow_samples)) for one in (request, run)]
-        variance = {name: errors.variance[name] / (more[name] ** SAMPLED[name] * rounds) for name in SAMPLED}
+        variance = {
+            name: errors.variance[name] / (more[name] ** SAMPLED[name] * rounds) for name in SAMPLED
+        }
         variance["discretisation"] = errors.variance["discretisation"] * elements[1] / elements[0]
         owner, pieces = self.prepared.scene.triangle_surface, self.pieces(request.patch_size)
-        patches, more = (np.bincount(owner + 1, weight)[1:][errors.rows] for weight in (None, pieces))
+        patches, more = (
+            np.bincount(owner + 1, weight)[1:][errors.rows] for weight in (None, pieces)
+        )
         variance = {name: part * patches / more for name, part in variance.items()}
         # Points lie in a net on each patch: more patches make the net of a surface finer.
         variance["shadows"] *= (patches / more) ** (SAMPLED["shadows"] - 1)
-        measured, names = self.sampling[request.suns], name_groups(self.pilot.transfer.surfaces)[errors.rows]
-        rms = np.array([measured.get("groups", {}).get(name, measured)["rms"] for name in names]) / 100
+        measured, names = (
+            self.sampling[request.suns],
+            name_groups(self.pilot.transfer.surfaces)[errors.rows],
+        )
+        rms = (
+            np.array([measured.get("groups", {}).get(name, measured)["rms"] for name in names])
+            / 100
+        )
         variance["suns"] = (rms * errors.hours) ** 2
         return replace(errors, variance=variance, rounds=rounds)
 
     def pieces(self, size):
-        """Patches that take the place of each of the pilot's with another patch size, about: (p,) float64.
+        """Patches that take the place of each of the pilot's with another patch size, about: (p,)
+        float64.
 
-        With one, two or three long edges it is cut into two, three or four; with larger patches small surfaces stay as
-        they are. Generated ground has patches that grow with the distance from buildings, whatever the size at these.
+        With one, two or three long edges it is cut into two, three or four; with larger patches
+        small surfaces stay as they are. Generated ground has patches that grow with the distance
+        from buildings, whatever the size at these.
         """
         scene, own = self.prepared.scene, self.prepared.scene.triangle_surface
         found = np.ones(len(own))
@@ -113,7 +137,9 @@ class PricedCity:
         longest = np.maximum(edges.max(axis=1), self.patch_size)
         ground = (longest / (longest + size - self.patch_size)) ** 2
         if size > self.patch_size:
-            found = np.clip(SMALLEST / np.bincount(own + 1)[own + 1], (self.patch_size / size) ** 2, 1)
+            found = np.clip(
+                SMALLEST / np.bincount(own + 1)[own + 1], (self.patch_size / size) ** 2, 1
+            )
         while (long := edges > size).any():
             found *= 1 + long.sum(axis=1)
             edges /= 2
@@ -168,8 +194,17 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
     def price(name, rounds=1, **changes):
         one = replace(request, **changes)
         bounces, errors = city.bounces_of(one), city.predict_errors(one, rounds)
-        knobs = {"samples": one.samples, "shadow_samples": one.shadow_samples, "suns": len(city.suns[one.suns])}
-        knobs |= {"way": one.suns, "bounces": bounces, "patch_size": one.patch_size, "rounds": rounds}
+        knobs = {
+            "samples": one.samples,
+            "shadow_samples": one.shadow_samples,
+            "suns": len(city.suns[one.suns]),
+        }
+        knobs |= {
+            "way": one.suns,
+            "bounces": bounces,
+            "patch_size": one.patch_size,
+            "rounds": rounds,
+        }
         wall, processor, writing = city.predict_seconds(one, rounds)
         parts = errors.at_share(share=0.5), errors.at_share(), errors.largest()
         left = 100 * factor ** (bounces + 1) / (1 - factor)
@@ -193,18 +228,27 @@ def describe_prices(listed):
     lines = [
         f"{listed.patches:,} patches; the pilot took {describe_duration(listed.pilot_seconds)}; "
         f"reading, checks and files add {describe_duration(listed.fixed)} to tracing",
-        "Standard error of full load hours that half and 95 % of the eligible area do not exceed, its largest part, "
+        "Standard error of full load hours that half and 95 % of the eligible area do not exceed, "
+        "its largest part, "
         "and the light beyond the last reflection:",
-        f"{'':24} {'seconds':>8} {'tracing':>8} {'half of':>8} {'95 % of':>8} {'largest part':14} {'reflections':>11}",
+        f"{'':24} {'seconds':>8} {'tracing':>8} {'half of':>8} {'95 % of':>8} {'largest part':14} "
+        f"{'reflections':>11}",
         f"{'':24} {'':>8} {'':>8} {'area, %':>8} {'area, %':>8} {'':14} {'left out, %':>11}",
     ]
     for one in listed.prices:
-        source = {"passed_on": "reflected", "discretisation": "patch size"}.get(one.largest, one.largest or "none")
-        half, most = (f"{value:.2f}" if np.isfinite(value) else "–" for value in (one.median, one.error))
+        source = {"passed_on": "reflected", "discretisation": "patch size"}.get(
+            one.largest, one.largest or "none"
+        )
+        half, most = (
+            f"{value:.2f}" if np.isfinite(value) else "–" for value in (one.median, one.error)
+        )
         lines.append(
             f"{one.name:24} {one.seconds:8.1f} {one.tracing:8.1f} {half:>8} {most:>8} {source:14} "
             f"{one.bounces_left:11.2f}"
         )
     if not any(np.isfinite(one.error) for one in listed.prices):
-        lines.append("No surface is eligible for photovoltaics, so there are no errors of full load hours to predict.")
+        lines.append(
+            "No surface is eligible for photovoltaics, so there are no errors of full load hours "
+            "to predict."
+        )
     return lines

@@ -4,8 +4,9 @@
                   ▲                        │ no
                   └────── round k ◄────────┘
 
-Rounds double: 1, 1, 2, 4 … times the samples of the first, up to `largest_round`, so that what every round costs beside
-its rays counts little. Each goes on where the one before it stopped in the sequences of random points.
+Rounds double: 1, 1, 2, 4 … times the samples of the first, up to `largest_round`, so that what
+every round costs beside its rays counts little. Each goes on where the one before it stopped in the
+sequences of random points.
 """
 
 import time
@@ -17,11 +18,18 @@ from scipy.optimize import bisect
 from ..settings.progress import CancelledError, describe_duration
 from .yield_errors import CURES, SAMPLED, SOURCES
 
-CELLS = 16  # shadow points from which patches are resolved into as many elements: the fewest of a run with rounds
-MOST_RAYS, MOST_POINTS = 1024, 64  # in one round of more than the first one's: the memory grows with them
+# shadow points from which patches are resolved into as many elements: the fewest of a run with
+# rounds
+CELLS = 16
+MOST_RAYS, MOST_POINTS = (
+    1024,
+    64,
+)  # in one round of more than the first one's: the memory grows with them
 MOST_ROUNDS = 10_000
 CERTAIN = 0.8  # of what no round lowers: it is itself an estimate
-CLOSE = 1.1  # where a target cannot be reached: error, over what no round can lower, at which to stop
+CLOSE = (
+    1.1  # where a target cannot be reached: error, over what no round can lower, at which to stop
+)
 SECONDS_PER_LINE = 2.0
 NOTHING_COUNTS = "no surface is eligible, so there is no error that rounds could lower"
 NO_TIME, NO_ROOM = "no time for another round", "no memory for what the rays of another round meet"
@@ -84,7 +92,8 @@ def refine(run, errors, goal, trace_round, tell):
 
 
 def size_of_round(errors, goal, each):
-    """Size of the next round: the samples so far are a multiple of it; 0 if the time does not allow one.
+    """Size of the next round: the samples so far are a multiple of it; 0 if the time does not allow
+    one.
 
     Parameters
     ----------
@@ -128,7 +137,9 @@ def decide_stop(errors, goal):
 
 
 def rounds_needed(errors, target):
-    """How many times the samples so far are needed for a target [%]: float, inf if it cannot be reached."""
+    """How many times the samples so far are needed for a target [%]: float, inf if it cannot be
+    reached.
+    """
     if not errors.at_share() > target:
         return 1.0
     if errors.at_share(without=SAMPLED) >= target:
@@ -160,11 +171,18 @@ def _describe_round(errors, goal, each, record, stop):
 
 
 def unreachable(errors, target):
-    """That no number of rounds reaches a target [%], why, and the option that would help; "" if one may: str."""
+    """That no number of rounds reaches a target [%], why, and the option that would help; "" if one
+    may: str.
+    """
     left = errors.at_share(without=SAMPLED)
     if not CERTAIN * left > target:
         return ""
-    fixed = replace(errors, variance={name: errors.variance[name] for name in SOURCES if name not in SAMPLED})
+    fixed = replace(
+        errors, variance={name: errors.variance[name] for name in SOURCES if name not in SAMPLED}
+    )
     source = fixed.largest()
     words = f"{SOURCES[source]} alone leaves {left:.2f} % whatever the number of rays"
-    return f"{target:g} % cannot be reached: {words}; give {CURES[source]}, or a target above {left:.2f}"
+    return (
+        f"{target:g} % cannot be reached: {words}; give {CURES[source]}, or a target above "
+        f"{left:.2f}"
+    )

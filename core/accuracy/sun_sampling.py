@@ -1,4 +1,6 @@
-"""What a choice of suns does to full load hours, measured on patches of the scene itself against every hour's sun."""
+"""What a choice of suns does to full load hours, measured on patches of the scene itself against
+every hour's sun.
+"""
 
 from typing import NamedTuple
 
@@ -31,7 +33,8 @@ class CityYear(NamedTuple):
 
 
 def measure_ways(inputs, transfer, ways, progress=silent, *, patches=LOOKED_AT):
-    """Error of full load hours by some choices of suns. Reflections are left out: they change more slowly than shadows.
+    """Error of full load hours by some choices of suns. Reflections are left out: they change more
+    slowly than shadows.
 
     Parameters
     ----------
@@ -45,38 +48,63 @@ def measure_ways(inputs, transfer, ways, progress=silent, *, patches=LOOKED_AT):
     Returns
     -------
     list of dict
-        For each way, in percent of full load hours: `bias` (all together) and its `bias_standard_error`, `rms` (patch
-        by patch) and its `rms_standard_error`, and how many `patches`; and the same for each kind and orientation
-        under `groups`.
+        For each way, in percent of full load hours: `bias` (all together) and its
+        `bias_standard_error`, `rms` (patch by patch) and its `rms_standard_error`, and how many
+        `patches`; and the same for each kind and orientation under `groups`.
     """
     scene, prepared, weather, request = inputs
     every, surfaces = {suns.sampling: suns for suns in ways}, transfer.surfaces
     if every.keys() == {"hourly"} or not surfaces.eligible.any():
         return [NO_ERROR | {"patches": 0} for _ in ways]
     every.setdefault("hourly", choose_suns("hourly", *weather.axis, position=weather.data))
-    few = trace_sun_samples(scene, transfer, [*every.values()], request, progress, prepared=prepared, count=patches)
-    system, sky, threads = build_system(request), choose_sky(request, transfer), usable_threads(request.threads)
-    with threadpool_limits(1, "blas"):  # its number is one of the process, so that no thread may set it alone
-        light = map_in_order(lambda one: compute_energy(one, weather, system, threads, sky=sky), few, threads)
+    few = trace_sun_samples(
+        scene, transfer, [*every.values()], request, progress, prepared=prepared, count=patches
+    )
+    system, sky, threads = (
+        build_system(request),
+        choose_sky(request, transfer),
+        usable_threads(request.threads),
+    )
+    with threadpool_limits(
+        1, "blas"
+    ):  # its number is one of the process, so that no thread may set it alone
+        light = map_in_order(
+            lambda one: compute_energy(one, weather, system, threads, sky=sky), few, threads
+        )
         hours_by = {way: energy.full_load_hours for way, energy in zip(every, light, strict=True)}
-    true, names, of_surfaces = hours_by["hourly"], name_groups(few[0].surfaces), name_groups(surfaces)
+    true, names, of_surfaces = (
+        hours_by["hourly"],
+        name_groups(few[0].surfaces),
+        name_groups(surfaces),
+    )
     # Patches stand for the eligible area: of small groups more of them are looked at.
-    weight, groups, found = np.zeros(len(names)), {str(name): names == name for name in np.unique(names)}, []
+    weight, groups, found = (
+        np.zeros(len(names)),
+        {str(name): names == name for name in np.unique(names)},
+        [],
+    )
     for name, own in groups.items():
         weight[own] = surfaces.area[surfaces.eligible & (of_surfaces == name)].sum() / own.sum()
     for hours in (hours_by[suns.sampling] for suns in ways):
-        parts = {name: compare_hours(hours[own], true[own], np.ones(own.sum())) for name, own in groups.items()}
+        parts = {
+            name: compare_hours(hours[own], true[own], np.ones(own.sum()))
+            for name, own in groups.items()
+        }
         found.append({**compare_hours(hours, true, weight), "groups": parts})
     return found
 
 
 def name_groups(surfaces):
     """Kind and orientation of surfaces as one text each: (n,) str."""
-    return np.array([" ".join(pair) for pair in zip(surfaces.kind, surfaces.orientation, strict=True)])
+    return np.array(
+        [" ".join(pair) for pair in zip(surfaces.kind, surfaces.orientation, strict=True)]
+    )
 
 
 def compare_hours(found, true, weight):
-    """Bias and rms of full load hours in percent of their mean, with standard errors, and how many patches: dict."""
+    """Bias and rms of full load hours in percent of their mean, with standard errors, and how many
+    patches: dict.
+    """
     mean, count = np.average(true, weights=weight), len(true)
     if not mean > 0:
         return NO_ERROR | {"patches": count}
@@ -84,7 +112,9 @@ def compare_hours(found, true, weight):
     rms = np.sqrt(np.average(error**2, weights=weight))
     return {
         "bias": float(np.average(error, weights=weight)),
-        "bias_standard_error": float(error.std() / np.sqrt(count)),  # the patches are drawn by chance
+        "bias_standard_error": float(
+            error.std() / np.sqrt(count)
+        ),  # the patches are drawn by chance
         "rms": float(rms),
         "rms_standard_error": float((error**2).std() / np.sqrt(count) / max(2 * rms, 1e-9)),
         "patches": count,

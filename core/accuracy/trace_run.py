@@ -38,7 +38,9 @@ class _Run:
     city: TracedCity | None  # what its rays met; without, rounds are runs of their own
 
     def has_room(self, size):
-        """Whether what the rays of all rounds and of one more, of some size, meet is small enough to be kept."""
+        """Whether what the rays of all rounds and of one more, of some size, meet is small enough
+        to be kept.
+        """
         kept = sum(one.traced.nbytes for one in self.city.states) if self.city else 0
         return kept * (1 + size / self.transfer.record.rounds) <= MOST_KEPT
 
@@ -53,11 +55,18 @@ def trace_run(scene, weather, request, progress=silent, folder=None, *, prepared
 
     `trace_round` goes on with what its rays met where `prepared.rounds` says so.
     """
-    suns = choose_year(weather, request) if prepared is None or prepared.suns is None else prepared.suns
+    suns = (
+        choose_year(weather, request)
+        if prepared is None or prepared.suns is None
+        else prepared.suns
+    )
     check_tracing(scene, suns, request)
     prepared = prepared or prepare_scene(scene, request, weather=weather, progress=progress)
     if request.estimator == "forward":
-        transfer, city = _trace_photons(scene, suns, request, progress, folder, prepared=prepared), None
+        transfer, city = (
+            _trace_photons(scene, suns, request, progress, folder, prepared=prepared),
+            None,
+        )
     else:
         specular = specular_of(prepared)
         city = trace_light(prepared, suns, request, progress, folder, specular=specular)
@@ -84,7 +93,8 @@ def _trace_photons(scene, suns, request, progress, folder, *, prepared):
     bare = trace_forward(scene, suns, request, progress, folder, prepared=prepared, state=1)
     if bare.record.interrupted:
         columns = {
-            name: keep_columns(getattr(leaf, name), len(bare.suns)) for name in ("visible_share", "direct_reflected")
+            name: keep_columns(getattr(leaf, name), len(bare.suns))
+            for name in ("visible_share", "direct_reflected")
         }
         record = replace(leaf.record, interrupted=bare.record.interrupted)
         leaf = replace(leaf, suns=bare.suns, record=record, **columns)
@@ -101,7 +111,8 @@ def trace_round(run, size, progress=silent, folder=None):
     run : Run
         Of all rounds before; overwritten.
     size : int
-        Samples, in units of those of the first round: a power of two of which those before are a multiple.
+        Samples, in units of those of the first round: a power of two of which those before are a
+        multiple.
     progress, folder
         As of `study.trace_scene`.
 
@@ -118,12 +129,16 @@ def trace_round(run, size, progress=silent, folder=None):
     if run.city:
         city = add_round(run.city, size, progress, folder)
         transfer = city.transfer
-        transfer = replace(transfer, record=replace(transfer.record, sun_sampling=record.sun_sampling))
+        transfer = replace(
+            transfer, record=replace(transfer.record, sun_sampling=record.sun_sampling)
+        )
         return replace(run, transfer=transfer, city=city)
     seed = seed_of_round(request.seed, record.rounds)
     samples, points = size * request.samples, size * request.shadow_samples
     request = replace(request, seed=seed, samples=samples, shadow_samples=points)
-    prepared = replace(reseed(run.prepared, seed), bounces=record.max_bounces, suns=run.transfer.suns)
+    prepared = replace(
+        reseed(run.prepared, seed), bounces=record.max_bounces, suns=run.transfer.suns
+    )
     other = trace_run(run.scene, run.weather, request, progress, folder, prepared=prepared).transfer
     if other.record.interrupted:  # by some suns only: not a whole round
         raise CancelledError
@@ -134,8 +149,9 @@ def trace_round(run, size, progress=silent, folder=None):
 def weigh_kept_suns(transfer, axis):
     """Let the suns that were traced until an interruption stand for the whole year.
 
-    The error of the direct part is that of weights in proportion to the earlier ones. Other weights can make it larger:
-    independent errors of the suns by √(Σ w²), errors that they share not at all.
+    The error of the direct part is that of weights in proportion to the earlier ones. Other weights
+    can make it larger: independent errors of the suns by √(Σ w²), errors that they share not at
+    all.
 
     Parameters
     ----------
@@ -152,4 +168,6 @@ def weigh_kept_suns(transfer, axis):
     parts = transfer.error_parts and scale_direct(transfer.error_parts, growth)
     error = transfer.direct_annual_standard_error * growth
     bare = transfer.bare and weigh_kept_suns(transfer.bare, axis)
-    return replace(transfer, suns=suns, direct_annual_standard_error=error, error_parts=parts, bare=bare)
+    return replace(
+        transfer, suns=suns, direct_annual_standard_error=error, error_parts=parts, bare=bare
+    )

@@ -7,8 +7,8 @@ import numpy as np
 from ..energy.standard_errors import errors_of_energy
 from ..light.transfer import variance_of_mean
 
-# Sources that fall with every round, and the power of the number of samples with which their variance does: of digital
-# nets, measured in Berlin and on the town. The others stay.
+# Sources that fall with every round, and the power of the number of samples with which their
+# variance does: of digital nets, measured in Berlin and on the town. The others stay.
 SAMPLED = {"shadows": 1.6, "rays": 1.3, "passed_on": 1.0}
 SOURCES = {  # name -> words
     "shadows": "the shadows",
@@ -41,7 +41,9 @@ class YieldErrors:
     power: dict = field(default_factory=lambda: SAMPLED)  # with which variances fall
 
     def relative(self, more=1.0, without=()):
-        """Standard errors in percent of each surface's hours, with `more` times the samples: (e,) float64."""
+        """Standard errors in percent of each surface's hours, with `more` times the samples: (e,)
+        float64.
+        """
         total = np.zeros(len(self.hours))
         for source, variance in self.variance.items():
             if source not in without:
@@ -54,12 +56,16 @@ class YieldErrors:
 
     def largest(self):
         """The source with the largest variance, by area, or None."""
-        sums = {name: float(self.area @ (part / self.hours**2)) for name, part in self.variance.items()}
+        sums = {
+            name: float(self.area @ (part / self.hours**2)) for name, part in self.variance.items()
+        }
         return max(sums, key=sums.get) if any(sums.values()) else None
 
 
 def _quantile_by_area(values, area, share):
-    """Smallest value that a share of the area does not exceed; NaN without area or if a value is unknown."""
+    """Smallest value that a share of the area does not exceed; NaN without area or if a value is
+    unknown.
+    """
     if not len(values) or np.isnan(values).any():
         return np.nan
     order = np.argsort(values)
@@ -68,7 +74,8 @@ def _quantile_by_area(values, area, share):
 
 
 def split_errors(transfer, weather, energy):
-    """Errors of the full load hours of eligible surfaces that have a tenth of the mean hours at least.
+    """Errors of the full load hours of eligible surfaces that have a tenth of the mean hours at
+    least.
 
     Parameters
     ----------
@@ -83,19 +90,26 @@ def split_errors(transfer, weather, energy):
     """
     hours, record = energy.full_load_hours, transfer.record
     parts = _variances_of_hours(transfer, weather, energy)
-    chosen, forward = find_lit(energy), record is not None and record.request.get("estimator") == "forward"
+    chosen, forward = (
+        find_lit(energy),
+        record is not None and record.request.get("estimator") == "forward",
+    )
     return YieldErrors(
         {name: part[chosen] for name, part in parts.items()},
         hours[chosen],
         energy.counted_area[chosen],
         record.rounds if record else 1,
         np.flatnonzero(chosen),
-        dict.fromkeys(SAMPLED, 1.0) if forward else SAMPLED,  # photons are independent from round to round
+        dict.fromkeys(SAMPLED, 1.0)
+        if forward
+        else SAMPLED,  # photons are independent from round to round
     )
 
 
 def _variances_of_hours(transfer, weather, energy):
-    """Variances of the full load hours of all surfaces by source: dict of SOURCES to (n,) float64 [h²]."""
+    """Variances of the full load hours of all surfaces by source: dict of SOURCES to (n,) float64
+    [h²].
+    """
     errors = errors_of_energy(transfer, weather, energy)
     return {
         "shadows": errors.points,
@@ -112,11 +126,17 @@ def find_lit(energy):
     counted = (area > 0) & np.isfinite(hours)
     if not counted.any():
         return counted
-    return counted & (hours >= LEAST_HOURS * np.average(hours[counted], weights=area[counted])) & (hours > 0)
+    return (
+        counted
+        & (hours >= LEAST_HOURS * np.average(hours[counted], weights=area[counted]))
+        & (hours > 0)
+    )
 
 
 def seconds_of_rounds(transfer):
-    """Time that the rounds of a Transfer took, in both states of its trees [s]; NaN if it is not known."""
+    """Time that the rounds of a Transfer took, in both states of its trees [s]; NaN if it is not
+    known.
+    """
     if transfer.record is None:
         return np.nan
     own = sum(seconds for stage, seconds in transfer.record.seconds.items() if stage not in ONCE)

@@ -1,4 +1,6 @@
-"""Join the contents of files into one City: clean rings, one LoD per building, no duplicates, unique identifiers."""
+"""Join the contents of files into one City: clean rings, one LoD per building, no duplicates,
+unique identifiers.
+"""
 
 import re
 from collections import Counter, defaultdict
@@ -31,7 +33,8 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
     orient : {'auto', 'as-drawn'}
         Turn over polygons that face into their building, or keep all as drawn.
     report_share : callable, optional
-        Called after each step with the share of the time, as measured with up to a million polygons.
+        Called after each step with the share of the time, as measured with up to a million
+        polygons.
 
     Returns
     -------
@@ -46,7 +49,9 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
         raise InputError("--orient", f"{orient!r} is unknown", f"give {' or '.join(ORIENTS)}")
     lod = None if lod is None else str(lod).strip()
     if lod is not None and not re.fullmatch(r"[0-4](\.\d)?", lod):
-        raise InputError("--lod", f"{lod!r} is not a level of detail", "give 1, 2, 3, or for example 2.2")
+        raise InputError(
+            "--lod", f"{lod!r} is not a level of detail", "give 1, 2, 3, or for example 2.2"
+        )
     report = ImportReport(
         files=[str(content.path) for content in contents],
         part_count=sum(content.part_count for content in contents),
@@ -54,7 +59,9 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
     )
     _tell_buildings_apart(contents, report)
     report.building_count = sum(len(content.buildings) for content in contents)
-    met = Counter(lod for content in contents for polygon in content.polygons for lod in polygon.lods)
+    met = Counter(
+        lod for content in contents for polygon in content.polygons for lod in polygon.lods
+    )
     report.lods_met = dict(sorted(met.items()))
     for content in contents:
         for reason, identifiers in content.skipped.items():
@@ -78,20 +85,24 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
 
 
 def _join_colours(contents, report):
-    """Colours of the materials of all files; None for a name with different colours in different files."""
+    """Colours of the materials of all files; None for a name with different colours in different
+    files.
+    """
     colours, doubtful = {}, set()
     for content in contents:
         for name, colour in content.colours.items():
             if colours.get(name) is not None and colour not in (None, colours[name]):
                 doubtful.add(name)
             colours[name] = colours.get(name) or colour
-    report.note("materials have different colours in different files; none is used", sorted(doubtful))
+    report.note(
+        "materials have different colours in different files; none is used", sorted(doubtful)
+    )
     return colours | dict.fromkeys(doubtful)
 
 
 def _tell_buildings_apart(contents, report):
-    """Leave out a building that is identical, point by point, to an earlier one, as of a neighbouring tile; others of
-    one name in a file get a number."""
+    """Leave out a building that is identical, point by point, to an earlier one, as of a
+    neighbouring tile; others of one name in a file get a number."""
     seen = set()
     for content in contents:
         drawn, kept, taken, used = defaultdict(list), {}, dict.fromkeys(content.buildings, 1), set()
@@ -100,7 +111,10 @@ def _tell_buildings_apart(contents, report):
         for building, name in enumerate(content.buildings):
             rings = [ring for polygon in drawn[building] for ring in polygon.rings]
             shape = hash(
-                tuple((polygon.lods, *(ring.tobytes() for ring in polygon.rings)) for polygon in drawn[building])
+                tuple(
+                    (polygon.lods, *(ring.tobytes() for ring in polygon.rings))
+                    for polygon in drawn[building]
+                )
             )
             if name and (name, shape) in seen:
                 starts = starts_of([len(polygon.rings) for polygon in drawn[building]])
@@ -112,7 +126,9 @@ def _tell_buildings_apart(contents, report):
             kept[building] = free_name(name, taken) if name and name in used else name
             used.add(name)
         again = [name for building, name in kept.items() if name != content.buildings[building]]
-        report.note(f"buildings of {content.path} have the name of an earlier one, number added", again)
+        report.note(
+            f"buildings of {content.path} have the name of an earlier one, number added", again
+        )
         number = {building: k for k, building in enumerate(kept)}
         content.buildings = list(kept.values())
         content.polygons = [polygon for polygon in content.polygons if polygon.building in number]
@@ -125,9 +141,14 @@ def _flatten(contents, chosen, crs, report):
     first, buildings = {}, []
     for content in contents:
         first[id(content)] = len(buildings)
-        buildings += [name or f"building_{len(buildings) + k}" for k, name in enumerate(content.buildings, start=1)]
+        buildings += [
+            name or f"building_{len(buildings) + k}"
+            for k, name in enumerate(content.buildings, start=1)
+        ]
     polygons = [polygon for _, polygon in chosen]
-    rings = [ring[::-1] if polygon.flipped else ring for polygon in polygons for ring in polygon.rings]
+    rings = [
+        ring[::-1] if polygon.flipped else ring for polygon in polygons for ring in polygon.rings
+    ]
     polygon_start = starts_of([len(polygon.rings) for polygon in polygons])
     points, ring_start, changed = clean_rings(rings, polygon_start)
     building = [buildings[first[id(content)] + polygon.building] for content, polygon in chosen]
@@ -169,14 +190,25 @@ def _name_surfaces(polygons, building, report):
 
 
 def _orient(city, report):
-    """Turn over polygons that face into their building, and name classes that contradict what they face."""
+    """Turn over polygons that face into their building, and name classes that contradict what they
+    face.
+    """
     found = orient_shells(*city.shape, number_names(city.building_id))
     wanted, turned = judge_turning(city.shape, found, np.ones(len(city), bool))
     city.points = turn_over(*city.shape, turned)
-    report.repair("flipped: faced inwards in a watertight shell", city.names_of(turned & found.watertight))
-    report.repair("flipped with its open shell", city.names_of(turned & ~found.watertight & ~found.loose))
-    report.repair("flipped: faced inwards by rays from both sides", city.names_of(turned & found.loose))
-    spared = "surfaces face inwards by the shape of their shell, but not by rays from both sides; kept as drawn"
+    report.repair(
+        "flipped: faced inwards in a watertight shell", city.names_of(turned & found.watertight)
+    )
+    report.repair(
+        "flipped with its open shell", city.names_of(turned & ~found.watertight & ~found.loose)
+    )
+    report.repair(
+        "flipped: faced inwards by rays from both sides", city.names_of(turned & found.loose)
+    )
+    spared = (
+        "surfaces face inwards by the shape of their shell, but not by rays from both sides; kept "
+        "as drawn"
+    )
     doubtful = "surfaces form shells whose outside cannot be determined; kept as drawn"
     report.note(doubtful, city.names_of(found.doubtful))
     report.note(spared, city.names_of(wanted & ~turned & ~found.loose))

@@ -1,9 +1,10 @@
 """The order of the two coordinates of a file: along the meridian first, or second.
 
-Registries have northing or latitude first in many systems, and many files have them second. What decides is, in this
-order: which coordinates lie within the area of use of the system; the envelope of the file; which places lie on land
-and near the latitude and longitude that the user gives; and the classes of surfaces, where roofs face up and grounds
-down in one order alone. Else the order of the registry is taken.
+Registries have northing or latitude first in many systems, and many files have them second. What
+decides is, in this order: which coordinates lie within the area of use of the system; the envelope
+of the file; which places lie on land and near the latitude and longitude that the user gives; and
+the classes of surfaces, where roofs face up and grounds down in one order alone. Else the order of
+the registry is taken.
 """
 
 from dataclasses import dataclass
@@ -16,7 +17,8 @@ from ..settings.errors import InputError
 from .name_crs import hash_plane, name_crs
 from .transform_crs import find_globe_places, plane_of, registered_axes
 
-MARGIN = 1.0  # [°] outside the area of use of a system; surveys and zones reach a few kilometres beyond theirs
+# [°] outside the area of use of a system; surveys and zones reach a few kilometres beyond theirs
+MARGIN = 1.0
 NEAR = 100e3  # [m] from the place that the user gives
 SURE = 0.95  # share of the area of roofs and grounds that faces the way of its class
 CLASSES = "classes of surfaces"
@@ -31,8 +33,12 @@ class PlaceHints:
     axes: str = "auto"  # 'xy' or 'yx' where the user gives the order
     latitude: float | None = None  # [°]
     longitude: float | None = None  # [°]
-    is_land: object = None  # callable(latitude, longitude): whether a place is on land or near it; None: unknown
-    like: object = None  # City or Site in whose system, order and plane the files are; None: as they say
+    is_land: object = (
+        None  # callable(latitude, longitude): whether a place is on land or near it; None: unknown
+    )
+    like: object = (
+        None  # City or Site in whose system, order and plane the files are; None: as they say
+    )
 
 
 @dataclass(frozen=True)
@@ -73,17 +79,22 @@ def order_axes(middle, crs, hints, content=None):
     registered = registered_axes(plane)
     if hints.axes != "auto" or middle is None:
         given = hints.axes != "auto"
-        return _AxisOrder(hints.axes if given else registered, "--axes" if given else "", registered)
+        return _AxisOrder(
+            hints.axes if given else registered, "--axes" if given else "", registered
+        )
     left = ORDERS
     for reason, left in _narrow(middle, (crs, plane, registered), hints, content):
         if len(left) == 1 and (reason != CLASSES or registered == "yx"):
             return _AxisOrder(left[0], reason, registered)
-    # Surfaces inside out do not exchange axes that the registry has east first: their rings are turned instead.
+    # Surfaces inside out do not exchange axes that the registry has east first: their rings are
+    # turned instead.
     return _AxisOrder(registered, "", registered, registered == "yx" or list(left) == ["yx"])
 
 
 def _narrow(middle, system, hints, content):
-    """The evidence for an order, step by step: tuples of what it is, and the orders that it leaves."""
+    """The evidence for an order, step by step: tuples of what it is, and the orders that it
+    leaves.
+    """
     (crs, plane, registered), left = system, list(ORDERS)
     places = {axes: _place_of(middle, plane, axes) for axes in ORDERS}
 
@@ -95,14 +106,20 @@ def _narrow(middle, system, hints, content):
     yield "area of use", (left := keep(lambda *place: _is_within(place, plane.area_of_use)))
     # The envelope of the file names its axes, or lies in another system or order.
     if content is not None:
-        yield "envelope", [axes for axes in left if axes == _order_of_extents(content, middle, registered)]
+        yield (
+            "envelope",
+            [axes for axes in left if axes == _order_of_extents(content, middle, registered)],
+        )
         for elsewhere in _places_of_extents(content, crs):
             yield "envelope", (left := keep(partial(_is_near, elsewhere)))
     # A city stands on land, and near the place that the user gives.
     if hints.is_land and np.isfinite(list(places.values())).all():
         yield "land", (left := keep(hints.is_land))
     if hints.latitude is not None and hints.longitude is not None:
-        yield "--latitude, --longitude", (left := keep(partial(_is_near, (hints.latitude, hints.longitude))))
+        yield (
+            "--latitude, --longitude",
+            (left := keep(partial(_is_near, (hints.latitude, hints.longitude)))),
+        )
     # Roofs may face up in one order alone.
     if content is not None:
         yield CLASSES, [axes for axes in left if _faces_right(content, axes)]
@@ -113,12 +130,17 @@ def note_order(order, crs):
     other = next(axes for axes in ORDERS if axes != order.axes)
     instead = f"--axes {other} reads them {WORDS[other]}."
     if order.doubtful:
-        words = f"Nothing decides the order of the coordinates in {crs}: read {WORDS[order.axes]}, as registered."
+        words = (
+            f"Nothing decides the order of the coordinates in {crs}: read {WORDS[order.axes]}, as "
+            "registered."
+        )
         return [f"{words} {instead}"]
     known = order.reason in ("", "--axes") or (order.reason == "area of use" and order.axes == "xy")
     if known or (order.axes == order.registered and order.reason != CLASSES):
         return []
-    return [f"Coordinates in {crs} were read {WORDS[order.axes]}, told by: {order.reason}. {instead}"]
+    return [
+        f"Coordinates in {crs} were read {WORDS[order.axes]}, told by: {order.reason}. {instead}"
+    ]
 
 
 def middle_of(content):
@@ -157,8 +179,8 @@ def _is_near(other, latitude, longitude):
 def _order_of_extents(content, middle, registered):
     """Order that the envelopes of a file tell, None where they tell nothing.
 
-    One with names for its axes tells how the points in it are ordered; one that holds the points only the other way
-    round is as registered, and they are not.
+    One with names for its axes tells how the points in it are ordered; one that holds the points
+    only the other way round is as registered, and they are not.
     """
     for extent in content.extents:
         if name_crs(extent.srs_name) not in (None, content.crs):
@@ -172,7 +194,13 @@ def _order_of_extents(content, middle, registered):
             continue
         labels = extent.labels.lower().split()[:2]
         northern = [label[0] == "n" or label.startswith("lat") for label in labels]
-        own = registered if len(labels) < 2 or northern[0] == northern[1] else "yx" if northern[0] else "xy"
+        own = (
+            registered
+            if len(labels) < 2 or northern[0] == northern[1]
+            else "yx"
+            if northern[0]
+            else "xy"
+        )
         if holds["same"] and own == registered and not any(northern):
             continue
         return own if holds["same"] else next(axes for axes in ORDERS if axes != own)
@@ -191,13 +219,17 @@ def _places_of_extents(content, crs):
 
 
 def _faces_right(content, axes):
-    """Whether the roofs of a file face up and its grounds down where its coordinates have an order."""
+    """Whether the roofs of a file face up and its grounds down where its coordinates have
+    an order.
+    """
     up, turn = {"RoofSurface": 1.0, "GroundSurface": -1.0}, 1.0 if axes == "xy" else -1.0
     right = total = 0.0
     for polygon in content.polygons:
         if polygon.thematic in up and len(polygon.rings[0]) > 2:
             x, y = (polygon.rings[0][:, :2] - polygon.rings[0][0, :2]).T
-            area = 0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)) * (-1.0 if polygon.flipped else 1.0)
+            area = (
+                0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)) * (-1.0 if polygon.flipped else 1.0)
+            )
             right += max(up[polygon.thematic] * turn * area, 0.0)
             total += abs(area)
     return total > 0 and right >= SURE * total

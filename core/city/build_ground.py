@@ -1,8 +1,9 @@
-"""Generate the ground of a city without terrain: a TIN through the base edges ("feet") of its buildings.
+"""Generate the ground of a city without terrain: a TIN through the base edges ("feet") of its
+buildings.
 
-Between them it has points of the open ground, dense near the buildings, sparser with distance. They are the middles of
-squares of patch size × 2ᵏ that lie at the same places whatever is built on them: counted from zero of the grid of the
-files, as far as whole squares reach.
+Between them it has points of the open ground, dense near the buildings, sparser with distance. They
+are the middles of squares of patch size × 2ᵏ that lie at the same places whatever is built on them:
+counted from zero of the grid of the files, as far as whole squares reach.
 """
 
 from functools import partial
@@ -55,10 +56,21 @@ class Lattice(NamedTuple):
         return bring_to_origin(np.pad(eastings_northings, ((0, 0), (0, 1))), self.site)[:, :2]
 
     def draw_rim(self):
-        """Points on the rim, one step apart, the corners among them: (r, 2) float64 [m] in the scene's frame."""
-        x, y = (np.arange(low, high, self.step) for low, high in zip(self.low, self.high, strict=True))
-        sides = [(x, self.low[1]), (self.high[0], y), (x + self.step, self.high[1]), (self.low[0], y + self.step)]
-        return self.place(np.concatenate([np.stack(np.broadcast_arrays(*side), axis=1) for side in sides]))
+        """Points on the rim, one step apart, the corners among them: (r, 2) float64 [m] in the
+        scene's frame.
+        """
+        x, y = (
+            np.arange(low, high, self.step) for low, high in zip(self.low, self.high, strict=True)
+        )
+        sides = [
+            (x, self.low[1]),
+            (self.high[0], y),
+            (x + self.step, self.high[1]),
+            (self.low[0], y + self.step),
+        ]
+        return self.place(
+            np.concatenate([np.stack(np.broadcast_arrays(*side), axis=1) for side in sides])
+        )
 
 
 def lay_lattice(points, feet, reach, patch_size, site, *, kept=None):
@@ -94,7 +106,8 @@ def lay_lattice(points, feet, reach, patch_size, site, *, kept=None):
 def spread_points(foot_places, footprints, lattice):
     """Middles of squares outside the footprints, and points on the rim.
 
-    A square is split as long as it is larger than patch_size + GROWTH * (distance to the nearest foot).
+    A square is split as long as it is larger than patch_size + GROWTH * (distance to the nearest
+    foot).
 
     Parameters
     ----------
@@ -108,21 +121,27 @@ def spread_points(foot_places, footprints, lattice):
         Those on the rim come last.
     """
     tree, patch_size, (low, high) = cKDTree(foot_places), lattice.patch_size, lattice[:2]
-    # So large that none of the first is small enough: the others do not depend on where the ground ends.
+    # So large that none of the first is small enough: the others do not depend on where the ground
+    # ends.
     size = patch_size * 2.0 ** (3 + np.ceil(np.log2(max((high - low).max() / patch_size, 1))))
-    x, y = (np.arange(np.floor(a / size), np.ceil(b / size)) for a, b in zip(low, high, strict=True))
+    x, y = (
+        np.arange(np.floor(a / size), np.ceil(b / size)) for a, b in zip(low, high, strict=True)
+    )
     cells = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)  # column and row, from zero
     done = []
     while len(cells):
         cells = cells[((cells + 1) * size > low).all(axis=1) & (cells * size < high).all(axis=1)]
-        # Random numbers of each square: of those near each other no two have the same middle in half patches.
+        # Random numbers of each square: of those near each other no two have the same middle in
+        # half patches.
         middles = ((2 * cells + 1) * (size / patch_size)).astype(np.int64) % PERIOD
         shifts = uniform(mix(pair_keys(middles).view(np.uint64)), 2) - 0.5
         middles = size * (cells + 0.5 + SHIFT * shifts)
         places = lattice.place(middles.round(MILLIMETRE))
         away, _ = tree.query(places)
         fine = size <= patch_size * 1.0001 + GROWTH * np.maximum(away - 0.7 * size, 0)
-        fine &= (size <= lattice.step) | ((cells * size >= low) & ((cells + 1) * size <= high)).all(axis=1)
+        fine &= (size <= lattice.step) | ((cells * size >= low) & ((cells + 1) * size <= high)).all(
+            axis=1
+        )
         done.append(places[fine & (away > KEEP_AWAY * patch_size)])
         cells = (2 * cells[~fine, None] + np.array([[0, 0], [1, 0], [0, 1], [1, 1]])).reshape(-1, 2)
         size /= 2
@@ -137,17 +156,21 @@ FEET_FOUND, SPREAD, TRIANGULATED = 0.28, 0.45, 0.8  # shares of the time that ar
 REACH = 3.0  # [building heights] least extent of the ground beyond the city's edge
 REACH_WHITE = 8.0  # [building heights] the same where the ground absorbs nothing
 SHORTEST_REACH = 30.0  # [m]
-CONTROL_COUNT = 32  # points on a circle around the ground; each has the height of the feet nearest to it
+CONTROL_COUNT = (
+    32  # points on a circle around the ground; each has the height of the feet nearest to it
+)
 AROUND = 100.0  # [m] within which these are averaged
 STEPS = 0.1  # [m] to which that mean is rounded
 
 
 def choose_reach(ground_albedo):
-    """Extent of the generated ground beyond the city for which its edge costs less than 0.1 % of the light.
+    """Extent of the generated ground beyond the city for which its edge costs less than 0.1 % of
+    the light.
 
-    Ground further away is taken as unshaded. At its edge, r building heights away, a row of buildings hides
-    (1 - cos β)/2 ≈ 1/(4 r²) of its sky, with tan β = 1/r, and the light that it passes on grows with its albedo: the
-    same error needs a reach in proportion to the root of the albedo.
+    Ground further away is taken as unshaded. At its edge, r building heights away, a row of
+    buildings hides (1 - cos β)/2 ≈ 1/(4 r²) of its sky, with tan β = 1/r, and the light that it
+    passes on grows with its albedo: the same error needs a reach in proportion to the root of the
+    albedo.
 
     Returns
     -------
@@ -167,16 +190,19 @@ class PlacedCity(NamedTuple):
     site: Site  # whose frame the points are in
 
 
-def build_ground(placed, patch_size=None, *, reach=REACH, lattice=None, ground_height=None, report_share=silent):
+def build_ground(
+    placed, patch_size=None, *, reach=REACH, lattice=None, ground_height=None, report_share=silent
+):
     """TIN that meets the foot of every wall, with courtyards and passages, coarser with distance.
 
-    Foot edges are split into pieces of at most half a patch, and again where they are missing in the triangulation, so
-    that no gap opens below a wall between two ground points. Where feet of different height meet, the ground takes the
-    higher one: it covers a strip of the lower wall rather than leave a gap below the other. Footprints replace the
-    ground below buildings; courtyards, and the ground below overhanging footprints, are kept.
+    Foot edges are split into pieces of at most half a patch, and again where they are missing in
+    the triangulation, so that no gap opens below a wall between two ground points. Where feet of
+    different height meet, the ground takes the higher one: it covers a strip of the lower wall
+    rather than leave a gap below the other. Footprints replace the ground below buildings;
+    courtyards, and the ground below overhanging footprints, are kept.
 
-    Where the triangles lie, and in what order, follows from what is near them: an edit of the city leaves those further
-    away as they are.
+    Where the triangles lie, and in what order, follows from what is near them: an edit of the city
+    leaves those further away as they are.
 
     Parameters
     ----------
@@ -222,13 +248,15 @@ def build_ground(placed, patch_size=None, *, reach=REACH, lattice=None, ground_h
     triangles = faces_up(vertices, triangles)
     report_share(TRIANGULATED)
     between = np.flatnonzero((triangles >= len(free)).all(axis=1))  # free places are outside
-    triangles = np.delete(triangles, between[under_buildings(vertices, triangles[between], feet.footprints)], axis=0)
+    triangles = np.delete(
+        triangles, between[under_buildings(vertices, triangles[between], feet.footprints)], axis=0
+    )
     return *_sort_by_place(vertices, triangles), feet.hanging, lattice
 
 
 def _sort_by_place(vertices, triangles):
-    """Vertices of some triangles sorted by easting, then northing, and the triangles sorted by these, each beginning
-    with its first one."""
+    """Vertices of some triangles sorted by easting, then northing, and the triangles sorted by
+    these, each beginning with its first one."""
     vertices, triangles = drop_unused(vertices, triangles)
     order = np.lexsort(vertices.T[[2, 1, 0]])
     triangles = np.argsort(order)[triangles]
@@ -243,18 +271,28 @@ def feet_or_corners(placed, ground_height=None):
     feet = find_feet(placed.city, points, placed.surfaces, placed.footprint, ground_height)
     if not len(feet.start):
         low, high = points.min(axis=0), points.max(axis=0)
-        corners = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]])
+        corners = np.array(
+            [[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]]
+        )
         feet.start = np.column_stack([corners, np.full(4, low[2])])
         feet.end, feet.step = np.roll(feet.start, -1, axis=0), np.full(4, FOOTPRINT_STEP)
-        feet.polygon, feet.on_footprint, feet.outward = np.full(4, -1), np.zeros(4, bool), np.zeros((4, 2))
+        feet.polygon, feet.on_footprint, feet.outward = (
+            np.full(4, -1),
+            np.zeros(4, bool),
+            np.zeros((4, 2)),
+        )
     return feet
 
 
 def split_feet(feet, longest):
-    """Edges of feet in pieces no longer than this [m] in plan: the edge of each, (p,), and its ends, (p, 2, 3)."""
+    """Edges of feet in pieces no longer than this [m] in plan: the edge of each, (p,), and its
+    ends, (p, 2, 3).
+    """
     span = feet.end - feet.start
     length = np.linalg.norm(span[:, :2], axis=1)
-    count = np.where(length > COINCIDENT, np.maximum(np.ceil(length / longest), 1), 0).astype(np.int64)
+    count = np.where(length > COINCIDENT, np.maximum(np.ceil(length / longest), 1), 0).astype(
+        np.int64
+    )
     edge, step = list_runs(np.zeros(len(count), np.int64), count)
     share = (np.stack([step, step + 1], axis=1) / count[edge, None])[..., None]
     return edge, feet.start[edge, None] + share * span[edge, None]
@@ -271,11 +309,13 @@ def cut_feet(feet, lines, longest):
 
 
 def _interpolate_heights(foot_points, free, lattice):
-    """Free places with heights between those of the feet, and out to a rim at the height of those next to it: (k, 3)
-    float64 [m]."""
+    """Free places with heights between those of the feet, and out to a rim at the height of those
+    next to it: (k, 3) float64 [m]."""
     low, high = lattice.low, lattice.high
     angle = 2 * np.pi * np.arange(CONTROL_COUNT) / CONTROL_COUNT
-    rim = 0.5 * (low + high) + np.hypot(*(high - low)) * np.column_stack([np.cos(angle), np.sin(angle)])
+    rim = 0.5 * (low + high) + np.hypot(*(high - low)) * np.column_stack(
+        [np.cos(angle), np.sin(angle)]
+    )
     rim, tree = lattice.place(rim), cKDTree(foot_points[:, :2])
     around = tree.query_ball_point(foot_points[tree.query(rim)[1], :2], AROUND)
     rim_height = [STEPS * np.round(foot_points[some, 2].mean() / STEPS) for some in around]

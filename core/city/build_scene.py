@@ -26,19 +26,32 @@ from .terrain import Terrain
 GROUNDS = ("auto", "feet", "none")
 DRAWN_TWICE = "lies on a surface that faces the same way, counted once"
 TRIANGULATED, CUT, GROUNDED = 0.05, 0.27, 0.65  # shares of the time that are over then
-LOST_SHARE = 0.01  # relative deviation of the triangles' area from the polygon's from which it is reported
+LOST_SHARE = (
+    0.01  # relative deviation of the triangles' area from the polygon's from which it is reported
+)
 
 
 @dataclass(frozen=True)
 class SceneOptions:
     """What else tells how a scene is made of a city."""
 
-    terrain: Terrain | None = None  # in the city's coordinate reference system; takes the place of any other ground
-    grid_size: float | None = None  # [m] side of the cells that large polygons are split into, rows ``id#k``
-    ground_albedo: float = 0.25  # the brighter the ground, the further it extends beyond the city: `choose_reach`
+    terrain: Terrain | None = (
+        None  # in the city's coordinate reference system; takes the place of any other ground
+    )
+    grid_size: float | None = (
+        None  # [m] side of the cells that large polygons are split into, rows ``id#k``
+    )
+    ground_albedo: float = (
+        0.25  # the brighter the ground, the further it extends beyond the city: `choose_reach`
+    )
     sectors: str = "8"  # of `classify`
-    site: Site | None = None  # of another run: where an edited city stays comparable, place, north and origin are kept
-    lattice: tuple | None = None  # of generated ground of another scene, kept where the city still lies on it
+    site: Site | None = (
+        # of another run: where an edited city stays comparable, place, north and origin are kept
+        None
+    )
+    lattice: tuple | None = (
+        None  # of generated ground of another scene, kept where the city still lies on it
+    )
 
 
 def build_scene(
@@ -59,13 +72,14 @@ def build_scene(
     latitude, longitude : float, optional
         [°] Override what the coordinate reference system says.
     ground : {'auto', 'feet', 'none'}
-        Terrain of the city's own files if it reaches any building, otherwise a surface through the buildings' feet;
-        always that surface; or nothing.
+        Terrain of the city's own files if it reaches any building, otherwise a surface through the
+        buildings' feet; always that surface; or nothing.
     patch_size : float or None
         [m] Longest edge of a triangle; None keeps the triangles of the polygons.
     options : SceneOptions, optional
     report_share : callable, optional
-        Called as report_share(share) with the share that is done, 0 to 1; what it raises ends the work.
+        Called as report_share(share) with the share that is done, 0 to 1; what it raises ends the
+        work.
 
     Returns
     -------
@@ -80,7 +94,11 @@ def build_scene(
     if ground not in GROUNDS:
         raise InputError("--ground", f"{ground!r} is unknown", f"give {' or '.join(GROUNDS)}")
     if not 0 <= options.ground_albedo <= 1:
-        raise InputError("--ground-albedo", f"{options.ground_albedo} is out of range", "give a number from 0 to 1")
+        raise InputError(
+            "--ground-albedo",
+            f"{options.ground_albedo} is out of range",
+            "give a number from 0 to 1",
+        )
     report_share(0.0)
     check_city(city)
     check_extent(city)
@@ -127,7 +145,9 @@ def _describe(city, points, whole_area, sectors):
     area, normal = measure_polygons(points, city.ring_start, city.polygon_start)
     surface_tilt, surface_azimuth = measure_tilt(normal)
     # A cell is eligible if the polygon it was cut from is.
-    kind, orientation, eligible = classify(whole_area, surface_tilt, surface_azimuth, city.thematic, sectors)
+    kind, orientation, eligible = classify(
+        whole_area, surface_tilt, surface_azimuth, city.thematic, sectors
+    )
     return Surfaces(
         surface_id=city.surface_id,
         building_id=city.building_id,
@@ -144,13 +164,15 @@ def _describe(city, points, whole_area, sectors):
 
 
 def _note_faults(shape, drawn, surfaces, report):
-    """Exclude surfaces drawn twice from the eligible area, and report them, and polygons whose triangles do not cover
-    them, for example because the outline crosses itself."""
+    """Exclude surfaces drawn twice from the eligible area, and report them, and polygons whose
+    triangles do not cover them, for example because the outline crosses itself."""
     receiving = ~np.isin(surfaces.kind, ("ground", "downward"))
     twins = find_twins(shape, surfaces.area, surfaces.normal, receiving)
     surfaces.eligible &= ~twins
     vertices, triangles, owner = drawn
-    covered = np.bincount(owner, 0.5 * np.linalg.norm(normals_of(vertices, triangles), axis=1), len(surfaces))
+    covered = np.bincount(
+        owner, 0.5 * np.linalg.norm(normals_of(vertices, triangles), axis=1), len(surfaces)
+    )
     lost = np.abs(covered - surfaces.area) > np.maximum(LOST_SHARE * surfaces.area, 1e-3)
     torn = "triangles do not match the area (crossing or strongly bent outline)"
     for reason, found in ((DRAWN_TWICE, twins), (torn, lost)):
@@ -158,16 +180,23 @@ def _note_faults(shape, drawn, surfaces, report):
 
 
 def _name_ground(scene):
-    """Give surfaces that nothing names, but most of the city stands on, the kind ground, and report them."""
+    """Give surfaces that nothing names, but most of the city stands on, the kind ground, and report
+    them.
+    """
     surfaces, found = scene.surfaces, np.unique(scene.triangle_surface[find_ground(scene)])
     rows = found[surfaces.kind[found] != "ground"]
     if len(rows):
-        surfaces.kind[rows], surfaces.orientation[rows], surfaces.eligible[rows] = "ground", "none", False
+        surfaces.kind[rows], surfaces.orientation[rows], surfaces.eligible[rows] = (
+            "ground",
+            "none",
+            False,
+        )
         names = list(dict.fromkeys(surfaces.building_id[k] for k in rows))
         others = set(np.delete(np.array(surfaces.building_id, dtype=object), rows))
         scene.report.building_count -= len(set(names) - others)
         scene.report.notes.append(
-            f"Ground: {list_some(names)} ({surfaces.area[rows].sum():,.0f} m²) has no class and most of the city "
+            f"Ground: {list_some(names)} ({surfaces.area[rows].sum():,.0f} m²) has no class and "
+            "most of the city "
             "stands on it; it is no building, carries no modules and has the ground's albedo."
         )
 
@@ -178,7 +207,8 @@ def _note_sheets(scene):
     if len(rows):
         area, names = scene.surfaces.area[rows].sum(), [scene.surfaces.surface_id[i] for i in rows]
         scene.report.notes.append(
-            f"{count_of(len(rows), 'surface')} ({area:,.0f} m²) without thickness, enclosing nothing: backs receive "
+            f"{count_of(len(rows), 'surface')} ({area:,.0f} m²) without thickness, enclosing "
+            "nothing: backs receive "
             f"and reflect light too, the row is the front as drawn: {list_some(names)}"
         )
 
@@ -186,7 +216,8 @@ def _note_sheets(scene):
 def _cut_polygons(shape, patch_size):
     """Triangles of polygons, their edges no longer than the patch size.
 
-    Polygons that share corners are cut together, since what one of them shares with another is cut for both.
+    Polygons that share corners are cut together, since what one of them shares with another is cut
+    for both.
 
     Parameters
     ----------

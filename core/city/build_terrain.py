@@ -1,4 +1,6 @@
-"""Ground from measured terrain: fine at the buildings, coarse at the horizon, watertight, with walls joined to it."""
+"""Ground from measured terrain: fine at the buildings, coarse at the horizon, watertight, with
+walls joined to it.
+"""
 
 from dataclasses import dataclass
 
@@ -23,7 +25,10 @@ from .slope_filter import draw_lines
 from .terrain import HORIZON, NEAR, measure_heights, nearest_heights
 from .triangulate_feet import drop_on_triangles, triangulate_plan
 
-TOLERANCE, SLACK = 0.15, 0.01  # [m], [m/m] largest height error of the ground, and its growth with distance
+TOLERANCE, SLACK = (
+    0.15,
+    0.01,
+)  # [m], [m/m] largest height error of the ground, and its growth with distance
 ROUNDS = 8  # of adding points where the error is larger
 MOST_POINTS = 60_000
 JOINED = 0.01  # [m] a foot this close to the ground counts as on it
@@ -86,7 +91,9 @@ def build_terrain(feet, points, terrain, patch_size=None, reach=REACH, *, site=A
     triangles = triangles[~under_buildings(vertices, triangles, feet.footprints)]
     pieces = [(vertices, triangles), skirts, (body, body_triangles)]
     starts = np.cumsum([0, *[len(piece[0]) for piece in pieces]])
-    joined = np.concatenate([piece[1] + first for piece, first in zip(pieces, starts[:-1], strict=True)])
+    joined = np.concatenate(
+        [piece[1] + first for piece, first in zip(pieces, starts[:-1], strict=True)]
+    )
     hidden = np.arange(len(joined)) >= len(joined) - len(body_triangles)
     laid = drop_unused(np.concatenate([piece[0] for piece in pieces]), joined)
     return Ground(*laid, hidden, raised, below_ground, [*terrain.notes, *notes, *words])
@@ -104,29 +111,42 @@ def _spread(foot_points, feet, terrain, near):
     heights = measure_heights(terrain, places)
     at_feet = np.arange(len(places)) < len(foot_places)
     rest = np.flatnonzero(np.isnan(heights) & at_feet)
-    heights[rest] = nearest_heights(terrain, places[rest], JOINED)  # the same place but for rounding
+    heights[rest] = nearest_heights(
+        terrain, places[rest], JOINED
+    )  # the same place but for rounding
     gap = np.isnan(heights)
     heights[gap & at_feet] = nearest_heights(terrain, places[gap & at_feet], NEAR)
     if np.isnan(heights[at_feet]).all():
         problem = "has no height under any building"
-        raise InputError(terrain.source, problem, "give terrain that covers the city, in its system and unit")
+        raise InputError(
+            terrain.source, problem, "give terrain that covers the city, in its system and unit"
+        )
     on_grid = bring_to_grid(np.pad(places, ((0, 0), (0, 1))), site)[:, :2]
     inside = ((on_grid >= near.low - JOINED) & (on_grid <= near.high + JOINED)).all(axis=1)
-    rim = np.arange(len(places)) >= len(places) - len(far.draw_rim())  # spread_points ends with them
+    rim = np.arange(len(places)) >= len(places) - len(
+        far.draw_rim()
+    )  # spread_points ends with them
     keep = ~gap | inside | rim
     notes = []
     if (gap & inside & ~rim).any():
         count, feet_in = int((gap & inside & ~rim).sum()), int(gap[: len(foot_places)].sum())
         share = count / max(int((inside & ~rim).sum()), 1)
         notes.append(
-            f"The terrain has gaps: {100 * share:.1f} % of the ground points near the buildings, {feet_in:,} of them "
+            f"The terrain has gaps: {100 * share:.1f} % of the ground points near the buildings, "
+            f"{feet_in:,} of them "
             "at walls; heights there are interpolated, or those of the nearest point."
         )
     open_feet = np.flatnonzero(np.isnan(heights[at_feet]))
-    if len(open_feet):  # the feet's own heights, less the median by which feet stand above the terrain elsewhere
-        heights[open_feet] = foot_points[open_feet, 2] - np.nanmedian(foot_points[:, 2] - heights[at_feet])
+    if len(
+        open_feet
+    ):  # the feet's own heights, less the median by which feet stand above the terrain elsewhere
+        heights[open_feet] = foot_points[open_feet, 2] - np.nanmedian(
+            foot_points[:, 2] - heights[at_feet]
+        )
         count = f"{len(open_feet):,} ground points at walls"
-        notes.append(f"{count} are more than {NEAR:g} m from the terrain: they follow the buildings' feet.")
+        notes.append(
+            f"{count} are more than {NEAR:g} m from the terrain: they follow the buildings' feet."
+        )
     gap = np.isnan(heights)
     if gap.any():  # linear between all others; beyond their convex hull the nearest height
         known = np.column_stack([places, heights])[~gap]
@@ -137,7 +157,8 @@ def _spread(foot_points, feet, terrain, near):
 
 
 def _refine(vertices, terrain, foot_places):
-    """Greedy refinement: in each triangle add the terrain point with the largest error, until all are in tolerance.
+    """Greedy refinement: in each triangle add the terrain point with the largest error, until all
+    are in tolerance.
 
     Returns the vertices, and the triangles between them.
     """
@@ -147,7 +168,9 @@ def _refine(vertices, terrain, foot_places):
     low, high = vertices.min(axis=0)[:2], vertices.max(axis=0)[:2]
     own = np.concatenate([layer.points for layer in terrain.layers])
     own = own[((own[:, :2] > low) & (own[:, :2] < high)).all(axis=1)]
-    own = own[np.abs(measure_heights(terrain, own[:, :2]) - own[:, 2]) < JOINED]  # not covered by a finer layer
+    own = own[
+        np.abs(measure_heights(terrain, own[:, :2]) - own[:, 2]) < JOINED
+    ]  # not covered by a finer layer
     distance = feet.query(own[:, :2])[0]
     own, distance = own[distance > 1.0], distance[distance > 1.0]
     allowed = TOLERANCE + SLACK * distance
@@ -172,7 +195,9 @@ def _refine(vertices, terrain, foot_places):
 
 
 def _join(feet, ground, longest):
-    """Wall extensions down to the ground: (vertices, triangles), surfaces above and below the ground, and notes."""
+    """Wall extensions down to the ground: (vertices, triangles), surfaces above and below the
+    ground, and notes.
+    """
     edge, (start, end) = _split_once(feet, longest)
     shares = np.array([0.0, 0.25, 0.5, 0.75, 1.0])[:, None, None]
     between = (1 - shares) * start + shares * end
@@ -182,15 +207,24 @@ def _join(feet, ground, longest):
     own = feet.polygon[edge] >= 0
     lifted = own & (above > JOINED)
     bottom = height.min(axis=0) - SUNK
-    lower = [np.column_stack([place[:, :2], np.minimum(bottom, place[:, 2])])[lifted] for place in (start, end)]
+    lower = [
+        np.column_stack([place[:, :2], np.minimum(bottom, place[:, 2])])[lifted]
+        for place in (start, end)
+    ]
     outward = feet.outward[edge][lifted]
     along = (end - start)[lifted]
     turned = outward[:, 0] * along[:, 1] - outward[:, 1] * along[:, 0] < 0
     k, n = np.arange(lifted.sum()), int(lifted.sum())
-    vertices = np.concatenate([start[lifted], end[lifted], *lower])  # top left, top right, bottom left, bottom right
-    triangles = np.concatenate([np.column_stack([k, k + 2 * n, k + 3 * n]), np.column_stack([k, k + 3 * n, k + n])])
+    vertices = np.concatenate(
+        [start[lifted], end[lifted], *lower]
+    )  # top left, top right, bottom left, bottom right
+    triangles = np.concatenate(
+        [np.column_stack([k, k + 2 * n, k + 3 * n]), np.column_stack([k, k + 3 * n, k + n])]
+    )
     triangles[np.tile(turned, 2)] = triangles[np.tile(turned, 2)][:, ::-1]
-    raised, below_ground = (np.unique(feet.polygon[edge][mask]) for mask in (lifted, own & (below > JOINED)))
+    raised, below_ground = (
+        np.unique(feet.polygon[edge][mask]) for mask in (lifted, own & (below > JOINED))
+    )
     words = []
     apart = float(np.median((between[..., 2] - height)[:, own])) if own.any() else 0.0
     if abs(apart) > SUSPICIOUS:
@@ -207,14 +241,17 @@ def _join(feet, ground, longest):
         )
     if len(below_ground):
         words.append(
-            f"{count_of(len(below_ground), 'surface')} below the terrain, by up to {below.max():.1f} m: "
+            f"{count_of(len(below_ground), 'surface')} below the terrain, by up to "
+            f"{below.max():.1f} m: "
             "their parts below the terrain receive no light."
         )
     return (vertices, triangles), raised, below_ground, words
 
 
 def _split_once(feet, longest):
-    """Pieces of foot edges without duplicates (walls win over footprints): edge, (p,), and its ends, (2, p, 3)."""
+    """Pieces of foot edges without duplicates (walls win over footprints): edge, (p,), and its
+    ends, (2, p, 3).
+    """
     edge, pieces = split_feet(feet, longest)
     cells = np.round(pieces.reshape(-1, 3) / JOINED).astype(np.int64)
     place = np.sort(np.unique(cells, axis=0, return_inverse=True)[1].reshape(-1, 2), axis=1)
@@ -224,12 +261,17 @@ def _split_once(feet, longest):
 
 
 def _close(vertices, depth):
-    """Sides and bottom of the ground, so that rays from below ground meet only back faces: vertices, triangles."""
+    """Sides and bottom of the ground, so that rays from below ground meet only back faces:
+    vertices, triangles.
+    """
     top = vertices[ConvexHull(vertices[:, :2]).vertices]  # counter-clockwise
     bottom = np.column_stack([top[:, :2], np.full(len(top), depth)])
     middle = np.append(top[:, :2].mean(axis=0), depth)
     n = len(top)
     k, following = np.arange(n), (np.arange(n) + 1) % n
-    sides = [np.column_stack([k, k + n, following + n]), np.column_stack([k, following + n, following])]
+    sides = [
+        np.column_stack([k, k + n, following + n]),
+        np.column_stack([k, following + n, following]),
+    ]
     floor = np.column_stack([np.full(n, 2 * n), following + n, k + n])
     return np.concatenate([top, bottom, [middle]]), np.concatenate([*sides, floor])

@@ -2,21 +2,24 @@
 
    sun
      \\   entry            A crown is a volume of leaves of equal density. Of light on a way of length L inside, the
-      (~~\\~~)             share exp(-k · LAD · L) passes (Beer-Lambert law): k is the extinction coefficient, LAD the
-       (~~\\~) exit        leaf area density. Densities of crowns that overlap add up. Leaves reflect nothing; trunks
+      (~~\\~~)             share exp(-k · LAD · L) passes (Beer-Lambert law): k is the extinction
+                           coefficient, LAD the
+       (~~\\~) exit        leaf area density. Densities of crowns that overlap add up. Leaves
+                           reflect nothing; trunks
           | \\             are opaque.
           |  \\ patch
 
-Light is not weighted but rays are stopped: a ray passes with the probability of the transmittance. Means are the same,
-and all that counts rays (sky, form factors, visible suns, photons) stays as it is. Random numbers of the rays of one
-patch are evenly spread, so that little noise is added.
+Light is not weighted but rays are stopped: a ray passes with the probability of the transmittance.
+Means are the same, and all that counts rays (sky, form factors, visible suns, photons) stays as it
+is. Random numbers of the rays of one patch are evenly spread, so that little noise is added.
 
-Of trees that lose their leaves, one sum over the crossings of a ray tells for both states: bare crowns stop no ray that
-crowns in leaf let pass.
+Of trees that lose their leaves, one sum over the crossings of a ray tells for both states: bare
+crowns stop no ray that crowns in leaf let pass.
 
 References
 ----------
-Monsi and Saeki (1953), doi:10.1093/aob/mci052 (English, 2005). Nilson (1971), doi:10.1016/0002-1571(71)90092-6.
+Monsi and Saeki (1953), doi:10.1093/aob/mci052 (English, 2005). Nilson (1971),
+doi:10.1016/0002-1571(71)90092-6.
 """
 
 import numpy as np
@@ -41,7 +44,8 @@ class Canopy:
     per_crossing : (k,) float64
         Optical depth of crossing each crown once.
     without_leaves : (k,) float64, optional
-        Share of these optical depths that stays without leaves, at most 1; None: one state all year.
+        Share of these optical depths that stays without leaves, at most 1; None: one state all
+        year.
     """
 
     def __init__(self, crowns, per_metre, per_crossing, without_leaves=None):
@@ -51,12 +55,21 @@ class Canopy:
         corners = crowns.vertices[crowns.triangles]
         *hierarchy, order = build_hierarchy(corners, 2 * crowns.tree + crowns.trunk)
         filled = np.where(order[..., None, None] >= 0, corners[order], 0.0)
-        self._bodies = tuple(hierarchy), np.ascontiguousarray(np.moveaxis(filled, 1, -1))  # (l, 3, 3, LEAF)
+        self._bodies = (
+            tuple(hierarchy),
+            np.ascontiguousarray(np.moveaxis(filled, 1, -1)),
+        )  # (l, 3, 3, LEAF)
         tree, trunk = crowns.tree[order], crowns.trunk[order]
         # A crossing of a crown is an entry and an exit: half each.
-        costs = np.where(trunk, 0.0, per_metre[tree]), np.where(trunk, OPAQUE, per_crossing[tree] / 2)
+        costs = (
+            np.where(trunk, 0.0, per_metre[tree]),
+            np.where(trunk, OPAQUE, per_crossing[tree] / 2),
+        )
         share = np.ones(len(per_metre)) if without_leaves is None else without_leaves
-        self._costs = *costs, np.where(trunk[:, 0], 1.0, share[tree[:, 0]])  # the triangles of a leaf are of one body
+        self._costs = (
+            *costs,
+            np.where(trunk[:, 0], 1.0, share[tree[:, 0]]),
+        )  # the triangles of a leaf are of one body
 
     def transmittance(self, ray_origins, ray_directions, reach=None, least=None):
         """Share of light that passes along rays.
@@ -68,7 +81,8 @@ class Canopy:
         reach : (n,) float, optional
             Length of each ray [m]; infinite if not given.
         least : (n,) float, optional
-            Transmittance from which on it is wanted: of rays with less, any value below it is returned.
+            Transmittance from which on it is wanted: of rays with less, any value below it is
+            returned.
 
         Returns
         -------
@@ -137,12 +151,15 @@ class Canopy:
 def _draw_numbers(ray_origins, ray_directions, count):
     """Numbers in (0, 1], evenly spread in each row and shifted by chance: (n, count) float64.
 
-    The chance follows from one ray of each row, (n, 3), so that it does not depend on the order of rows.
+    The chance follows from one ray of each row, (n, 3), so that it does not depend on the order of
+    rows.
     """
     words = np.zeros(len(ray_origins), np.uint64)
     for values in (ray_origins, ray_directions):
         for axis in range(3):
-            bits = np.ascontiguousarray(values[:, axis], np.float32).view(np.uint32).astype(np.uint64)
+            bits = (
+                np.ascontiguousarray(values[:, axis], np.float32).view(np.uint32).astype(np.uint64)
+            )
             words = mix((words ^ bits) + GOLDEN)
     start = (words >> np.uint64(11)).astype(float)[:, None] * 2.0**-53
     return 1 - (start + np.arange(count) * GOLDEN_RATIO) % 1.0
@@ -166,4 +183,8 @@ class LeafyScene(RayScene):
     def trace_shadow_states(self, position, wanted, directions):
         """As of `RayScene`."""
         free = super().trace_shadow_states(position, wanted, directions)
-        return free if self.canopy is None else self.canopy.stop_shadow_rays(position, free[0], directions)
+        return (
+            free
+            if self.canopy is None
+            else self.canopy.stop_shadow_rays(position, free[0], directions)
+        )

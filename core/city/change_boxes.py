@@ -17,7 +17,8 @@ def touch_boxes(scene, boxes, within):
 
 
 def boxes_around(corners, side=10.0):
-    """Boxes around triangles, (k, 3, 3): those in each square of the plan, the nearest joined until there are few.
+    """Boxes around triangles, (k, 3, 3): those in each square of the plan, the nearest joined until
+    there are few.
 
     Returns
     -------
@@ -36,9 +37,12 @@ def boxes_around(corners, side=10.0):
     low = np.minimum.reduceat(corners.min(axis=1)[order], first)
     high = np.maximum.reduceat(corners.max(axis=1)[order], first)
     boxes = np.stack([low, high], axis=1)
-    # Rays meet a box in proportion to its surface: two are joined where that of both is no smaller, or many are left.
+    # Rays meet a box in proportion to its surface: two are joined where that of both is no smaller,
+    # or many are left.
     while len(boxes) > 1:
-        joint = _surface_of(np.maximum(boxes[:, None, 1], boxes[:, 1]) - np.minimum(boxes[:, None, 0], boxes[:, 0]))
+        joint = _surface_of(
+            np.maximum(boxes[:, None, 1], boxes[:, 1]) - np.minimum(boxes[:, None, 0], boxes[:, 0])
+        )
         own = _surface_of(boxes[:, 1] - boxes[:, 0])
         more = joint - own - own[:, None]
         np.fill_diagonal(more, np.inf)

@@ -33,13 +33,18 @@ def check_rings(points, ring_start, polygon_start, name_surface=None):
             raise InputError(name, ends, f"give starts from 0 to {last}")
         members = np.diff(starts)
         if (short := first_true(members < least)) is not None:
-            raise InputError(name, f"row {short} has {members[short]} members", f"give each at least {least}")
-    of_surface = (lambda row: f", of surface {name_surface(row)!r},") if name_surface else (lambda row: "")
+            raise InputError(
+                name, f"row {short} has {members[short]} members", f"give each at least {least}"
+            )
+    of_surface = (
+        (lambda row: f", of surface {name_surface(row)!r},") if name_surface else (lambda row: "")
+    )
     check_array("points", points, ("m", 3), row=lambda row: f"point {row}{of_surface(row)}")
 
 
 def check_city(city):
-    """Raise an error if a city has no polygons, columns of different length, or points that are not finite.
+    """Raise an error if a city has no polygons, columns of different length, or points that are not
+    finite.
 
     Parameters
     ----------
@@ -95,7 +100,8 @@ def check_patch_size(patch_size):
 
 
 def check_extent(city):
-    """Raise an error if a city is too small to be one, or too wide for float32, as with a polygon at 0, 0 by mistake.
+    """Raise an error if a city is too small to be one, or too wide for float32, as with a polygon
+    at 0, 0 by mistake.
 
     Parameters
     ----------
@@ -114,7 +120,10 @@ def check_extent(city):
         away = np.abs(city.points - np.median(city.points, axis=0)).max(axis=1)
         furthest = int(away.argmax())
         name = _surface_of_point(city, furthest)
-        problem = f"{span / 1e3:,.0f} km wide; surface {name!r} is {away[furthest] / 1e3:,.0f} km away from the middle"
+        problem = (
+            f"{span / 1e3:,.0f} km wide; surface {name!r} is {away[furthest] / 1e3:,.0f} km away "
+            "from the middle"
+        )
         raise InputError(source, problem, "check its coordinates, or remove it")
 
 
@@ -135,6 +144,10 @@ def check_terrain(terrain):
             check_triangles(layer.points, layer.triangles)
         except InputError as error:
             problem = f"{error.source}: {error.problem}"
-            raise InputError(terrain.source, problem, f"{error.cure}; leave a gap where there is no height") from error
+            raise InputError(
+                terrain.source, problem, f"{error.cure}; leave a gap where there is no height"
+            ) from error
     if not any(len(layer.triangles) for layer in terrain.layers):
-        raise InputError(terrain.source, "contains no triangles", "give terrain that covers the city")
+        raise InputError(
+            terrain.source, "contains no triangles", "give terrain that covers the city"
+        )

@@ -1,8 +1,9 @@
 """Which level of detail of each part of a building is taken: one that has its walls and its roof.
 
-Files hold levels in any mixture: a part in LoD2 beside one in LoD1, single roofs of a better level, antennas alone.
-So a level is chosen for each part, from its body without installations. It must not lack walls or much of the roof that
-a level after it has. Installations follow the body that they belong to.
+Files hold levels in any mixture: a part in LoD2 beside one in LoD1, single roofs of a better level,
+antennas alone. So a level is chosen for each part, from its body without installations. It must not
+lack walls or much of the roof that a level after it has. Installations follow the body that they
+belong to.
 """
 
 from collections import Counter, defaultdict
@@ -19,7 +20,8 @@ SHAPELESS = "building without "  # begins the reasons why a building was left ou
 
 
 def rank_lod(lod):
-    """Preference: the highest 2.x, then 3.x, 1.x, and the outer shell of 4; 0 is a footprint and never chosen.
+    """Preference: the highest 2.x, then 3.x, 1.x, and the outer shell of 4; 0 is a footprint and
+    never chosen.
 
     Returns
     -------
@@ -88,16 +90,21 @@ def choose_levels(contents, wanted, report):
 
 def _choose_in_file(content, wanted, report, passed_over):
     """Polygons of one file to keep."""
-    # Bodies and installations of each part; a part that has nothing but installations is made of them.
+    # Bodies and installations of each part; a part that has nothing but installations is made of
+    # them.
     units, installed = defaultdict(list), defaultdict(list)
     for polygon in content.polygons:
-        (installed if polygon.installation else units)[polygon.building, polygon.part].append(polygon)
+        (installed if polygon.installation else units)[polygon.building, polygon.part].append(
+            polygon
+        )
     bodies = {building for building, _ in units}
     for unit in [unit for unit in installed if unit[0] not in bodies]:
         units[unit] = installed.pop(unit)
     levels = {unit: _list_levels(_lods_of(polygons), wanted) for unit, polygons in units.items()}
     taken = {unit: some[0] for unit, some in levels.items() if some}
-    several = {unit: _measure_levels(units[unit], some) for unit, some in levels.items() if len(some) > 1}
+    several = {
+        unit: _measure_levels(units[unit], some) for unit, some in levels.items() if len(some) > 1
+    }
     for unit, measured in several.items():
         taken[unit] = next(lod for lod in levels[unit] if _is_whole(lod, measured, levels[unit]))
     of_building, again = defaultdict(list), set()
@@ -116,13 +123,19 @@ def _choose_in_file(content, wanted, report, passed_over):
             missing = f"LoD {wanted}" if building in drawn and wanted else "a 3D shape"
             report.skip(f"{SHAPELESS}{missing}: casts no shadow, has no results", [name])
     lost = sorted(unit for unit in units if unit[1] and not levels[unit] and unit[0] in of_building)
-    report.skip("building part without the LoD of its building", [_name_unit(content, unit) for unit in lost])
+    report.skip(
+        "building part without the LoD of its building",
+        [_name_unit(content, unit) for unit in lost],
+    )
     # An installation is drawn in the level of its own body, else of its building.
     of_body = {unit[0]: lod for unit, lod in taken.items()}
     level = {unit: taken.get(unit, of_body[unit[0]]) for unit in installed if unit[0] in of_body}
     follows = {unit: _follow(lod, installed[unit], wanted) for unit, lod in level.items()}
     alone = [unit for unit, lod in follows.items() if lod is None]
-    report.skip("installation without the LoD of its building", [_name_unit(content, unit) for unit in alone])
+    report.skip(
+        "installation without the LoD of its building",
+        [_name_unit(content, unit) for unit in alone],
+    )
     kept = []
     for polygon in content.polygons:
         unit = polygon.building, polygon.part
@@ -143,27 +156,37 @@ def _lods_of(polygons):
 
 
 def _follow(level, polygons, wanted):
-    """Level of installations beside a body of a level: the same, else one of the same whole number, else None."""
+    """Level of installations beside a body of a level: the same, else one of the same whole number,
+    else None.
+    """
     lods = _lods_of(polygons)
     if level in lods:
         return level
-    same = [lod for lod in _list_levels(lods, wanted) if level and lod.split(".")[0] == level.split(".")[0]]
+    same = [
+        lod
+        for lod in _list_levels(lods, wanted)
+        if level and lod.split(".")[0] == level.split(".")[0]
+    ]
     return same[0] if same else None
 
 
 def _measure_levels(polygons, levels):
     """Area of walls and area in plan [m²] of each level of one part: dict of (float, float).
 
-    Polygons may face either way, and roofs be drawn with or without what is below them: what counts in plan is the
-    larger one of all that faces up and all that faces down.
+    Polygons may face either way, and roofs be drawn with or without what is below them: what counts
+    in plan is the larger one of all that faces up and all that faces down.
     """
     rings = [ring for polygon in polygons for ring in polygon.rings]
     size = np.array([len(polygon.rings) for polygon in polygons])
-    vectors = measure_rings(np.concatenate([np.empty((0, 3)), *rings]), starts_of([len(ring) for ring in rings]))
+    vectors = measure_rings(
+        np.concatenate([np.empty((0, 3)), *rings]), starts_of([len(ring) for ring in rings])
+    )
     first = starts_of(size)[:-1]
     length = np.linalg.norm(vectors, axis=1)
     # Holes are subtracted whichever way they run.
-    share = np.divide(vectors[first, 2], length[first], out=np.zeros(len(first)), where=length[first] > 0)
+    share = np.divide(
+        vectors[first, 2], length[first], out=np.zeros(len(first)), where=length[first] > 0
+    )
     area = 2 * length[first] - np.add.reduceat(length, first)
     measured = {}
     for lod in levels:
@@ -177,31 +200,46 @@ def _measure_levels(polygons, levels):
 def _is_whole(lod, measured, levels, *, roof=2 / 3, wall=0.3):
     """Whether a level has so much of the roof and of the walls as every level after it.
 
-    Less than all is enough: eaves project in LoD3 only, and many files leave out the walls that neighbours share, or
-    draw LoD1 as high as the ridge.
+    Less than all is enough: eaves project in LoD3 only, and many files leave out the walls that
+    neighbours share, or draw LoD1 as high as the ridge.
     """
     walls, plan = measured[lod]
     after = [measured[other] for other in levels[levels.index(lod) + 1 :]]
-    return all(walls >= wall * other_walls and plan >= roof * other_plan for other_walls, other_plan in after)
+    return all(
+        walls >= wall * other_walls and plan >= roof * other_plan
+        for other_walls, other_plan in after
+    )
 
 
 def _find_redrawn(together, units, levels, taken):
-    """Those parts of one building that draw again, in another level, what others of its parts draw better: set.
+    """Those parts of one building that draw again, in another level, what others of its parts draw
+    better: set.
 
-    Many files draw a whole building in LoD1, and its parts in LoD2. A tower in LoD1 on a podium in LoD2 stays: it
-    covers other heights. A part whose better level was passed over is drawn in that after all, beside the others.
+    Many files draw a whole building in LoD1, and its parts in LoD2. A tower in LoD1 on a podium in
+    LoD2 stays: it covers other heights. A part whose better level was passed over is drawn in that
+    after all, beside the others.
     """
     again = set()
     drawn = {unit: _extent(units[unit], taken[unit]) for unit in together}
-    order = sorted(together, key=lambda unit: (not drawn[unit].walls, *(-rank for rank in rank_lod(taken[unit])), unit))
+    order = sorted(
+        together,
+        key=lambda unit: (not drawn[unit].walls, *(-rank for rank in rank_lod(taken[unit])), unit),
+    )
     for place, unit in enumerate(order):
         own = drawn[unit]
-        others = [drawn[one] for one in order[:place] if one not in again and taken[one] != taken[unit]]
+        others = [
+            drawn[one] for one in order[:place] if one not in again and taken[one] != taken[unit]
+        ]
         if not others or not own.plan.area:
             continue
-        covered = own.plan.intersection(shapely.union_all([other.plan for other in others])).area > 0.5 * own.plan.area
+        covered = (
+            own.plan.intersection(shapely.union_all([other.plan for other in others])).area
+            > 0.5 * own.plan.area
+        )
         near = [other for other in others if other.plan.intersects(own.plan)]
-        shared = max((min(own.high, other.high) - max(own.low, other.low) for other in near), default=0.0)
+        shared = max(
+            (min(own.high, other.high) - max(own.low, other.low) for other in near), default=0.0
+        )
         if covered and (not own.walls or shared > 0.5 * (own.high - own.low)):
             if taken[unit] == levels[unit][0]:
                 again.add(unit)
@@ -221,18 +259,26 @@ class _Extent:
 
 
 def _extent(polygons, lod):
-    polygons = [polygon for polygon in polygons if lod in polygon.lods and len(polygon.rings[0]) > 2]
+    polygons = [
+        polygon for polygon in polygons if lod in polygon.lods and len(polygon.rings[0]) > 2
+    ]
     walls, _ = _measure_levels(polygons, [lod])[lod] if polygons else (0.0, 0.0)
-    plan = shapely.union_all([shapely.Polygon(polygon.rings[0][:, :2]).buffer(0) for polygon in polygons])
+    plan = shapely.union_all(
+        [shapely.Polygon(polygon.rings[0][:, :2]).buffer(0) for polygon in polygons]
+    )
     heights = np.concatenate([np.zeros(0), *(polygon.rings[0][:, 2] for polygon in polygons)])
     return _Extent(plan, heights.min(initial=np.inf), heights.max(initial=-np.inf), walls > 0)
 
 
 def _refuse_empty(contents, wanted, report):
-    path = contents[0].path if len(contents) == 1 else f"{len(contents)} files, {contents[0].path} …"
+    path = (
+        contents[0].path if len(contents) == 1 else f"{len(contents)} files, {contents[0].path} …"
+    )
     if not report.building_count:
         trees = sum(len(content.trees) for content in contents)
-        problem = f"contains no buildings, only vegetation ({trees:,})" if trees else "no buildings in it"
+        problem = (
+            f"contains no buildings, only vegetation ({trees:,})" if trees else "no buildings in it"
+        )
         raise InputError(path, problem, "give the file with the buildings")
     problem = f"no building has {f'LoD {wanted}' if wanted else 'a usable shape'}"
     if not report.lods_met and (why := commonest_reason(report)):
@@ -242,7 +288,9 @@ def _refuse_empty(contents, wanted, report):
 
 
 def commonest_reason(report):
-    """The commonest reason why something was left out, with its number and an example; "" if nothing was: str."""
+    """The commonest reason why something was left out, with its number and an example; "" if
+    nothing was: str.
+    """
     reasons = {why: names for why, names in report.skipped.items() if not why.startswith(SHAPELESS)}
     if not reasons:
         return ""

@@ -1,7 +1,8 @@
-"""The city as read from the input files: polygons, and the building each belongs to; and what single files hold.
+"""The city as read from the input files: polygons, and the building each belongs to; and what
+single files hold.
 
-A reader gives a FileContent: Polygons, references to them, a Relief and Trees. `join_contents` makes one City of
-several.
+A reader gives a FileContent: Polygons, references to them, a Relief and Trees. `join_contents`
+makes one City of several.
 """
 
 from array import array
@@ -46,7 +47,9 @@ class ImportReport:
             self.skipped_area[reason] = self.skipped_area.get(reason, 0.0) + float(area)
 
     def note(self, words, names):
-        """Add a sentence about some named things: their number, the words, and the first of them."""
+        """Add a sentence about some named things: their number, the words, and the first
+        of them.
+        """
         if names:
             self.notes.append(f"{len(names)} {words}: {list_some(names)}")
 
@@ -55,7 +58,8 @@ class ImportReport:
 class City:
     """Polygons in the order of the input.
 
-    A polygon's first ring is its exterior, the others are holes. Rings are open: the first point is not repeated.
+    A polygon's first ring is its exterior, the others are holes. Rings are open: the first point is
+    not repeated.
     """
 
     surface_id: list  # (n,) str, unique
@@ -64,17 +68,30 @@ class City:
     points: np.ndarray  # (m, 3) float64 [m], x east, y north, z up, in the plane below
     ring_start: np.ndarray  # (r + 1,) int64 into points
     polygon_start: np.ndarray  # (n + 1,) int64 into ring_start
-    crs: str | None  # of the files, as accepted by pyproj.CRS.from_user_input, or None if they give none
+    crs: (
+        str | None
+    )  # of the files, as accepted by pyproj.CRS.from_user_input, or None if they give none
     report: ImportReport = field(default_factory=ImportReport)
-    lod: list | None = None  # (n,) str, "" in formats without levels of detail; None if not recorded
-    material: list | None = None  # (n,) str, names of materials, "" if there is none; None if not recorded
-    colours: dict = field(default_factory=dict)  # name of a material of the files -> (3,) diffuse colour, or None
+    lod: list | None = (
+        None  # (n,) str, "" in formats without levels of detail; None if not recorded
+    )
+    material: list | None = (
+        None  # (n,) str, names of materials, "" if there is none; None if not recorded
+    )
+    colours: dict = field(
+        default_factory=dict
+    )  # name of a material of the files -> (3,) diffuse colour, or None
     trees: list = field(default_factory=list)  # of Tree [m]
-    terrain: object = None  # city.terrain.Terrain of the files, in the system of the points, or None
+    terrain: object = (
+        None  # city.terrain.Terrain of the files, in the system of the points, or None
+    )
     axes: str = "xy"  # order of coordinates in the files, of `transform_crs.Grid`
-    plane: str | None = None  # system of the points, of `transform_crs.Grid`; None: that of the files
+    plane: str | None = (
+        None  # system of the points, of `transform_crs.Grid`; None: that of the files
+    )
     part: list | None = (
-        None  # (n,) str, the part of its building that each belongs to, "" if none; None if not recorded
+        # (n,) str, the part of its building that each belongs to, "" if none; None if not recorded
+        None
     )
 
     def __len__(self):
@@ -82,7 +99,9 @@ class City:
 
     @property
     def shape(self):
-        """Points, starts of rings, and starts of polygons: arguments of all that measures polygons."""
+        """Points, starts of rings, and starts of polygons: arguments of all that measures
+        polygons.
+        """
         return self.points, self.ring_start, self.polygon_start
 
     def names_of(self, chosen):
@@ -92,12 +111,16 @@ class City:
     def rings(self, polygon):
         """Rings of one polygon, the exterior first: list of (k, 3) float64 [m]."""
         first, last = self.polygon_start[polygon], self.polygon_start[polygon + 1]
-        return [self.points[self.ring_start[r] : self.ring_start[r + 1]] for r in range(first, last)]
+        return [
+            self.points[self.ring_start[r] : self.ring_start[r + 1]] for r in range(first, last)
+        ]
 
 
 def take_rows(city, rows):
     """The lists of a City for some polygons, (k,) int, as keywords of `replace`."""
-    return {name: getattr(city, name) and [getattr(city, name)[row] for row in rows] for name in LISTS}
+    return {
+        name: getattr(city, name) and [getattr(city, name)[row] for row in rows] for name in LISTS
+    }
 
 
 def take_polygons(city, kept):
@@ -131,7 +154,9 @@ def append_shape(city, points, ring_start, polygon_start):
 
 
 def number_names(names):
-    """A number for each distinct name of a list, from 0 in the order in which they appear: (n,) int64."""
+    """A number for each distinct name of a list, from 0 in the order in which they appear: (n,)
+    int64.
+    """
     numbers = defaultdict(count().__next__)
     return np.fromiter(map(numbers.__getitem__, names), np.int64, len(names))
 
@@ -143,7 +168,8 @@ def free_name(name, taken):
     ----------
     name : str
     taken : dict of str to int
-        Names that are taken, and the last number tried behind each, 1 to begin with; the new one is added.
+        Names that are taken, and the last number tried behind each, 1 to begin with; the new one is
+        added.
     """
     free = name
     while free in taken:
@@ -181,9 +207,12 @@ class Polygon:
 class Relief:
     """Triangles of the TIN reliefs of one file, as they are read."""
 
-    # LoD, "" where none is named -> array of 9 float64 per triangle, in the order and the units of the file:
+    # LoD, "" where none is named -> array of 9 float64 per triangle, in the order and the units of
+    # the file:
     corners: dict = field(default_factory=partial(defaultdict, partial(array, "d")))
-    srs_names: dict = field(default_factory=dict)  # spelling that the relief itself has -> line where it was met
+    srs_names: dict = field(
+        default_factory=dict
+    )  # spelling that the relief itself has -> line where it was met
 
     def count(self):
         """Number of triangles."""
@@ -239,14 +268,20 @@ class FileContent:
     skipped: dict = field(default_factory=dict)  # reason -> ids
     notes: list = field(default_factory=list)
     extents: list = field(default_factory=list)  # of Extent
-    demolitions: dict = field(default_factory=dict)  # (building, part) -> last day on which it stood
+    demolitions: dict = field(
+        default_factory=dict
+    )  # (building, part) -> last day on which it stood
     crs: str | None = None
     axes: str = "xy"  # order of coordinates, of `transform_crs.Grid`
     up: str = "z"  # upward axis as read
-    colours: dict = field(default_factory=dict)  # name of a material -> (3,) diffuse colour, or None if not given
+    colours: dict = field(
+        default_factory=dict
+    )  # name of a material -> (3,) diffuse colour, or None if not given
     relief: Relief = field(default_factory=Relief)  # terrain of the file
     trees: list = field(default_factory=list)  # of Tree
-    plants: "FileContent | None" = None  # polygons of the trees while they are read; `building` is the tree
+    plants: "FileContent | None" = (
+        None  # polygons of the trees while they are read; `building` is the tree
+    )
 
     def skip(self, reason, identifier):
         """Record what was left out, and why."""

@@ -1,4 +1,6 @@
-"""Classify surfaces for photovoltaics: kind by tilt, orientation by azimuth, eligibility, and which are footprints."""
+"""Classify surfaces for photovoltaics: kind by tilt, orientation by azimuth, eligibility, and which
+are footprints.
+"""
 
 import numpy as np
 
@@ -8,7 +10,16 @@ from .polygons import polygon_bounds
 
 SMALLEST_ELIGIBLE_AREA = 6.25  # [m²]
 TOLERANCE = 1e-6  # [°] on every bound
-ORIENTATIONS = ("north", "northeast", "east", "southeast", "south", "southwest", "west", "northwest")
+ORIENTATIONS = (
+    "north",
+    "northeast",
+    "east",
+    "southeast",
+    "south",
+    "southwest",
+    "west",
+    "northwest",
+)
 SECTOR = 45.0  # [°] of azimuth that an orientation stands for
 PAPER = "paper"  # its sectors: WINDOW [°] either side of north, east, south, west
 WINDOW = 30.0
@@ -43,9 +54,10 @@ def measure_tilt(normal):
 def classify(area, surface_tilt, surface_azimuth, thematic, sectors="8"):
     """Kind, orientation and eligibility of surfaces.
 
-    Facades are steeper than 89° and not steeper than 91°, roofs between 15° and 60°, steep roofs between both, flat
-    roofs below. All of them are eligible from 6.25 m². With the paper's sectors facades and roofs alone are, and within
-    30° of a cardinal direction (Bredemeier et al., CityPV). Other surfaces get a kind too: they shade and reflect.
+    Facades are steeper than 89° and not steeper than 91°, roofs between 15° and 60°, steep roofs
+    between both, flat roofs below. All of them are eligible from 6.25 m². With the paper's sectors
+    facades and roofs alone are, and within 30° of a cardinal direction (Bredemeier et al., CityPV).
+    Other surfaces get a kind too: they shade and reflect.
 
     Parameters
     ----------
@@ -54,7 +66,8 @@ def classify(area, surface_tilt, surface_azimuth, thematic, sectors="8"):
     thematic : sequence of str, (n,)
         Class in the file: WallSurface, …, TINRelief for terrain, or "".
     sectors : {'8', 'paper'}
-        Eight of 45°, so that each azimuth has one, a bound that of the sector before it; or those of the paper.
+        Eight of 45°, so that each azimuth has one, a bound that of the sector before it; or those
+        of the paper.
 
     Returns
     -------
@@ -92,11 +105,13 @@ def classify(area, surface_tilt, surface_azimuth, thematic, sectors="8"):
     return kind, orientation, eligible
 
 
-LEVEL = 0.5  # [m] a downward surface within this height of its building's lowest point lies on the ground
+# [m] a downward surface within this height of its building's lowest point lies on the ground
+LEVEL = 0.5
 
 
 def find_footprints(surfaces, city, points):
-    """Surfaces under buildings: GroundSurfaces, and for buildings without any, downward ones at the lowest height.
+    """Surfaces under buildings: GroundSurfaces, and for buildings without any, downward ones at the
+    lowest height.
 
     Parameters
     ----------

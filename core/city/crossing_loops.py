@@ -1,13 +1,14 @@
 """All crossings of rays with the triangles of closed bodies, summed up (compiled by numba).
 
-Embree finds the first triangle on a ray; the way through a crown needs all of them. The rays that Embree found to meet
-any crown pass through a bounding volume hierarchy of their own here, in float64. It is built level by level with
-whole-array operations. The test of a ray against a triangle is watertight: a ray through a shared edge crosses exactly
-one of the two triangles.
+Embree finds the first triangle on a ray; the way through a crown needs all of them. The rays that
+Embree found to meet any crown pass through a bounding volume hierarchy of their own here, in
+float64. It is built level by level with whole-array operations. The test of a ray against a
+triangle is watertight: a ray through a shared edge crosses exactly one of the two triangles.
 
 References
 ----------
-Woop, Benthin, Wald (2013), Watertight ray/triangle intersection, Journal of Computer Graphics Techniques 2(1).
+Woop, Benthin, Wald (2013), Watertight ray/triangle intersection, Journal of Computer Graphics
+Techniques 2(1).
 """
 
 import numpy as np
@@ -16,12 +17,14 @@ from numba import njit
 LEAF = 8  # triangles of a leaf, at most: as many as are tested together
 DEEPEST = 64
 ENOUGH = 1e5  # optical depth that only trunks have
-# Rays are shifted by less than a micrometre, so that none passes exactly through an edge of axis-parallel boxes.
+# Rays are shifted by less than a micrometre, so that none passes exactly through an edge of
+# axis-parallel boxes.
 ASIDE = (3.1e-7, 2.3e-7, 1.7e-7)
 
 
 def build_hierarchy(corners, body):
-    """Bounding volume hierarchy: bodies are halved along the longest extent of their middles, then their triangles.
+    """Bounding volume hierarchy: bodies are halved along the longest extent of their middles, then
+    their triangles.
 
     Parameters
     ----------
@@ -34,8 +37,8 @@ def build_hierarchy(corners, body):
     boxes : (n, 6) float64
         Low and high corner of each node.
     links : (n, 3) int64
-        First child and 0 (the second child follows it), or number of the leaf and that of its triangles; and 1 where
-        the node holds nothing but whole bodies.
+        First child and 0 (the second child follows it), or number of the leaf and that of its
+        triangles; and 1 where the node holds nothing but whole bodies.
     order : (l, LEAF) int64
         Triangles of each leaf, followed by -1.
     """
@@ -43,11 +46,18 @@ def build_hierarchy(corners, body):
     body = np.unique(body, return_inverse=True)[1]
     sums = np.column_stack([np.bincount(body, centre[:, axis]) for axis in range(3)])
     middle = (sums / np.bincount(body)[:, None])[body]  # of the body of each triangle
-    order, first, whole = np.arange(len(corners)), np.zeros(1, np.int64), np.ones(1, bool)  # nodes of one level
+    order, first, whole = (
+        np.arange(len(corners)),
+        np.zeros(1, np.int64),
+        np.ones(1, bool),
+    )  # nodes of one level
     boxes, links, leaves, nodes = [], [], [], 1
     while len(first):
         size = np.diff(np.append(first, len(order)))
-        box = (function.reduceat(part[order], first) for function, part in ((np.minimum, low), (np.maximum, high)))
+        box = (
+            function.reduceat(part[order], first)
+            for function, part in ((np.minimum, low), (np.maximum, high))
+        )
         boxes.append(np.concatenate(list(box), axis=1))
         several = np.minimum.reduceat(body[order], first) < np.maximum.reduceat(body[order], first)
         several &= whole
@@ -110,9 +120,10 @@ def _halve_nodes(order, first, several, scene):
 def sum_crossings(hierarchy, corners, costs, rays, depth):
     """Optical depth along rays, of the same crowns in two states.
 
-    The length inside a closed surface is Σ t over the exits minus Σ t over the entries, each at most at the ray's
-    reach; it needs no order of the crossings and holds for rays that start or end inside. Bodies beyond the reach add
-    nothing and are passed over; what whole bodies add is never below 0, so that the sum may end between two bodies.
+    The length inside a closed surface is Σ t over the exits minus Σ t over the entries, each at
+    most at the ray's reach; it needs no order of the crossings and holds for rays that start or end
+    inside. Bodies beyond the reach add nothing and are passed over; what whole bodies add is never
+    below 0, so that the sum may end between two bodies.
 
     Parameters
     ----------
@@ -121,14 +132,19 @@ def sum_crossings(hierarchy, corners, costs, rays, depth):
     corners : (l, 3, 3, LEAF) float64 [m]
         Corner and axis of the triangles of each leaf; without extent where there is none.
     costs : tuple of two (l, LEAF) float64 and (l,) float64
-        Optical depth per metre inside, per crossing within reach, and the share of both in the second state.
+        Optical depth per metre inside, per crossing within reach, and the share of both in the
+        second state.
     rays : tuple of (m, 3) float64, (m, 3) float64, (m,) float64 and (m,) float64
-        Origins, unit directions, reach [m], and the optical depth that is enough: above it in both states, the sum may
-        end.
+        Origins, unit directions, reach [m], and the optical depth that is enough: above it in both
+        states, the sum may end.
     depth : (2, m) float64
         Written.
     """
-    (boxes, links), (per_metre, per_crossing, share), (origins, directions, reach, enough) = hierarchy, costs, rays
+    (boxes, links), (per_metre, per_crossing, share), (origins, directions, reach, enough) = (
+        hierarchy,
+        costs,
+        rays,
+    )
     waiting, inverse, shear = np.empty(DEEPEST, np.int64), np.empty(3), np.empty(3)
     added = np.empty(LEAF)
     for ray in range(depth.shape[1]):
@@ -161,7 +177,9 @@ def sum_crossings(hierarchy, corners, costs, rays, depth):
 
 @njit(nogil=True, cache=True)
 def _prepare_ray(direction, inverse, shear):
-    """Write the inverse of a direction and its shear; axes in the order in which the last one is the longest."""
+    """Write the inverse of a direction and its shear; axes in the order in which the last one is
+    the longest.
+    """
     last = 0
     for axis in range(3):
         inverse[axis] = 1 / direction[axis] if direction[axis] != 0 else 1e300
@@ -175,7 +193,9 @@ def _prepare_ray(direction, inverse, shear):
 
 @njit(nogil=True, cache=True, inline="always")
 def _enter_box(boxes, node, origin, inverse):
-    """Distance at which a ray enters the box of a node, 0 from inside; infinite if the box is not ahead of it."""
+    """Distance at which a ray enters the box of a node, 0 from inside; infinite if the box is not
+    ahead of it.
+    """
     near, far = 0.0, np.inf
     for axis in range(3):
         one = (boxes[node, axis] - origin[axis]) * inverse[axis]
@@ -189,15 +209,20 @@ def _enter_box(boxes, node, origin, inverse):
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _cross_leaf(corners, costs, ray, added):
-    """Optical depth that the crossings of the triangles of a leaf add: per metre up to those where the ray leaves a
-    crown, less that up to those where it enters one, and per crossing. Without branches: all are tested together.
+    """Optical depth that the crossings of the triangles of a leaf add: per metre up to those where
+    the ray leaves a crown, less that up to those where it enters one, and per crossing. Without
+    branches: all are tested together.
     """
     (per_metre, per_crossing), ((x, y, z), (first, second, last), shear, reach) = costs, ray
     origin = (x, y, z)
     shear_first, shear_second, scale = shear[0], shear[1], shear[2]
     one, other, along = origin[first], origin[second], origin[last]
     for k in range(LEAF):
-        az, bz, cz = corners[0, last, k] - along, corners[1, last, k] - along, corners[2, last, k] - along
+        az, bz, cz = (
+            corners[0, last, k] - along,
+            corners[1, last, k] - along,
+            corners[2, last, k] - along,
+        )
         ax = corners[0, first, k] - one - shear_first * az
         ay = corners[0, second, k] - other - shear_second * az
         bx = corners[1, first, k] - one - shear_first * bz

@@ -1,4 +1,6 @@
-"""Crowns and trunks from the trees of a city: their shapes, or ellipsoids from height and crown diameter."""
+"""Crowns and trunks from the trees of a city: their shapes, or ellipsoids from height and crown
+diameter.
+"""
 
 import functools
 from dataclasses import dataclass
@@ -15,18 +17,25 @@ CROWN_BASE = 0.25  # of its height
 SLIM = 0.1  # of the crown's width: parts below the crown that are slimmer are its trunk
 STEEP = 60.0  # [°] tilt of the faces of a trunk's mantle, at least
 FLAT = 0.1  # [m] shapes that are lower have no volume
-WALLS = 0.5  # [m] steep faces of plants per length of the outline of the others, from which they are a body
-OVERLAP = 1.01  # area of faces over what they cover, seen from above, up to which none lies above another
+# [m] steep faces of plants per length of the outline of the others, from which they are a body
+WALLS = 0.5
+OVERLAP = (
+    1.01  # area of faces over what they cover, seen from above, up to which none lies above another
+)
 AREA = "vegetation drawn as an area without a height: it casts no shadow"
 MERGED = 5  # decimals [m] of corners that are one
-SUBDIVISIONS = 3  # 512 triangles; mean transmittance of a dense crown (k·LAD·diameter = 4) within 1 %
+SUBDIVISIONS = (
+    3  # 512 triangles; mean transmittance of a dense crown (k·LAD·diameter = 4) within 1 %
+)
 
 
 def volume_of_crowns(crowns):
     """Volume inside each crown: (k,) float64 [m³]."""
     leaves = crowns.triangles[~crowns.trunk]
     middle = crowns.vertices.mean(axis=0)
-    return np.bincount(crowns.tree[~crowns.trunk], _volumes_below(crowns.vertices - middle, leaves), len(crowns))
+    return np.bincount(
+        crowns.tree[~crowns.trunk], _volumes_below(crowns.vertices - middle, leaves), len(crowns)
+    )
 
 
 @dataclass
@@ -42,9 +51,10 @@ class _TreeShape:
 def build_crowns(trees, report, move):
     """Crowns of a scene.
 
-    A closed shape is the outside of a crown; of a shape that is not closed (crossed pictures) the convex hull is.
-    Slim faces below the crown are the trunk. An area of plants without thickness is raised by its height; where it has
-    none (lawns and beds, as many producers draw them) it is left out and listed, as is a tree without shape and height.
+    A closed shape is the outside of a crown; of a shape that is not closed (crossed pictures) the
+    convex hull is. Slim faces below the crown are the trunk. An area of plants without thickness is
+    raised by its height; where it has none (lawns and beds, as many producers draw them) it is left
+    out and listed, as is a tree without shape and height.
 
     Parameters
     ----------
@@ -69,12 +79,18 @@ def build_crowns(trees, report, move):
     return Crowns(
         vertices=move(np.concatenate([part.vertices for part in parts])),
         triangles=np.concatenate(triangles).astype(np.int32),
-        tree=np.repeat(np.arange(len(parts), dtype=np.int32), [len(part.triangles) for part in parts]),
+        tree=np.repeat(
+            np.arange(len(parts), dtype=np.int32), [len(part.triangles) for part in parts]
+        ),
         trunk=np.concatenate([part.trunk for part in parts]),
         names=[tree.name for tree in trees],
-        height=np.array([np.ptp(part.vertices[:, 2]) if part.height is None else part.height for part in parts]),
+        height=np.array(
+            [np.ptp(part.vertices[:, 2]) if part.height is None else part.height for part in parts]
+        ),
         evergreen=np.array([tree.evergreen for tree in trees]),
-        area_density=np.array([np.nan if tree.area_density is None else tree.area_density for tree in trees]),
+        area_density=np.array(
+            [np.nan if tree.area_density is None else tree.area_density for tree in trees]
+        ),
     )
 
 
@@ -90,17 +106,24 @@ def _build_tree(tree, report):
             return part
     if tree.cover or tree.place is None or tree.height is None:
         lacks = "height" if tree.height is None else "place"
-        report.skip(f"vegetation without a shape that has a volume, and without a {lacks}", [tree.name])
+        report.skip(
+            f"vegetation without a shape that has a volume, and without a {lacks}", [tree.name]
+        )
         return None
     return _build_ellipsoid(tree, report)
 
 
 def _build_ellipsoid(tree, report):
-    """A tree from its numbers: an ellipsoid crown from CROWN_BASE of its height up, and a trunk below its middle."""
+    """A tree from its numbers: an ellipsoid crown from CROWN_BASE of its height up, and a trunk
+    below its middle.
+    """
     width, base = tree.crown_diameter, CROWN_BASE * tree.height
     if width is None:
         width = CROWN_PER_HEIGHT * tree.height
-        report.repair(f"tree without a crown diameter, {CROWN_PER_HEIGHT:g} of its height assumed", [tree.name])
+        report.repair(
+            f"tree without a crown diameter, {CROWN_PER_HEIGHT:g} of its height assumed",
+            [tree.name],
+        )
     middle = tree.place + np.array([0, 0, (base + tree.height) / 2])
     sphere, triangles = unit_sphere()
     vertices = middle + sphere * [width / 2, width / 2, (tree.height - base) / 2]
@@ -117,7 +140,11 @@ def _build_shape(tree, vertices, triangles, report):
     if not len(triangles):
         return None
     trunk = _find_trunk(vertices, triangles, tree.trunk_diameter)
-    size = _volumes_below(vertices - vertices.mean(axis=0), triangles).sum() if _is_closed(triangles) else 0.0
+    size = (
+        _volumes_below(vertices - vertices.mean(axis=0), triangles).sum()
+        if _is_closed(triangles)
+        else 0.0
+    )
     if size:
         crown = triangles if size > 0 else triangles[:, ::-1]
     elif tree.cover and tree.height is not None:  # a body of plants over an area
@@ -139,7 +166,10 @@ def _triangles_of(polygons):
     rings, counts = [], []
     for polygon in polygons:
         keys = [np.round(ring, MERGED) for ring in polygon.rings]
-        own = [r[(k != np.roll(k, -1, axis=0)).any(axis=1)] for r, k in zip(polygon.rings, keys, strict=True)]
+        own = [
+            r[(k != np.roll(k, -1, axis=0)).any(axis=1)]
+            for r, k in zip(polygon.rings, keys, strict=True)
+        ]
         if all(len(ring) >= 3 for ring in own):
             rings += own
             counts.append(len(own))
@@ -152,14 +182,18 @@ def _triangles_of(polygons):
 
 
 def _is_closed(triangles):
-    """Whether triangles enclose volumes and all face outwards, or all inwards: every edge runs once in each sense."""
+    """Whether triangles enclose volumes and all face outwards, or all inwards: every edge runs once
+    in each sense.
+    """
     start, end = edges_of(triangles).T
     count = triangles.max() + 1
     return bool((np.sort(start * count + end) == np.sort(end * count + start)).all())
 
 
 def _is_area(vertices, triangles):
-    """Whether plants are drawn as a piece of the ground: no face above another, and hardly any walls around it."""
+    """Whether plants are drawn as a piece of the ground: no face above another, and hardly any
+    walls around it.
+    """
     steep = _is_steep(vertices, triangles)
     level = triangles[~steep]
     if not len(level) or _is_closed(triangles):
@@ -168,13 +202,17 @@ def _is_area(vertices, triangles):
     outline = np.linalg.norm(np.diff(vertices[edges[uses == 1]], axis=1), axis=2).sum()
     walls = 0.5 * np.linalg.norm(normals_of(vertices, triangles[steep]), axis=1).sum()
     faces = shapely.polygons(vertices[level, :2])
-    return walls < WALLS * outline and shapely.area(faces).sum() <= OVERLAP * shapely.union_all(faces).area
+    return (
+        walls < WALLS * outline
+        and shapely.area(faces).sum() <= OVERLAP * shapely.union_all(faces).area
+    )
 
 
 def _find_trunk(vertices, triangles, diameter):
     """Faces of the trunk, (t,) bool: near the axis through the foot, and below all that is wider.
 
-    Its mantle is steep: a round crown without a trunk has faces around its lowest point, too, but level ones.
+    Its mantle is steep: a round crown without a trunk has faces around its lowest point, too, but
+    level ones.
     """
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     radius = max(SLIM * max(high[0] - low[0], high[1] - low[1]), 0.55 * (diameter or 0.0))
@@ -193,13 +231,17 @@ def _is_steep(vertices, triangles):
 
 
 def _volumes_below(vertices, triangles):
-    """Volumes between triangles and the origin, (t,) float64 [m³]; those of a closed body add up to its own."""
+    """Volumes between triangles and the origin, (t,) float64 [m³]; those of a closed body add up to
+    its own.
+    """
     a, b, c = np.moveaxis(vertices[triangles], 1, 0)
     return np.einsum("ti,ti->t", a, np.cross(b, c)) / 6
 
 
 def _hull_of(vertices, triangles):
-    """Convex hull of the corners of triangles: (t, 3) int facing outwards, or None if it is flat."""
+    """Convex hull of the corners of triangles: (t, 3) int facing outwards, or None if it
+    is flat.
+    """
     used = np.unique(triangles)
     points = vertices[used]
     if np.ptp(points[:, 2]) < FLAT:
@@ -221,9 +263,12 @@ def unit_sphere(subdivisions=SUBDIVISIONS):
     vertices : (v, 3) float64
     triangles : (t, 3) int64
     """
-    vertices = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
+    vertices = np.array(
+        [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float
+    )
     triangles = np.array(
-        [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]], np.int64
+        [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]],
+        np.int64,
     )
     for _ in range(subdivisions):  # each triangle is cut into four at the middles of its edges
         edges, which = np.unique(np.sort(edges_of(triangles), axis=1), axis=0, return_inverse=True)
@@ -233,7 +278,9 @@ def unit_sphere(subdivisions=SUBDIVISIONS):
         triangles = np.concatenate([np.column_stack(part) for part in parts])
         vertices = np.concatenate([vertices, vertices[edges].mean(axis=1)])
         vertices /= np.linalg.norm(vertices, axis=1, keepdims=True)
-    return vertices * (4 / 3 * np.pi / _volumes_below(vertices, triangles).sum()) ** (1 / 3), triangles
+    return vertices * (4 / 3 * np.pi / _volumes_below(vertices, triangles).sum()) ** (
+        1 / 3
+    ), triangles
 
 
 def cylinder(foot, radius, height):
@@ -250,7 +297,12 @@ def extrude(vertices, triangles, height):
     """Closed body between triangles that face upwards and the same ones raised by `height` [m]."""
     count, edges = len(vertices), edges_of(triangles).tolist()
     keys = set(map(tuple, edges))
-    begin, end = np.array([edge for edge in edges if (edge[1], edge[0]) not in keys]).reshape(-1, 2).T
-    walls = [np.column_stack([begin, end, end + count]), np.column_stack([begin, end + count, begin + count])]
+    begin, end = (
+        np.array([edge for edge in edges if (edge[1], edge[0]) not in keys]).reshape(-1, 2).T
+    )
+    walls = [
+        np.column_stack([begin, end, end + count]),
+        np.column_stack([begin, end + count, begin + count]),
+    ]
     raised = np.concatenate([vertices, vertices + np.array([0, 0, height])])
     return raised, np.concatenate([triangles[:, ::-1], triangles + count, *walls])

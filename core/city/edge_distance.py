@@ -1,4 +1,5 @@
-"""How far surfaces look before the city ends: beyond the edge of a file nothing stands that would shade them.
+"""How far surfaces look before the city ends: beyond the edge of a file nothing stands that would
+shade them.
 
           ┌──────── outline of the built area: footprints closed by 50 m ───────┐
           │   ▭   ▭    ▭ ├──────────── edge_distance ──────────────────────────►│
@@ -28,11 +29,15 @@ def measure_edge_distance(scene):
     Returns
     -------
     (n,) float64 [m]
-        NaN beyond FURTHEST, for level surfaces and ground, and everywhere in scenes of fewer than FEWEST buildings, or
-        where fewer than FEWEST_AT_RIM have a surface that is NEAREST to the outline.
+        NaN beyond FURTHEST, for level surfaces and ground, and everywhere in scenes of fewer than
+        FEWEST buildings, or where fewer than FEWEST_AT_RIM have a surface that is NEAREST to the
+        outline.
     """
     surfaces, found = scene.surfaces, np.full(len(scene.surfaces), np.nan)
-    kind, building = np.asarray(surfaces.kind), np.array(surfaces.building_id, dtype=object).astype(str)
+    kind, building = (
+        np.asarray(surfaces.kind),
+        np.array(surfaces.building_id, dtype=object).astype(str),
+    )
     built = kind != "ground"
     if len(np.unique(building[built])) < FEWEST:
         return found
@@ -61,7 +66,12 @@ def _middles_of_surfaces(scene):
     """Centroids of the surfaces of a scene: (n, 3) float64 [m]; NaN without triangles."""
     own = np.flatnonzero(scene.triangle_surface >= 0)
     corners = scene.vertices[scene.triangles[own]]
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+    area = (
+        np.linalg.norm(
+            np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+        )
+        / 2
+    )
     surface, count = scene.triangle_surface[own], len(scene.surfaces)
     sums = [np.bincount(surface, area * values, count) for values in corners.mean(axis=1).T]
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -69,7 +79,9 @@ def _middles_of_surfaces(scene):
 
 
 def _built_area(scene, built):
-    """Footprints of the buildings, their roofs seen from above, closed by CLOSED, and without holes."""
+    """Footprints of the buildings, their roofs seen from above, closed by CLOSED, and without
+    holes.
+    """
     roofs = built & (scene.surfaces.normal[:, 2] > LEVEL)
     own = np.flatnonzero(scene.triangle_surface >= 0)
     own = own[roofs[scene.triangle_surface[own]]]

@@ -1,4 +1,6 @@
-"""Edits of a city, as between two variants of a plan: buildings and trees added, removed, moved, raised."""
+"""Edits of a city, as between two variants of a plan: buildings and trees added, removed, moved,
+raised.
+"""
 
 import copy
 from collections.abc import Collection
@@ -12,16 +14,22 @@ from .city import LISTS, append_shape, free_name, take_polygons
 from .locate_site import bring_to_grid, turn_to_true_north
 from .transform_crs import grid_of
 
-FOOT = 0.05  # [m] above the lowest point of a building without a GroundSurface, up to which it stands on its foot
+# [m] above the lowest point of a building without a GroundSurface, up to which it stands on its
+# foot
+FOOT = 0.05
 
 
 @dataclass(frozen=True)
 class Change:
-    """What is edited, by ids of buildings and names of trees of the city before; the added ones come last."""
+    """What is edited, by ids of buildings and names of trees of the city before; the added ones
+    come last.
+    """
 
     removed: Collection[str] = ()
     moved: dict = field(default_factory=dict)  # id -> [m] to true east and north
-    raised: dict = field(default_factory=dict)  # id -> [m] by which all above its foot goes up, or down
+    raised: dict = field(
+        default_factory=dict
+    )  # id -> [m] by which all above its foot goes up, or down
     added: tuple = ()  # of City, in the system of the files
 
 
@@ -57,15 +65,23 @@ def edit_city(city, change, convergence=0.0):
         above = _above_foot(city, points, rows)
         least = _height_above_foot(points, above, np.setdiff1d(rows, above))
         if rise <= -least:
-            problem = f"{name} has corners {least:g} m above its foot: {rise:g} m would turn it inside out"
+            problem = (
+                f"{name} has corners {least:g} m above its foot: {rise:g} m would turn it inside "
+                "out"
+            )
             raise InputError("--raise", problem, f"give more than {-least:g}, or --remove {name}")
         points[above, 2] += rise
     shifts = {}
     for name, (east, north) in change.moved.items():
         shifts[name] = turn_to_true_north(np.array([east, north, 0.0]), -convergence)
         points[buildings[polygon] == name] += shifts[name]
-    moved = [_move_tree(tree, shifts[tree.name].__add__) if tree.name in shifts else tree for tree in city.trees]
-    left = replace(city, points=points, trees=[tree for tree in moved if tree.name not in change.removed])
+    moved = [
+        _move_tree(tree, shifts[tree.name].__add__) if tree.name in shifts else tree
+        for tree in city.trees
+    ]
+    left = replace(
+        city, points=points, trees=[tree for tree in moved if tree.name not in change.removed]
+    )
     left = take_polygons(left, ~np.isin(buildings, list(change.removed)))
     for other in change.added:
         left = join_cities(left, other)
@@ -75,8 +91,8 @@ def edit_city(city, change, convergence=0.0):
 
 
 def _above_foot(city, points, rows):
-    """Those of the points of a building, (k,) int, that are not of its foot: where a GroundSurface has a point at the
-    same place, or, without any, its lowest points."""
+    """Those of the points of a building, (k,) int, that are not of its foot: where a GroundSurface
+    has a point at the same place, or, without any, its lowest points."""
     thematic = np.repeat(city.thematic, np.diff(city.ring_start[city.polygon_start]))[rows]
     places = np.round(points[rows], 3)
     ground = {tuple(place) for place in places[thematic == "GroundSurface"].tolist()}
@@ -86,7 +102,8 @@ def _above_foot(city, points, rows):
 
 
 def _height_above_foot(points, above, foot):
-    """How high the lowest of some corners stands above the foot [m]: above the corner of it straight below.
+    """How high the lowest of some corners stands above the foot [m]: above the corner of it
+    straight below.
 
     Where no corner lies straight above one of the foot, the top stands above the lowest foot.
 
@@ -102,17 +119,23 @@ def _height_above_foot(points, above, foot):
     below = {}
     for x, y, z in np.round(points[foot], 3).tolist():
         below[x, y] = max(z, below.get((x, y), -np.inf))
-    heights = [z - below[x, y] for x, y, z in np.round(points[above], 3).tolist() if (x, y) in below]
+    heights = [
+        z - below[x, y] for x, y, z in np.round(points[above], 3).tolist() if (x, y) in below
+    ]
     return round(min(heights, default=highest - lowest), 3)
 
 
 def system_of(city):
-    """System of the files of a city, order of coordinates, and plane, as `place_local` takes them."""
+    """System of the files of a city, order of coordinates, and plane, as `place_local`
+    takes them.
+    """
     return city.crs, city.axes, city.plane
 
 
 def place_local(city, site, crs, axes="xy", plane=None):
-    """A city in metres from a site's origin, true east and north, in the system of its files: City."""
+    """A city in metres from a site's origin, true east and north, in the system of its
+    files: City.
+    """
     move = partial(bring_to_grid, site=site)
     trees = [_move_tree(tree, move) for tree in city.trees]
     return replace(city, points=move(city.points), trees=trees, crs=crs, axes=axes, plane=plane)
@@ -139,7 +162,10 @@ def join_cities(one, other):
         problem = f"it is in {other.crs}, the city in {one.crs}"
         raise InputError("added buildings", problem, "give them in the system of the city")
     lists = {
-        name: [*(getattr(one, name) or [""] * len(one)), *(getattr(other, name) or [""] * len(other))]
+        name: [
+            *(getattr(one, name) or [""] * len(one)),
+            *(getattr(other, name) or [""] * len(other)),
+        ]
         for name in LISTS
         if getattr(one, name) is not None or getattr(other, name) is not None
     }

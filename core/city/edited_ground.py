@@ -1,4 +1,6 @@
-"""Ground of an edited city: it stays as it lies, but for a hole under what is new and a patch under what is gone."""
+"""Ground of an edited city: it stays as it lies, but for a hole under what is new and a patch under
+what is gone.
+"""
 
 from dataclasses import replace
 
@@ -25,7 +27,8 @@ def _lies(scene):
 
 
 def cut_ground(scene, first, gone, patch_size):
-    """The scene with a hole in the ground under new footprints, and ground where those that are gone lay.
+    """The scene with a hole in the ground under new footprints, and ground where those that are
+    gone lay.
 
     Returns
     -------
@@ -47,12 +50,16 @@ def cut_ground(scene, first, gone, patch_size):
     standing = new[~(rise > HANGING)]
     _note_ground(scene, standing, rise[~(rise > HANGING)])
     hole, freed = _plan_of(scene, standing), _plan_of(scene, old)
-    # Ground that the new footprints touch is cut along their outlines; its own plane gives the heights.
+    # Ground that the new footprints touch is cut along their outlines; its own plane gives the
+    # heights.
     touched = np.unique(tree.query(hole, "intersects"))
     touched = touched[shapely.area(shapely.intersection(plan[touched], hole)) > 1e-4]
-    pieces = [(part, laid[k]) for k in touched for part in _parts(shapely.difference(plan[k], hole))]
+    pieces = [
+        (part, laid[k]) for k in touched for part in _parts(shapely.difference(plan[k], hole))
+    ]
     corners = [_lift(part, corners_of(scene, [k])[0]) for part, k in pieces]
-    # Where a footprint goes, ground closes the gap that it leaves, at the heights of its own points.
+    # Where a footprint goes, ground closes the gap that it leaves, at the heights of its own
+    # points.
     others = np.flatnonzero(stays)
     around = shapely.STRtree(draw_triangles(corners_of(scene, others)))
     over = others[np.unique(around.query(freed, "intersects"))]
@@ -71,7 +78,9 @@ def _plan_of(scene, rows):
 
 def _parts(shape):
     """Polygons of a geometry, without slivers of less than 1 cm²: list."""
-    return [one for one in shapely.get_parts(shape) if one.geom_type == "Polygon" and one.area > 1e-4]
+    return [
+        one for one in shapely.get_parts(shape) if one.geom_type == "Polygon" and one.area > 1e-4
+    ]
 
 
 def _lift(polygon, corners):
@@ -86,7 +95,9 @@ def _lift(polygon, corners):
 
 
 def _raise(polygon, known):
-    """Rings of a polygon in plan view, each place at the height of the nearest known point: list of (k, 3)."""
+    """Rings of a polygon in plan view, each place at the height of the nearest known point: list of
+    (k, 3).
+    """
     rings = []
     for ring in (polygon.exterior, *polygon.interiors):
         places = np.asarray(ring.coords)[:-1, :2]
@@ -111,19 +122,25 @@ def _append_ground(scene, polygons, patch_size):
 
 
 def _heights(scene, rows, places):
-    """Height of some triangles at places, (k, 3) float64 [m]; -inf where there are none: (k,) float64 [m]."""
+    """Height of some triangles at places, (k, 3) float64 [m]; -inf where there are none: (k,)
+    float64 [m].
+    """
     start = np.full(len(places), scene.vertices[:, 2].max() + 1)
     return height_below(scene.vertices, scene.triangles[rows], places, start)
 
 
 def _rise(scene, rows, laid):
-    """How far the middles of footprints lie above some triangles of the ground: (r,) float64 [m]; inf without any."""
+    """How far the middles of footprints lie above some triangles of the ground: (r,) float64 [m];
+    inf without any.
+    """
     middle = corners_of(scene, rows).mean(axis=1)
     return middle[:, 2] - _heights(scene, laid, middle)
 
 
 def _note_ground(scene, rows, rise):
-    """Report footprints that stand away from the ground, which a run of the edited files would lay through them."""
+    """Report footprints that stand away from the ground, which a run of the edited files would lay
+    through them.
+    """
     apart = np.isfinite(rise) & (np.abs(rise) > 0.1)
     if apart.any():
         names = np.array(scene.surfaces.building_id, object)[scene.triangle_surface[rows[apart]]]

@@ -1,10 +1,11 @@
-"""The scene of an edited city: what stays keeps its row, what is new is appended, what is gone loses its area.
+"""The scene of an edited city: what stays keeps its row, what is new is appended, what is gone
+loses its area.
 
     base   │ a │ b │ c │ d │ ground …                 surfaces and triangles keep their numbers, so that
     edited │ a │ - │ c │ d │ ground - - … │ b' │ e │   all that is known of them stays where it is
 
-The ground stays as it lies, but for a hole under what is new and a patch under what is gone. Sheets are judged again
-where the change is near.
+The ground stays as it lies, but for a hole under what is new and a patch under what is gone. Sheets
+are judged again where the change is near.
 """
 
 import copy
@@ -29,7 +30,8 @@ from .racks import RACK, lay_racks, parse_racks, roof_of_rack
 from .scene import Scene, append_triangles, corners_of, join_surfaces
 from .written_scene import owner_of_triangles, remove_triangles
 
-NEAR = 0.5  # [m] around a change in which faces that stay are judged again, or --clearance if that is more
+# [m] around a change in which faces that stay are judged again, or --clearance if that is more
+NEAR = 0.5
 
 
 @dataclass
@@ -68,13 +70,19 @@ def edit_scene(scene, rows, before, after, request):
         The edited city cannot be used.
     """
     if not _same_terrain(before.terrain, after.terrain):
-        raise InputError("the edited city", "stands on another terrain than its base", "trace it by citypv simulate")
+        raise InputError(
+            "the edited city",
+            "stands on another terrain than its base",
+            "trace it by citypv simulate",
+        )
     kept = _match_polygons(before, after)
     new = np.flatnonzero(kept < 0)
     names, surface_id = _rows_by_polygon(scene.surfaces.surface_id, rows), before.surface_id
     lost = np.setdiff1d(np.arange(len(before)), kept[kept >= 0])
     gone_rows = np.array([row for k in lost for row in names.get(surface_id[k], ())], int)
-    surfaces = replace(scene.surfaces, eligible=scene.surfaces.eligible.copy(), area=scene.surfaces.area.copy())
+    surfaces = replace(
+        scene.surfaces, eligible=scene.surfaces.eligible.copy(), area=scene.surfaces.area.copy()
+    )
     edited = replace(scene, surfaces=surfaces, report=copy.deepcopy(scene.report), number=None)
     site, first = scene.site, len(scene.triangles)
     added = None
@@ -87,7 +95,9 @@ def edit_scene(scene, rows, before, after, request):
     edited, hidden = cut_ground(edited, first, gone, request.patch_size)
     gone = np.concatenate([gone, hidden])
     edited = remove_triangles(edited, gone)
-    edited.footprint = edited.footprint & ~find_hanging(edited, find_floating_new(edited, len(scene.surfaces)))
+    edited.footprint = edited.footprint & ~find_hanging(
+        edited, find_floating_new(edited, len(scene.surfaces))
+    )
     racks = parse_racks(request.racks)
     if added is not None and racks:
         edited = lay_racks(edited, part, racks, request.patch_size, request.sectors)
@@ -98,7 +108,10 @@ def edit_scene(scene, rows, before, after, request):
     asked = np.zeros(len(edited.surfaces) + 1, bool)
     asked[owner_of_triangles(edited)[touch_boxes(edited, boxes_around(solids), within)]] = True
     edited, turned = _judge_sheets(edited, asked[:-1], first)  # the ground's -1 took the last one
-    gone, solids = np.concatenate([gone, turned]), np.concatenate([solids, corners_of(scene, turned)])
+    gone, solids = (
+        np.concatenate([gone, turned]),
+        np.concatenate([solids, corners_of(scene, turned)]),
+    )
     order = _order_rows(edited, alive, len(scene.surfaces), after)
     _find_twins(edited, order, after, solids, request.sectors)
     dead = np.setdiff1d(np.arange(len(edited.surfaces)), order)
@@ -134,7 +147,9 @@ def _place_in_run(start):
 
 
 def _match_polygons(before, after):
-    """Row before the edit of each polygon with the same name, building, class and points: (n,) int; -1: it is new."""
+    """Row before the edit of each polygon with the same name, building, class and points: (n,) int;
+    -1: it is new.
+    """
     number = {name: row for row, name in enumerate(before.surface_id)}
     place = np.array([number.get(name, -1) for name in after.surface_id], int)
     drawn = [_hash_polygons(*one.shape) for one in (before, after)]
@@ -146,7 +161,9 @@ def _match_polygons(before, after):
 
 
 def _rows_by_polygon(surface_id, rows):
-    """Surfaces among some rows by the polygon that they are, were cut from, or stand on: dict of lists."""
+    """Surfaces among some rows by the polygon that they are, were cut from, or stand on: dict of
+    lists.
+    """
     found = {}
     for row in np.asarray(rows).tolist():
         name = surface_id[row]
@@ -161,7 +178,11 @@ def _append_scene(scene, added):
         report.repair(reason, names)
     count = len(scene.vertices)
     moved = append_triangles(
-        replace(scene, surfaces=join_surfaces(scene.surfaces, added.surfaces), colours=added.colours | scene.colours),
+        replace(
+            scene,
+            surfaces=join_surfaces(scene.surfaces, added.surfaces),
+            colours=added.colours | scene.colours,
+        ),
         added.triangles + count,
         added.triangle_surface + len(scene.surfaces),
         footprint=added.footprint,
@@ -171,7 +192,9 @@ def _append_scene(scene, added):
 
 
 def _change_trees(scene, before, after):
-    """Give the scene the trees of the edited city; triangles of those that came or went: (c, 3, 3) float64 [m]."""
+    """Give the scene the trees of the edited city; triangles of those that came or went: (c, 3, 3)
+    float64 [m].
+    """
     none = np.zeros((0, 3, 3))
     names = [[_name_tree(tree) for tree in one.trees] for one in (before, after)]
     if names[0] == names[1]:
@@ -180,9 +203,15 @@ def _change_trees(scene, before, after):
     for one, other in ((before, names[1]), (after, names[0])):
         trees = [tree for tree in one.trees if _name_tree(tree) not in other]
         report = copy.deepcopy(scene.report)
-        crowns = build_crowns(trees, report, lambda places: bring_to_origin(places, scene.site)) if trees else None
+        crowns = (
+            build_crowns(trees, report, lambda places: bring_to_origin(places, scene.site))
+            if trees
+            else None
+        )
         found += [crowns.vertices[crowns.triangles]] if crowns is not None else []
-    scene.trees = build_crowns(after.trees, scene.report, lambda places: bring_to_origin(places, scene.site))
+    scene.trees = build_crowns(
+        after.trees, scene.report, lambda places: bring_to_origin(places, scene.site)
+    )
     return np.concatenate(found)
 
 
@@ -195,7 +224,8 @@ def _name_tree(tree):
 
 
 def _judge_sheets(scene, asked, first):
-    """The scene with sheets judged again among surfaces that are near a change; backs that are gone.
+    """The scene with sheets judged again among surfaces that are near a change; backs that are
+    gone.
 
     Returns
     -------
@@ -206,7 +236,11 @@ def _judge_sheets(scene, asked, first):
     old = np.zeros(len(scene.triangles), bool) if scene.sheet is None else scene.sheet
     back_of = np.full(len(old), -1, np.int32) if scene.back_of is None else scene.back_of
     owner, front = scene.triangle_surface, back_of < 0
-    plain = replace(scene, back_of=None, triangles=np.where(front[:, None], scene.triangles, scene.triangles[:, :1]))
+    plain = replace(
+        scene,
+        back_of=None,
+        triangles=np.where(front[:, None], scene.triangles, scene.triangles[:, :1]),
+    )
     judged = find_judged(plain) & front
     rows = np.flatnonzero(judged & np.append(asked, False)[owner])
     sheet = old & ~np.isin(np.arange(len(old)), rows)
@@ -220,7 +254,9 @@ def _judge_sheets(scene, asked, first):
     fresh = np.flatnonzero(sheet & ~old)
     none = scene.triangles[fresh][:, [0, 2, 1]]
     scene = append_triangles(scene, none, back_of=fresh)
-    return (scene if (scene.back_of >= 0).any() else replace(scene, back_of=None)), turned[turned < first]
+    return (scene if (scene.back_of >= 0).any() else replace(scene, back_of=None)), turned[
+        turned < first
+    ]
 
 
 def _order_rows(scene, alive, count, after):
@@ -233,12 +269,16 @@ def _order_rows(scene, alive, count, after):
     names = _rows_by_polygon(scene.surfaces.surface_id, np.setdiff1d(rows, racks))
     order = [row for name in after.surface_id for row in names.get(name, ())]
     place = {name: k for k, name in enumerate(after.surface_id)}
-    roofs = [place.get(whole_of_cell(roof_of_rack(scene.surfaces.surface_id[row])), -1) for row in racks]
+    roofs = [
+        place.get(whole_of_cell(roof_of_rack(scene.surfaces.surface_id[row])), -1) for row in racks
+    ]
     return np.concatenate([order, racks[np.argsort(roofs, kind="stable")]]).astype(int)
 
 
 def _find_twins(scene, order, after, solids, sectors):
-    """Judge again, near the change, which surfaces are drawn twice; eligible ones and the report follow."""
+    """Judge again, near the change, which surfaces are drawn twice; eligible ones and the report
+    follow.
+    """
     boxes = boxes_around(solids)
     local = replace(after, points=bring_to_origin(after.points, scene.site))
     low, high = polygon_bounds(*local.shape)

@@ -1,6 +1,7 @@
 """Find the feet of buildings: edges along which footprints and walls meet the ground.
 
-Things that float, such as slabs, canopies and billboards, tell nothing about it by their lower edges.
+Things that float, such as slabs, canopies and billboards, tell nothing about it by their lower
+edges.
 """
 
 from dataclasses import dataclass
@@ -19,10 +20,11 @@ LOWEST_STEP = 6.0  # the lowest footprint of a building (it may stand on an emba
 HALF_STOREY = 1.5  # above it, footprints of a building count as lowest, too
 FOOTPRINT_STEP = 2.5  # other footprints: a passage, a bridge, a tower on a podium
 WALL_STEP = 0.5  # walls without a footprint: a bay, a dormer
-SLOPE = 0.5  # [m/m] steepest ground between two feet; next to thin objects only gentle slopes are assumed
-INSIDE = (
-    0.3  # [m] an edge this deep inside another, lower footprint stands on that building; less is inaccurate outlines
-)
+# [m/m] steepest ground between two feet; next to thin objects only gentle slopes are assumed
+SLOPE = 0.5
+# [m] an edge this deep inside another, lower footprint stands on that building; less is inaccurate
+# outlines
+INSIDE = 0.3
 
 
 @dataclass
@@ -42,8 +44,8 @@ class _Feet:
 def find_feet(city, points, surfaces, footprint, ground_height=None):
     """Edges of footprints and lower edges of walls that meet the ground.
 
-    Slabs, canopies and boards that hang in the air are told by what lies below or beside them: no thing stands on an
-    embankment higher than itself.
+    Slabs, canopies and boards that hang in the air are told by what lies below or beside them: no
+    thing stands on an embankment higher than itself.
 
     Parameters
     ----------
@@ -62,13 +64,24 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     polygon_of_ring = np.repeat(np.arange(len(city)), np.diff(city.polygon_start))
     polygon_of_point = np.repeat(polygon_of_ring, np.diff(city.ring_start))
     start, end = points, points[next_in_ring(city.ring_start)]
-    in_plan = np.zeros((int(footprint.sum()), 3)), np.tile(np.eye(3)[:2], (int(footprint.sum()), 1, 1))
-    shapes = draw_outlines((points, city.ring_start, city.polygon_start), np.flatnonzero(footprint), *in_plan)
+    in_plan = (
+        np.zeros((int(footprint.sum()), 3)),
+        np.tile(np.eye(3)[:2], (int(footprint.sum()), 1, 1)),
+    )
+    shapes = draw_outlines(
+        (points, city.ring_start, city.polygon_start), np.flatnonzero(footprint), *in_plan
+    )
     on_footprint = footprint[polygon_of_point]
     # Lower edges of walls run so that the normal x their direction points up.
-    steep = (np.abs(surfaces.surface_tilt - 90) < 10) & (np.array(surfaces.thematic) != "ClosureSurface")
+    steep = (np.abs(surfaces.surface_tilt - 90) < 10) & (
+        np.array(surfaces.thematic) != "ClosureSurface"
+    )
     (x, y, _), (u, v, _) = surfaces.normal[polygon_of_point].T, (end - start).T
-    bare = steep[polygon_of_point] & (x * v - y * u > 0.7 * np.linalg.norm(end - start, axis=1)) & ~on_footprint
+    bare = (
+        steep[polygon_of_point]
+        & (x * v - y * u > 0.7 * np.linalg.norm(end - start, axis=1))
+        & ~on_footprint
+    )
     low, _ = polygon_bounds(points[:, 2], city.ring_start, city.polygon_start)
     edge = np.flatnonzero(on_footprint | bare)
     middle = 0.5 * (start[edge] + end[edge])
@@ -83,11 +96,16 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     lowest = np.full(building_of.max(initial=-1) + 1, np.inf)
     np.minimum.at(lowest, building_of[footprint], low[footprint])
     may_stand_high = low <= lowest[building_of] + HALF_STOREY
-    lines, top = shapely.linestrings(np.stack([start[edge, :2], end[edge, :2]], axis=1)), np.zeros(len(lowest))
+    lines, top = (
+        shapely.linestrings(np.stack([start[edge, :2], end[edge, :2]], axis=1)),
+        np.zeros(len(lowest)),
+    )
     np.maximum.at(top, building, points[:, 2])
     lines = lines, np.maximum(start[edge, 2], end[edge, 2]), building[edge]
     rows = np.flatnonzero(footprint)
-    may_stand_high[rows[_hang_between_walls(shapes, low[rows], building_of[rows], lines, top)]] = False
+    may_stand_high[rows[_hang_between_walls(shapes, low[rows], building_of[rows], lines, top)]] = (
+        False
+    )
     step = np.where(may_stand_high, LOWEST_STEP, FOOTPRINT_STEP)[polygon_of_point[edge]]
     step = np.minimum(step, np.maximum(height[building[edge]], WALL_STEP))
     step[~on_footprint[edge]] = WALL_STEP
@@ -101,14 +119,24 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     # The inside of a footprint is to the left of its edges, seen from its front.
     aside = np.sign(normal[:, 2:]) * np.column_stack([along[:, 1], -along[:, 0]])
     outward = np.where(footprint[polygon, None], aside, normal[:, :2])
-    return _Feet(start[edge], end[edge], step, shapes[standing], hanging, polygon, footprint[polygon], outward)
+    return _Feet(
+        start[edge],
+        end[edge],
+        step,
+        shapes[standing],
+        hanging,
+        polygon,
+        footprint[polygon],
+        outward,
+    )
 
 
 def _hang_between_walls(shapes, low, building, lines, top):
     """Floors that hang between walls of other buildings with nothing below: (f,) bool.
 
-    Walls carry a floor where they run along its outline, from more than FOOTPRINT_STEP below it to above it. It hangs
-    between them where most of it lies between the places where they do: a bridge, not a house at the edge of a terrace.
+    Walls carry a floor where they run along its outline, from more than FOOTPRINT_STEP below it to
+    above it. It hangs between them where most of it lies between the places where they do: a
+    bridge, not a house at the edge of a terrace.
 
     Parameters
     ----------
@@ -130,7 +158,9 @@ def _hang_between_walls(shapes, low, building, lines, top):
     carries &= top[owner[foot]] > low[floor]
     for row in np.unique(floor[carries]):
         outline = shapely.buffer(shapely.boundary(shapes[row]), INSIDE)
-        along = shapely.intersection(shapely.union_all(feet[foot[carries & (floor == row)]]), outline)
+        along = shapely.intersection(
+            shapely.union_all(feet[foot[carries & (floor == row)]]), outline
+        )
         between = shapely.intersection(shapely.convex_hull(along), shapes[row])
         hangs[row] = shapely.area(between) > shapely.area(shapes[row]) / 2
     return hangs
@@ -155,7 +185,9 @@ THIN = 1.0  # [m] what is thinner, lying or upright, is no building
 STOREY = 2.5  # [m] a building that stands nowhere lower than this above the ground floats
 LEAST = 0.5  # [m] lower than this above the ground nothing floats
 GENTLE = 0.1  # [m/m] thin things are not taken for a sign of steeper ground
-MISMATCH = 3.0  # [m] if half of the buildings stand further above the ground, its zero level is another
+MISMATCH = (
+    3.0  # [m] if half of the buildings stand further above the ground, its zero level is another
+)
 
 
 def _measure_objects(building, points):
@@ -177,8 +209,11 @@ def _measure_objects(building, points):
     order = np.argsort(building, kind="stable")
     first, heights = np.flatnonzero(np.diff(building[order], prepend=-1)), points[order, 2]
     height = np.maximum.reduceat(heights, first) - np.minimum.reduceat(heights, first)
-    around = shapely.oriented_envelope(shapely.multipoints(points[order, :2], indices=building[order]))
-    # The shorter side of a rectangle, which may be a line or a point, from half its outline and its area.
+    around = shapely.oriented_envelope(
+        shapely.multipoints(points[order, :2], indices=building[order])
+    )
+    # The shorter side of a rectangle, which may be a line or a point, from half its outline and its
+    # area.
     half = 0.5 * shapely.length(around)
     width = 0.5 * (half - np.sqrt(np.maximum(half**2 - 4 * shapely.area(around), 0.0)))
     return height, np.minimum(height, width) < THIN
@@ -187,8 +222,8 @@ def _measure_objects(building, points):
 def _find_floating(building, middles, objects, ground_height):
     """Lower edges of buildings that hang in the air as a whole above ground that is known.
 
-    A building floats where none of its lower edges comes nearer to the ground than its own height or a storey,
-    whichever is less: no building stands on an embankment higher than itself.
+    A building floats where none of its lower edges comes nearer to the ground than its own height
+    or a storey, whichever is less: no building stands on an embankment higher than itself.
 
     Parameters
     ----------
@@ -199,8 +234,9 @@ def _find_floating(building, middles, objects, ground_height):
     objects : tuple of (b,) float64 [m] and (b,) bool
         Of `_measure_objects`.
     ground_height : callable
-        Takes places, (e, 3) float64 [m], and whether each belongs to a thin thing, (e,) bool, to heights of what lies
-        below, (e,) float64 [m]: the ground, or for a thin thing anything that faces up; NaN where nothing is known.
+        Takes places, (e, 3) float64 [m], and whether each belongs to a thin thing, (e,) bool, to
+        heights of what lies below, (e,) float64 [m]: the ground, or for a thin thing anything that
+        faces up; NaN where nothing is known.
 
     Returns
     -------

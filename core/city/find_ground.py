@@ -1,9 +1,10 @@
-"""Which triangles are ground, and what lies on it: footprints, floors at rest, undersides that hang.
+"""Which triangles are ground, and what lies on it: footprints, floors at rest, undersides that
+hang.
 
-Ground is classified, generated, or an unclassified mesh on which most stands. Whether a building stands on it
-follows from its feet (`find_feet`). If not, it may still rest on something, as a tower does on its podium. Rays go
-straight down from each triangle: if it rests on something, the next upward face is close below; if a ray hits a back,
-the triangle is inside something.
+Ground is classified, generated, or an unclassified mesh on which most stands. Whether a building
+stands on it follows from its feet (`find_feet`). If not, it may still rest on something, as a tower
+does on its podium. Rays go straight down from each triangle: if it rests on something, the next
+upward face is close below; if a ray hits a back, the triangle is inside something.
 """
 
 import numpy as np
@@ -22,11 +23,12 @@ BEFORE = 0.5  # [m] from a face to the place before it that has the ground below
 def find_ground(scene):
     """Triangles of the ground.
 
-    Many meshes have no classes. Of such a mesh the faces that point up are the ground, if they are all of it or no
-    walls hang from their rim (`number_sheets`), if they cover at least half of the city's bounds, and most of what the
-    others show to the side and upwards stands above them: of a roof drawn by itself, or the deck of a podium, the walls
-    of its own house stand below it or beside it. Several that meet (`join_sheets`) count as one, so that pavements,
-    lawns and squares may be objects of their own, or tiles hold their own houses.
+    Many meshes have no classes. Of such a mesh the faces that point up are the ground, if they are
+    all of it or no walls hang from their rim (`number_sheets`), if they cover at least half of the
+    city's bounds, and most of what the others show to the side and upwards stands above them: of a
+    roof drawn by itself, or the deck of a podium, the walls of its own house stand below it or
+    beside it. Several that meet (`join_sheets`) count as one, so that pavements, lawns and squares
+    may be objects of their own, or tiles hold their own houses.
 
     Parameters
     ----------
@@ -38,7 +40,9 @@ def find_ground(scene):
     """
     check_scene(scene)
     surface = scene.triangle_surface
-    named = np.append(np.asarray(scene.surfaces.kind) == "ground", True)  # -1, generated ground, takes the last
+    named = np.append(
+        np.asarray(scene.surfaces.kind) == "ground", True
+    )  # -1, generated ground, takes the last
     ground = named[surface_of_triangles(scene)] & ~scene.footprint
     building = np.append(number_names(scene.surfaces.building_id), -1)[surface]
     vertices, triangles, own = np.asarray(scene.vertices, float), scene.triangles, building >= 0
@@ -47,9 +51,12 @@ def find_ground(scene):
     upward, inside = upward_areas(vertices, triangles), np.zeros(len(vertices), bool)
     inside[triangles[own]] = True
     whole = np.ptp(vertices[inside, :2], axis=0).prod()
-    # Meshes without classes. What has an underside is a slab; houses joined with ground have one where they stand.
+    # Meshes without classes. What has an underside is a slab; houses joined with ground have one
+    # where they stand.
     classes = np.append(np.asarray(scene.surfaces.thematic, str) != "", True)[surface]
-    rising, sinking = (np.bincount(building[own], np.maximum(sign * upward[own], 0)) for sign in (1, -1))
+    rising, sinking = (
+        np.bincount(building[own], np.maximum(sign * upward[own], 0)) for sign in (1, -1)
+    )
     candidate = np.append(2 * sinking < rising, False)
     candidate[building[own & (classes | ground)]] = False
     mesh = np.where(candidate[building], building, -1)
@@ -69,10 +76,13 @@ def find_ground(scene):
             chosen = members[sheet]
             if ground[chosen].all():
                 continue
-            # Where houses share corners with the ground, it has yards, and there is none below their roofs.
+            # Where houses share corners with the ground, it has yards, and there is none below
+            # their roofs.
             mixed = not alone[members[:-1]].all()
             if mixed:
-                chosen = find_yards(vertices, triangles, np.where(np.append(alone, True)[sheet], -1, sheet), chosen)
+                chosen = find_yards(
+                    vertices, triangles, np.where(np.append(alone, True)[sheet], -1, sheet), chosen
+                )
             others = vertices[triangles[own & ~chosen]]
             if _carries_most(vertices, triangles[chosen], others, steep=mixed):
                 ground |= chosen
@@ -118,12 +128,21 @@ def height_below(vertices, triangles, points, start):
     (n,) float64 [m]
         -inf if there is none.
     """
-    return start - look(np.asarray(vertices, float), triangles, np.column_stack([points[:, :2], start]), -UP).distance
+    return (
+        start
+        - look(
+            np.asarray(vertices, float), triangles, np.column_stack([points[:, :2], start]), -UP
+        ).distance
+    )
 
 
 LEVEL = 0.5  # [m] largest gap, as drawn, between a resting face and what carries it
 CONTACT = 0.01  # [m] least value of that gap, however thin the building is
-WEIGHTS = (0.55, 0.27, 0.18)  # barycentric, of ray origins: seldom above an edge, hardly ever two of three
+WEIGHTS = (
+    0.55,
+    0.27,
+    0.18,
+)  # barycentric, of ray origins: seldom above an edge, hardly ever two of three
 ROUNDING = 8 * np.finfo(np.float32).eps  # of coordinates, relative
 
 
@@ -142,7 +161,9 @@ def find_hanging(scene, floating):
     (t,) bool
     """
     hanging = np.zeros(len(scene.triangles), bool)
-    rows = np.flatnonzero(scene.footprint & (scene.triangle_surface >= 0) & np.isin(scene.triangle_surface, floating))
+    rows = np.flatnonzero(
+        scene.footprint & (scene.triangle_surface >= 0) & np.isin(scene.triangle_surface, floating)
+    )
     if not len(rows):
         return hanging
     corners = np.asarray(scene.vertices, float)[scene.triangles[rows]]
@@ -152,14 +173,18 @@ def find_hanging(scene, floating):
     own, building = scene.triangle_surface >= 0, number_names(scene.surfaces.building_id)
     top = np.full(building.max(initial=-1) + 1, -np.inf)  # of each building
     height = np.asarray(scene.vertices, float)[:, 2]
-    np.maximum.at(top, building[scene.triangle_surface[own]], height[scene.triangles[own]].max(axis=1))
+    np.maximum.at(
+        top, building[scene.triangle_surface[own]], height[scene.triangles[own]].max(axis=1)
+    )
     above = top[building[scene.triangle_surface[rows]]] - corners[..., 2].min(axis=1)
     near = np.clip(above, CONTACT, LEVEL)
     down = np.tile(np.float32([0, 0, -1]), (len(rows), 1))
     votes = np.zeros(len(rows), int)
     for turn in range(3):
         place = np.einsum("c,rcx->rx", np.roll(WEIGHTS, turn), corners)
-        clear = place[:, 2] - height_below(scene.vertices, carriers, place, place[:, 2] + slack) > near
+        clear = (
+            place[:, 2] - height_below(scene.vertices, carriers, place, place[:, 2] + slack) > near
+        )
         place[:, 2] -= np.maximum(slack, CONTACT / 10)
         met = whole.trace_closest(place.astype(np.float32), down)
         votes += clear & ~((met >= 0) & (scene.footprint[met] | (upward[met] < 0)))
@@ -175,12 +200,14 @@ def upward_areas(vertices, triangles):
 
 
 def find_resting_floors(scene, ground=None):
-    """Footprints, and triangles that face downwards at or below the ground or rest on another surface.
+    """Footprints, and triangles that face downwards at or below the ground or rest on another
+    surface.
 
-    A footprint counts as a back from both sides: nothing can pass light to it, so it receives none. The ground has no
-    thickness, so a ray that starts under it would hit nothing. Triangles under it are found by vertical rays down to
-    the ground from above each triangle's middle. Triangles that rest on anything facing up, such as a roof or ground
-    that is not classified as such, are found by rays down from the middle itself.
+    A footprint counts as a back from both sides: nothing can pass light to it, so it receives none.
+    The ground has no thickness, so a ray that starts under it would hit nothing. Triangles under it
+    are found by vertical rays down to the ground from above each triangle's middle. Triangles that
+    rest on anything facing up, such as a roof or ground that is not classified as such, are found
+    by rays down from the middle itself.
 
     Parameters
     ----------

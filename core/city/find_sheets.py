@@ -23,12 +23,18 @@ from .join_sheets import look
 
 FEW, SOME, MANY = 8, 16, 64  # rays per triangle: to exclude clear cases, and to judge the others
 CLEARLY_INSIDE = 0.75  # of the FEW rays hit backs
-ENCLOSED = 0.4  # of the rays hit backs: a wall beside a floor without a roof has half, a vault of faces 0.36
+# of the rays hit backs: a wall beside a floor without a roof has half, a vault of faces 0.36
+ENCLOSED = 0.4
 ESCAPING = 0.1  # of the rays reach the sky
 CLADDING = 0.3  # [m] a face this close in front of another belongs to it
 SLIVER = 0.01  # [m] narrower faces are rounding of the data
-AFTER_FEW, EACH = 0.35, 0.125  # share of the time for the FEW rays, and for each pass of the next four
-MOST_ROUNDS = 4  # faces below or behind sheets are judged again, as backs of sheets are not an inside
+AFTER_FEW, EACH = (
+    0.35,
+    0.125,
+)  # share of the time for the FEW rays, and for each pass of the next four
+MOST_ROUNDS = (
+    4  # faces below or behind sheets are judged again, as backs of sheets are not an inside
+)
 HOPS = 8  # largest number of faces that a ray is followed to
 SPACINGS = 16  # of float32: distance of ray origins from their face
 RAYS_PER_TASK = 1 << 13  # so that what they need stays in the cache
@@ -55,8 +61,9 @@ class _Faces:
 def find_sheets(scene, report_share=silent):
     """Triangles of faces that have no thickness and enclose nothing.
 
-    Ground, footprints and closure surfaces are never sheets. Surfaces are judged as a whole. An object that is drawn
-    from both sides, as two faces in one place, is a sheet too: neither of its backs is an inside.
+    Ground, footprints and closure surfaces are never sheets. Surfaces are judged as a whole. An
+    object that is drawn from both sides, as two faces in one place, is a sheet too: neither of its
+    backs is an inside.
 
     Parameters
     ----------
@@ -82,7 +89,8 @@ def find_judged(scene):
 
 
 def judge_faces(faces, rows, sheet, report_share):
-    """Set those of some triangles, all of some surfaces, that are sheets, where the other sheets are known.
+    """Set those of some triangles, all of some surfaces, that are sheets, where the other sheets
+    are known.
 
     Parameters
     ----------
@@ -95,13 +103,17 @@ def judge_faces(faces, rows, sheet, report_share):
     count = faces.surface.max() + 1
 
     def mean(rows, values):
-        """Area-weighted mean over the surface of each triangle; all triangles of each surface are given."""
+        """Area-weighted mean over the surface of each triangle; all triangles of each surface are
+        given.
+        """
         surface, area = faces.surface[rows], faces.area[rows]
         whole, total = np.bincount(surface, area, count), np.bincount(surface, area * values, count)
         return np.divide(total, whole, out=np.zeros(count), where=whole > 0)[surface]
 
     rows = rows[mean(rows, faces.width[rows]) >= SLIVER]
-    backs, _ = _follow_rays(faces, rows, -1, FEW, hops=1, report_share=partial(report_part, report_share, 0, AFTER_FEW))
+    backs, _ = _follow_rays(
+        faces, rows, -1, FEW, hops=1, report_share=partial(report_part, report_share, 0, AFTER_FEW)
+    )
     rows = rows[mean(rows, backs / FEW) < CLEARLY_INSIDE]
     rows = rows[mean(rows, _look_straight(faces, rows, -1, CLADDING)) < 0.5]
     begin = AFTER_FEW
@@ -129,7 +141,11 @@ def judge_faces(faces, rows, sheet, report_share):
 
 def faces_of_scene(scene):
     """Faces of a scene."""
-    vertices, count, tiny = np.asarray(scene.vertices, float), len(scene.triangles), np.finfo(float).tiny
+    vertices, count, tiny = (
+        np.asarray(scene.vertices, float),
+        len(scene.triangles),
+        np.finfo(float).tiny,
+    )
     along, normal = np.empty((2, count, 3))
     area, width, offset = np.empty((3, count))
     for first in range(0, count, AT_ONCE):
@@ -149,10 +165,11 @@ def faces_of_scene(scene):
 
 
 def _follow_rays(faces, rows, side, count, *, hops=HOPS, sheet=None, report_share=silent):
-    """Trace cosine-distributed rays from one side of some triangles, and on from whichever side of a face they hit.
+    """Trace cosine-distributed rays from one side of some triangles, and on from whichever side of
+    a face they hit.
 
-    Every triangle sends the same rays in its own frame, so that the result does not depend on its name or index, and
-    more rays begin with the same ones as fewer.
+    Every triangle sends the same rays in its own frame, so that the result does not depend on its
+    name or index, and more rays begin with the same ones as fewer.
 
     Parameters
     ----------
@@ -177,12 +194,19 @@ def _follow_rays(faces, rows, side, count, *, hops=HOPS, sheet=None, report_shar
     """
     u, v, w, x = additive_recurrence(count, 4).T
     keys = np.arange(1, count + 1).astype(np.uint64) * GOLDEN
-    onward = [cosine_direction(*uniform(mix(keys + np.uint64(hop)), 2).T) for hop in range(hops - 1)]
+    onward = [
+        cosine_direction(*uniform(mix(keys + np.uint64(hop)), 2).T) for hop in range(hops - 1)
+    ]
     rays = np.array(barycentric_of_square(u, v)), np.array([cosine_direction(w, x), *onward])
     threads = usable_threads()
     step = max(1, min(RAYS_PER_TASK // count, -(-len(rows) // threads)))
-    tasks, found = [rows[first : first + step] for first in range(0, len(rows), step)], [np.zeros((2, 0), np.int64)]
-    for part in map_in_order(lambda some: _follow_some(faces, some, side, rays, sheet), tasks, threads):
+    tasks, found = (
+        [rows[first : first + step] for first in range(0, len(rows), step)],
+        [np.zeros((2, 0), np.int64)],
+    )
+    for part in map_in_order(
+        lambda some: _follow_some(faces, some, side, rays, sheet), tasks, threads
+    ):
         found.append(part)
         report_share((len(found) - 1) / len(tasks))
     return np.concatenate(found, axis=1)
@@ -191,8 +215,8 @@ def _follow_rays(faces, rows, side, count, *, hops=HOPS, sheet=None, report_shar
 def _follow_some(faces, rows, side, rays, sheet):
     """What `_follow_rays` returns, of some triangles.
 
-    `rays` are the same for all: barycentric weights of where they start, (2, n), and unit vectors in the frames of the
-    triangle and of each face that they hit, (hops, 3, n), all float32.
+    `rays` are the same for all: barycentric weights of where they start, (2, n), and unit vectors
+    in the frames of the triangle and of each face that they hit, (hops, 3, n), all float32.
     """
     weights, local = rays
     count, sky = local.shape[2], np.zeros(len(rows), np.int64)
@@ -216,11 +240,17 @@ def _follow_some(faces, rows, side, rays, sheet):
 
 
 def _leave_faces(faces, rows, weights, sides, local):
-    """Origins and directions, (m, 3) float32 each, of rays from places on triangles, on one side or the other."""
-    weights, local = (tuple(np.asarray(part, float) for part in parts) for parts in (weights, local))
+    """Origins and directions, (m, 3) float32 each, of rays from places on triangles, on one side or
+    the other.
+    """
+    weights, local = (
+        tuple(np.asarray(part, float) for part in parts) for parts in (weights, local)
+    )
     rays = np.empty((2, 3, len(rows)), np.float32)
     shapes = faces.vertices, faces.triangles, faces.along, faces.normal, faces.offset
-    _write_rays(shapes, (np.asarray(rows, np.int32), *weights, np.asarray(sides, float)), local, rays)
+    _write_rays(
+        shapes, (np.asarray(rows, np.int32), *weights, np.asarray(sides, float)), local, rays
+    )
     return rays[0].T, rays[1].T
 
 
@@ -238,7 +268,11 @@ def _write_rays(shapes, places, local, rays):
         Directions in the frame of the face.
     rays : (2, 3, m) float32
     """
-    (vertices, triangles, along, normal, offset), (rows, b1, b2, sides), (x, y, z) = shapes, places, local
+    (vertices, triangles, along, normal, offset), (rows, b1, b2, sides), (x, y, z) = (
+        shapes,
+        places,
+        local,
+    )
     for ray in range(len(rows)):
         face = rows[ray]
         a, b, c = triangles[face, 0], triangles[face, 1], triangles[face, 2]
@@ -247,13 +281,18 @@ def _write_rays(shapes, places, local, rays):
             up = sides[ray] * normal[face, axis]
             across = normal[face, one] * along[face, other] - normal[face, other] * along[face, one]
             start = vertices[a, axis]
-            place = start + b1[ray] * (vertices[b, axis] - start) + b2[ray] * (vertices[c, axis] - start)
+            place = (
+                start
+                + b1[ray] * (vertices[b, axis] - start)
+                + b2[ray] * (vertices[c, axis] - start)
+            )
             rays[0, axis, ray] = place + offset[face] * up
             rays[1, axis, ray] = x[ray] * along[face, axis] + y[ray] * across + z[ray] * up
 
 
 def _look_straight(faces, rows, side, reach):
-    """Share of the points of each triangle with a front straight ahead of one of its sides, within `reach`.
+    """Share of the points of each triangle with a front straight ahead of one of its sides, within
+    `reach`.
 
     Parameters
     ----------
@@ -272,7 +311,9 @@ def _look_straight(faces, rows, side, reach):
         owner = np.repeat(rows[first : first + step], PERPENDICULAR)
         weights = barycentric_of_square(*np.tile(points.T, len(owner) // PERPENDICULAR))
         ahead = np.zeros(len(owner)), np.zeros(len(owner)), np.ones(len(owner))
-        origins, directions = _leave_faces(faces, owner, weights, np.full(len(owner), float(side)), ahead)
+        origins, directions = _leave_faces(
+            faces, owner, weights, np.full(len(owner), float(side)), ahead
+        )
         seen = look(faces.vertices, faces.triangles, origins, directions, ray_scene=faces.ray_scene)
         near = seen.front & (seen.distance < reach)
         found[first : first + step] = near.reshape(-1, PERPENDICULAR).mean(axis=1)

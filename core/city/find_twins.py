@@ -1,7 +1,8 @@
-"""Surfaces drawn twice: they lie, within the accuracy of the data, on another surface that faces the same way.
+"""Surfaces drawn twice: they lie, within the accuracy of the data, on another surface that faces
+the same way.
 
-Party walls, which face opposite ways, are not among them. Of two in the same place the larger counts, else the one in
-front.
+Party walls, which face opposite ways, are not among them. Of two in the same place the larger
+counts, else the one in front.
 """
 
 import numpy as np
@@ -14,7 +15,9 @@ ACCURACY = 0.01  # [m] coordinates come in millimetres or centimetres
 ONE_PLACE = 1e-4  # [m] closer than this, neither of two surfaces is in front of the other
 ALONG = 0.9  # cosine between normals above which two surfaces face the same way
 COMMON = 0.05  # [m] least overlap of two bounding boxes along two axes: less is an edge
-AT_ONCE = 1 << 14  # surfaces whose neighbours are looked at together, so that they need little memory
+AT_ONCE = (
+    1 << 14
+)  # surfaces whose neighbours are looked at together, so that they need little memory
 TWIN_SHARE = 0.5  # of its area that lies on others, the same share as for covered surfaces
 
 
@@ -38,10 +41,16 @@ def find_twins(shape, area, normal, wanted):
     rank = np.empty(len(area), np.int64)
     rank[order] = np.arange(len(area))
     pairs = _find_parallel_pairs(shape, normal, wanted)
-    pairs = np.where((rank[pairs[:, 0]] < rank[pairs[:, 1]])[:, None], pairs, pairs[:, ::-1])  # the larger one first
+    pairs = np.where(
+        (rank[pairs[:, 0]] < rank[pairs[:, 1]])[:, None], pairs, pairs[:, ::-1]
+    )  # the larger one first
     slices = [pairs[first : first + AT_ONCE] for first in range(0, max(len(pairs), 1), AT_ONCE)]
-    common, ahead = np.concatenate([_measure_overlaps(shape, normal, some) for some in slices], axis=1)
-    hidden = np.zeros((2, len(area)))  # [m²] of each behind others, and in the same place as larger ones
+    common, ahead = np.concatenate(
+        [_measure_overlaps(shape, normal, some) for some in slices], axis=1
+    )
+    hidden = np.zeros(
+        (2, len(area))
+    )  # [m²] of each behind others, and in the same place as larger ones
     found = np.flatnonzero(common)
     # The largest first, so that a surface on a twin does not become a twin for that reason alone.
     for pair in found[np.lexsort((rank[pairs[found, 1]], rank[pairs[found, 0]]))]:
@@ -56,12 +65,18 @@ def find_twins(shape, area, normal, wanted):
 
 
 def _find_parallel_pairs(shape, normal, wanted):
-    """Pairs of surfaces that face the same way, overlap by more than an edge, and lie near one plane: (k, 2) int64."""
+    """Pairs of surfaces that face the same way, overlap by more than an edge, and lie near one
+    plane: (k, 2) int64.
+    """
     points, ring_start, polygon_start = shape
     low, high = polygon_bounds(points, ring_start, polygon_start)
     low, high = low - ACCURACY, high + ACCURACY
     boxes = shapely.box(*low[:, :2].T, *high[:, :2].T)
-    tree, corner, found = shapely.STRtree(boxes), points[ring_start[polygon_start[:-1]]], [np.zeros((0, 2), np.int64)]
+    tree, corner, found = (
+        shapely.STRtree(boxes),
+        points[ring_start[polygon_start[:-1]]],
+        [np.zeros((0, 2), np.int64)],
+    )
     for first in range(0, len(boxes), AT_ONCE):
         one, other = tree.query(boxes[first : first + AT_ONCE])
         one = one + first
@@ -69,8 +84,11 @@ def _find_parallel_pairs(shape, normal, wanted):
         one, other = one[kept], other[kept]
         kept = (normal[one] * normal[other]).sum(axis=1) > ALONG
         one, other = one[kept], other[kept]
-        common = np.sort(np.minimum(high[one], high[other]) - np.maximum(low[one], low[other]), axis=1)
-        # Two flat surfaces that coincide somewhere are within the accuracy of each other's planes there.
+        common = np.sort(
+            np.minimum(high[one], high[other]) - np.maximum(low[one], low[other]), axis=1
+        )
+        # Two flat surfaces that coincide somewhere are within the accuracy of each other's planes
+        # there.
         reach = sum(np.linalg.norm(high[rows] - low[rows], axis=1) for rows in (one, other))
         turn = np.linalg.norm(np.cross(normal[one], normal[other]), axis=1)
         apart = np.abs(np.einsum("ij,ij->i", corner[other] - corner[one], normal[one]))
@@ -81,13 +99,15 @@ def _find_parallel_pairs(shape, normal, wanted):
 
 
 def _measure_overlaps(shape, normal, pairs):
-    """Area [m²] over which the surfaces of each pair coincide within the accuracy, and the mean distance [m] of the
-    first in front of the second there, both (k,)."""
+    """Area [m²] over which the surfaces of each pair coincide within the accuracy, and the mean
+    distance [m] of the first in front of the second there, both (k,)."""
     points, ring_start, polygon_start = shape
     large, small = pairs.T
     origin = points[ring_start[polygon_start[large]]]
     axes = np.stack(plane_axes(normal[large]), axis=1)  # (k, 2, 3)
-    common = shapely.intersection(*(draw_outlines(shape, index, origin, axes) for index in (large, small)))
+    common = shapely.intersection(
+        *(draw_outlines(shape, index, origin, axes) for index in (large, small))
+    )
     size = shapely.area(common)
     corners, pair = shapely.get_coordinates(common, return_index=True)
     places = origin[pair] + np.einsum("ki,kij->kj", corners, axes[pair])
@@ -96,12 +116,16 @@ def _measure_overlaps(shape, normal, pairs):
     ahead = np.einsum("ij,ij->i", places - anchor[pair], normal[small[pair]]) / along[pair]
     furthest = np.zeros(len(pairs))
     np.maximum.at(furthest, pair, np.abs(ahead))
-    mean = np.bincount(pair, ahead, len(pairs)) / np.maximum(np.bincount(pair, minlength=len(pairs)), 1)
+    mean = np.bincount(pair, ahead, len(pairs)) / np.maximum(
+        np.bincount(pair, minlength=len(pairs)), 1
+    )
     return np.where(furthest <= ACCURACY, size, 0.0), mean
 
 
 def draw_outlines(shape, chosen, origin, axes):
-    """Surfaces with their holes, each projected onto its own axes: (k,) valid shapely geometries."""
+    """Surfaces with their holes, each projected onto its own axes: (k,) valid shapely
+    geometries.
+    """
     points, ring_start, polygon_start = shape
     polygon, ring = list_runs(polygon_start[chosen], np.diff(polygon_start)[chosen])
     count = np.diff(ring_start)[ring] + 1  # the first point is repeated at the end

@@ -1,7 +1,8 @@
 """How dense crowns are, with leaves and without, and in which months they have leaves.
 
-Street trees in leaf let 1 to 5 % of direct sunlight through, bare ones 40 to 52 % (Konarska et al. 2014,
-doi:10.1007/s00704-013-1000-3). With the defaults, a crown crossed over 6 m lets 5 % through in leaf and 55 % bare.
+Street trees in leaf let 1 to 5 % of direct sunlight through, bare ones 40 to 52 % (Konarska et al.
+2014, doi:10.1007/s00704-013-1000-3). With the defaults, a crown crossed over 6 m lets 5 % through
+in leaf and 55 % bare.
 """
 
 import re
@@ -33,7 +34,9 @@ class Foliage:
     @property
     def seasonal(self):
         """Whether the state changes over the year."""
-        changes = any((one != other).any() for one, other in zip(self.in_leaf, self.bare, strict=True))
+        changes = any(
+            (one != other).any() for one, other in zip(self.in_leaf, self.bare, strict=True)
+        )
         return changes and 0 < len(self.months) < 12
 
     @cached_property
@@ -64,14 +67,20 @@ def choose_foliage(crowns, request, latitude):
     months = parse_months(request.leaf_months, latitude)
     nothing, density = np.zeros(len(crowns)), crowns.area_density
     if request.crown_transmittance is not None:
-        leaves = np.full(len(crowns), -np.log(max(request.crown_transmittance, LEAST_TRANSMITTANCE)))
+        leaves = np.full(
+            len(crowns), -np.log(max(request.crown_transmittance, LEAST_TRANSMITTANCE))
+        )
         bare = leaves * min(request.branch_area_density / max(request.leaf_area_density, 1e-9), 1.0)
     else:
-        leaves = request.leaf_extinction * np.where(np.isnan(density), request.leaf_area_density, density)
+        leaves = request.leaf_extinction * np.where(
+            np.isnan(density), request.leaf_area_density, density
+        )
         bare = np.minimum(request.leaf_extinction * request.branch_area_density, leaves)
     states = leaves, np.where(crowns.evergreen, leaves, bare)
     whole = request.crown_transmittance is not None  # of a crown, however long the way through it
-    return Foliage(crowns, months, *((nothing, state) if whole else (state, nothing) for state in states))
+    return Foliage(
+        crowns, months, *((nothing, state) if whole else (state, nothing) for state in states)
+    )
 
 
 def parse_months(text, latitude=None):
@@ -82,7 +91,8 @@ def parse_months(text, latitude=None):
     text : str
         auto, all, none, or months and ranges such as 4-10, 11-4 or 1,2,12.
     latitude : float, optional
-        [°] For auto: May to October in the north, November to April in the south, all year in the tropics.
+        [°] For auto: May to October in the north, November to April in the south, all year in the
+        tropics.
 
     Raises
     ------
@@ -90,7 +100,11 @@ def parse_months(text, latitude=None):
     """
     if text == "auto":
         if latitude is None or abs(latitude) > TROPIC:
-            return NORTHERN if latitude is None or latitude > 0 else tuple(sorted(set(YEAR) - set(NORTHERN)))
+            return (
+                NORTHERN
+                if latitude is None or latitude > 0
+                else tuple(sorted(set(YEAR) - set(NORTHERN)))
+            )
         return YEAR
     if text in ("all", "none"):
         return YEAR if text == "all" else ()

@@ -1,4 +1,6 @@
-"""Split large polygons into grid cells on their own plane, and outlines of what results keep of them."""
+"""Split large polygons into grid cells on their own plane, and outlines of what results keep of
+them.
+"""
 
 from dataclasses import dataclass, replace
 
@@ -38,7 +40,9 @@ def split_into_cells(city, grid_size):
         grid_size is not positive or gives too many cells, or the city is invalid.
     """
     if not grid_size > 0:
-        raise InputError("--grid-size", f"{grid_size} is not positive", "give the side of a cell in metres")
+        raise InputError(
+            "--grid-size", f"{grid_size} is not positive", "give the side of a cell in metres"
+        )
     check_city(city)
     _, normal = measure_polygons(*city.shape)
     axes = np.stack([*plane_axes(normal), normal], axis=1)  # (n, 3, 3), rows right, upward, outward
@@ -51,8 +55,16 @@ def split_into_cells(city, grid_size):
         own = city.surface_id[polygon]
         names += [own] if len(cells) == 1 else [f"{own}#{k + 1}" for k in range(len(cells))]
     rings = [ring for piece in pieces for ring in piece]
-    shape = {"ring_start": starts_of(list(map(len, rings))), "polygon_start": starts_of(list(map(len, pieces)))}
-    split = replace(city, points=np.concatenate(rings), **shape, **take_rows(city, parent) | {"surface_id": names})
+    shape = {
+        "ring_start": starts_of(list(map(len, rings))),
+        "polygon_start": starts_of(list(map(len, pieces))),
+    }
+    split = replace(
+        city,
+        points=np.concatenate(rings),
+        **shape,
+        **take_rows(city, parent) | {"surface_id": names},
+    )
     return split, np.array(parent, np.int64)
 
 
@@ -71,27 +83,37 @@ def _cut(rings, axes, grid_size):
     height = np.concatenate(flat)[:, 2].mean()
     x, y = (low[k] + grid_size * np.arange(n) for k, n in enumerate((columns, rows)))
     x, y = (grid.ravel() for grid in np.meshgrid(x, y))
-    parts = shapely.get_parts(shapely.intersection(shape, shapely.box(x, y, x + grid_size, y + grid_size)))
+    parts = shapely.get_parts(
+        shapely.intersection(shape, shapely.box(x, y, x + grid_size, y + grid_size))
+    )
     parts = parts[(shapely.get_type_id(parts) == 3) & (shapely.area(parts) > SLIVER)]
     pieces = []
     for part in map(orient, parts):
         rings = [np.asarray(ring.coords)[:-1, :2] for ring in (part.exterior, *part.interiors)]
-        pieces.append([np.column_stack([ring, np.full(len(ring), height)]) @ axes + origin for ring in rings])
+        pieces.append(
+            [np.column_stack([ring, np.full(len(ring), height)]) @ axes + origin for ring in rings]
+        )
     return pieces
 
 
 @dataclass
 class Outlines:
-    """Rings of n surfaces. A surface's first ring is its outline, the others are holes; rings are open."""
+    """Rings of n surfaces. A surface's first ring is its outline, the others are holes; rings are
+    open.
+    """
 
-    points: np.ndarray  # (m, 3) float32 [m], x true east, y true north, z up, from the scene's origin
+    points: (
+        np.ndarray
+    )  # (m, 3) float32 [m], x true east, y true north, z up, from the scene's origin
     ring_start: np.ndarray  # (r + 1,) int32 into points
     surface_start: np.ndarray  # (n + 1,) int32 into ring_start
 
     def rings(self, surface):
         """Rings of one surface, the outline first: list of (k, 3) float32 [m]."""
         first, last = self.surface_start[surface], self.surface_start[surface + 1]
-        return [self.points[self.ring_start[r] : self.ring_start[r + 1]] for r in range(first, last)]
+        return [
+            self.points[self.ring_start[r] : self.ring_start[r + 1]] for r in range(first, last)
+        ]
 
 
 def outline_surfaces(city, surfaces, site):

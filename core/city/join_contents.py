@@ -14,7 +14,9 @@ from .name_crs import choose_crs, hash_plane, pick_crs, with_zone
 from .strays import STRAY_TREE, is_on_earth
 from .transform_crs import LOCAL, UNITS, Grid, choose_plane, plane_of
 
-OFF_GROUND = "implicit geometry in a coordinate reference system whose axes are not metres east and north"
+OFF_GROUND = (
+    "implicit geometry in a coordinate reference system whose axes are not metres east and north"
+)
 JOINING = "joining polygons"  # name of the stage
 BROUGHT = 0.1  # share of the time until all are in one coordinate reference system
 
@@ -42,7 +44,8 @@ def join_contents(contents, lod=None, unit="m", *, orient="auto", progress=silen
     Raises
     ------
     InputError
-        The files use different coordinate reference systems, or their points have no place on Earth.
+        The files use different coordinate reference systems, or their points have no place on
+        Earth.
     """
     if unit not in (*UNITS, "auto"):
         raise InputError("--unit", f"{unit!r} is not known", f"choose one of {', '.join(UNITS)}")
@@ -58,7 +61,9 @@ def join_contents(contents, lod=None, unit="m", *, orient="auto", progress=silen
         unit, notes = judge_unit(contents) if crs is None else ("m", [])
         contents[0].notes += notes
     if crs is None:
-        contents[0].notes += [] if unit == "m" else [f"Coordinates converted from {unit} to metres."]
+        contents[0].notes += (
+            [] if unit == "m" else [f"Coordinates converted from {unit} to metres."]
+        )
     else:
         _order_contents(contents, crs, hints)
         grid = _choose_grid(contents, crs, hints.like)
@@ -67,30 +72,44 @@ def join_contents(contents, lod=None, unit="m", *, orient="auto", progress=silen
         _move_content(content, own.to_plane if crs else lambda points: points * UNITS[unit])
     progress(JOINING, BROUGHT * count, count, "polygons")
 
-    report_share = partial(report_part, partial(report_polygons, progress, JOINING, count), BROUGHT, 1.0)
+    report_share = partial(
+        report_part, partial(report_polygons, progress, JOINING, count), BROUGHT, 1.0
+    )
     trees = [tree for content in contents for tree in content.trees]
     city = assemble_city(contents, grid.crs, lod, orient, report_share)
-    city.report.unit, city.report.up = unit, next((content.up for content in contents if content.up != "z"), "z")
+    city.report.unit, city.report.up = (
+        unit,
+        next((content.up for content in contents if content.up != "z"), "z"),
+    )
     trees = _leave_out_strays(city, trees)
     return replace(city, trees=trees, axes=grid.axes, plane=grid.plane)
 
 
 def _read_system(content):
-    """Find the coordinate reference system of a file among the names in it, and note the ones that are not known."""
+    """Find the coordinate reference system of a file among the names in it, and note the ones that
+    are not known.
+    """
     drawn = [*content.polygons, *(polygon for tree in content.trees for polygon in tree.polygons)]
     places = (polygon.rings[0][0, :2] for polygon in drawn if len(polygon.rings[0]))
     easting = next((float(np.abs(place).max()) for place in places), None)
     named, unknown = choose_crs(content.srs_names, easting, content.path)
     content.crs = with_zone(named, easting, content.path)
     if content.crs != named:
-        words = f"{content.path}: eastings begin with the number of the zone; read as {content.crs}, not {named}."
+        words = (
+            f"{content.path}: eastings begin with the number of the zone; read as {content.crs}, "
+            f"not {named}."
+        )
         content.notes.append(words)
     for srs_name, line in unknown.items():
-        content.notes.append(f"{content.path}, line {line}: srsName {srs_name!r} is not known to PROJ.")
+        content.notes.append(
+            f"{content.path}, line {line}: srsName {srs_name!r} is not known to PROJ."
+        )
 
 
 def _order_contents(contents, crs, hints):
-    """Give each file its system and the order of its coordinates; what decides that of one decides open ones, too."""
+    """Give each file its system and the order of its coordinates; what decides that of one decides
+    open ones, too.
+    """
     orders = []
     for content in contents:
         orders.append(order_axes(middle_of(content), content.crs or crs, hints, content))
@@ -99,7 +118,9 @@ def _order_contents(contents, crs, hints):
     for content, order in zip(contents, orders, strict=True):
         content.axes = order.axes if order.reason or not known else known
     if not known or any(order.reason for order in orders):
-        notes = [note for order in orders if order.reason or not known for note in note_order(order, crs)]
+        notes = [
+            note for order in orders if order.reason or not known for note in note_order(order, crs)
+        ]
         contents[0].notes += list(dict.fromkeys(notes))
 
 
@@ -140,7 +161,9 @@ def _move_content(content, move):
     rings = _rings_of(content)
     points = move(np.concatenate([np.empty((0, 3)), *rings]))
     if not np.isfinite(points).all():
-        raise InputError(content.path, "has points where its system does not hold", "correct the srsName")
+        raise InputError(
+            content.path, "has points where its system does not hold", "correct the srsName"
+        )
     ends = np.cumsum([len(ring) for ring in rings]) if rings else []
     pieces = iter(np.split(points, ends[:-1]) if rings else [])
     trees = [polygon for tree in content.trees for polygon in tree.polygons]
@@ -152,15 +175,20 @@ def _move_content(content, move):
 
 
 def _leave_out_strays(city, trees):
-    """Trees of a city without those at heights that the Earth does not have, where the city has none such."""
+    """Trees of a city without those at heights that the Earth does not have, where the city has
+    none such.
+    """
     if not is_on_earth(city.points):
         return trees
     feet = (np.empty((0, 3)) if tree.place is None else tree.place[None] for tree in trees)
     corners = [
-        np.concatenate([*(one.rings[0] for one in tree.polygons), foot]) for tree, foot in zip(trees, feet, strict=True)
+        np.concatenate([*(one.rings[0] for one in tree.polygons), foot])
+        for tree, foot in zip(trees, feet, strict=True)
     ]
     near = [is_on_earth(points) for points in corners]
-    city.report.skip(STRAY_TREE, [tree.name for tree, known in zip(trees, near, strict=True) if not known])
+    city.report.skip(
+        STRAY_TREE, [tree.name for tree, known in zip(trees, near, strict=True) if not known]
+    )
     return [tree for tree, known in zip(trees, near, strict=True) if known]
 
 
@@ -180,12 +208,16 @@ def _join_trees(contents):
 
 
 def _leave_out_implicit(content):
-    """Leave out implicit geometry: its metres cannot be added to a reference point in another unit or scale."""
+    """Leave out implicit geometry: its metres cannot be added to a reference point in another unit
+    or scale.
+    """
     for polygon in content.polygons:
         if polygon.implicit:
             content.skip(OFF_GROUND, polygon.surface_id or f"line {polygon.line}")
     content.polygons = [polygon for polygon in content.polygons if not polygon.implicit]
-    for tree in [tree for tree in content.trees if any(polygon.implicit for polygon in tree.polygons)]:
+    for tree in [
+        tree for tree in content.trees if any(polygon.implicit for polygon in tree.polygons)
+    ]:
         content.skip(OFF_GROUND, tree.name)
         tree.polygons = []
         if tree.height is None:
@@ -193,21 +225,34 @@ def _leave_out_implicit(content):
 
 
 def _common_crs(contents, like=None):
-    """The one system of all files, that of a city like which they are where one is given; None: none names one."""
+    """The one system of all files, that of a city like which they are where one is given; None:
+    none names one.
+    """
     named = {content.crs: content for content in contents if content.crs}
     if like is not None:
         for crs, content in named.items():
-            # Results of earlier versions name the plane that feet and degrees were brought to, not the system.
-            if like.crs is None or (hash_plane(crs) != hash_plane(like.crs) and not like.crs.startswith("+proj")):
+            # Results of earlier versions name the plane that feet and degrees were brought to, not
+            # the system.
+            if like.crs is None or (
+                hash_plane(crs) != hash_plane(like.crs) and not like.crs.startswith("+proj")
+            ):
                 cure = "give it in the system of the city"
-                raise InputError(content.path, f"it is in {crs}, the city in {like.crs or 'no known system'}", cure)
+                raise InputError(
+                    content.path,
+                    f"it is in {crs}, the city in {like.crs or 'no known system'}",
+                    cure,
+                )
     grids = {hash_plane(crs): crs for crs in named}
     if len(grids) > 1:
         first, second = list(grids.values())[:2]
         problem = f"is in {second}, but {named[first].path} in {first}"
-        raise InputError(named[second].path, problem, "convert all files to one coordinate reference system")
+        raise InputError(
+            named[second].path, problem, "convert all files to one coordinate reference system"
+        )
     crs = pick_crs(named) or (like.crs if like is not None else None)
     for content in contents:
         if crs and content.crs is None:
-            content.notes.append(f"{content.path} has no coordinate reference system; {crs} is assumed.")
+            content.notes.append(
+                f"{content.path} has no coordinate reference system; {crs} is assumed."
+            )
     return crs

@@ -1,6 +1,8 @@
-"""Ground that is drawn in several sheets: which of them belong together, and which are roofs or decks.
+"""Ground that is drawn in several sheets: which of them belong together, and which are roofs or
+decks.
 
-────────┐ ┌─────────── a deck: walls hang      Sheets meet where one goes on beyond the rim of another, at most a
+────────┐ ┌─────────── a deck: walls hang      Sheets meet where one goes on beyond the rim of
+                                               another, at most a
         │ │            from its rim, or it     curb higher or lower. A canopy or a deck may touch the ground too, by
 ════════╪═╪═╗          lies above another      a ramp: it is told by the walls that hang from its rim, or by the
   sheet │ │ ╚════════  sheet                   upward face below it.
@@ -80,13 +82,20 @@ def _look_at_rims(vertices, triangles, sheet):
     start = vertices[edges[rim, 0]]
     along = vertices[edges[rim, 1]] - start
     length = np.hypot(along[:, 0], along[:, 1])
-    outward = np.column_stack([along[:, 1], -along[:, 0], 0 * length]) / np.maximum(length, SLIGHT)[:, None]
+    outward = (
+        np.column_stack([along[:, 1], -along[:, 0], 0 * length])
+        / np.maximum(length, SLIGHT)[:, None]
+    )
     place, count = np.concatenate([start + share * along for share in ALONG]), len(ALONG)
-    return _Rim(place, np.tile(outward, (count, 1)), np.tile(length, count), np.tile(owner[rim], count))
+    return _Rim(
+        place, np.tile(outward, (count, 1)), np.tile(length, count), np.tile(owner[rim], count)
+    )
 
 
 def look(vertices, triangles, origins, directions, *, ray_scene=None):
-    """What rays, (m, 3) float, meet first: Seen. `ray_scene` is that of the triangles, if it is known."""
+    """What rays, (m, 3) float, meet first: Seen. `ray_scene` is that of the triangles, if it is
+    known.
+    """
     directions = np.broadcast_to(directions, origins.shape)
     ray_scene = ray_scene or RayScene(vertices, triangles)
     hit = ray_scene.trace_closest(origins.astype(np.float32), directions.astype(np.float32))
@@ -101,4 +110,6 @@ def look(vertices, triangles, origins, directions, *, ray_scene=None):
 
 def _share_of(owner, weight, chosen, count):
     """Share of the weight of each owner that is chosen: (count,)."""
-    return np.bincount(owner, weight * chosen, count) / np.maximum(np.bincount(owner, weight, count), SLIGHT)
+    return np.bincount(owner, weight * chosen, count) / np.maximum(
+        np.bincount(owner, weight, count), SLIGHT
+    )

@@ -21,8 +21,9 @@ NAMES = {
 def judge_unit(contents):
     """The unit of files that name no reference system.
 
-    Half of the buildings are higher than the other half: that height is doubted from 150 on, and no number of metres
-    from 1,000 on. Then the unit is taken if it is the only one that leaves a usual height.
+    Half of the buildings are higher than the other half: that height is doubted from 150 on, and no
+    number of metres from 1,000 on. Then the unit is taken if it is the only one that leaves a usual
+    height.
 
     Parameters
     ----------
@@ -42,15 +43,22 @@ def judge_unit(contents):
     likely = likely_units(middle)
     sizes = f"half of the buildings are over {middle:,.0f} high"
     if middle >= TALLEST and len(likely) == 1:
-        words = f"Coordinates were taken for {NAMES[likely[0]]}, since {sizes}; --unit m takes them for metres."
+        words = (
+            f"Coordinates were taken for {NAMES[likely[0]]}, since {sizes}; --unit m takes them "
+            "for metres."
+        )
         return likely[0], [words]
     options = " or ".join(f"--unit {unit}" for unit in likely) or "--unit"
-    return "m", [f"Coordinates were taken for metres, but {sizes}. If that is not so, give {options}."]
+    return "m", [
+        f"Coordinates were taken for metres, but {sizes}. If that is not so, give {options}."
+    ]
 
 
 def likely_units(height):
     """Units in which the height of a building, a number, would be a usual one: list of str."""
-    return [unit for unit in ("ft", "in", "cm", "mm") if USUAL[0] <= height * UNITS[unit] <= USUAL[1]]
+    return [
+        unit for unit in ("ft", "in", "cm", "mm") if USUAL[0] <= height * UNITS[unit] <= USUAL[1]
+    ]
 
 
 def _heights_of(content):
@@ -69,8 +77,8 @@ def _heights_of(content):
 def judge_up(vertices, faces):
     """The upward axis of a mesh, and a hint where that is likely but not sure.
 
-    Floors are level and roofs often are not. So of the areas that face straight along the upward axis those on one side
-    are larger, while the two sides of a house have the same.
+    Floors are level and roofs often are not. So of the areas that face straight along the upward
+    axis those on one side are larger, while the two sides of a house have the same.
 
     Parameters
     ----------
@@ -86,7 +94,9 @@ def judge_up(vertices, faces):
     if not shaped:
         return "z", []
     starts = np.cumsum([0, *map(len, shaped)])
-    area, normal = measure_polygons(vertices[np.concatenate(shaped)], starts, np.arange(len(starts)))
+    area, normal = measure_polygons(
+        vertices[np.concatenate(shaped)], starts, np.arange(len(starts))
+    )
     ends = [[area[sign * normal[:, axis] > 0.999].sum() for sign in (1, -1)] for axis in (1, 2)]
     (level_y, lean_y), (level_z, lean_z) = ((sum(two), abs(two[0] - two[1])) for two in ends)
     least = 0.01 * area.sum()

@@ -1,8 +1,9 @@
 """Decide which polygons to turn over, by rays from both of their sides.
 
-A side of a polygon is *inside* if more than half of its rays hit backs of faces and at most one in eight reaches the
-sky, the tracer's rule for covered points. Rays that escape downwards do not count, since there is no ground yet. A
-polygon supports an orientation of its shell if by it the back is inside, and the front is not and sees the sky.
+A side of a polygon is *inside* if more than half of its rays hit backs of faces and at most one in
+eight reaches the sky, the tracer's rule for covered points. Rays that escape downwards do not
+count, since there is no ground yet. A polygon supports an orientation of its shell if by it the
+back is inside, and the front is not and sees the sky.
 """
 
 from dataclasses import dataclass
@@ -15,11 +16,15 @@ from .orient_shells import SURE_SHARE
 from .polygons import measure_polygons, normals_of, plane_axes, triangulate
 
 RAYS = 64  # from each side of a polygon
-WITNESSES = 16  # polygons of a shell, the largest ones, that are tested besides those that may be turned
+WITNESSES = (
+    16  # polygons of a shell, the largest ones, that are tested besides those that may be turned
+)
 INSIDE = 0.5  # of the rays that do not escape downwards hit backs
 SKY = 0.125  # of the rays reach the sky
 GLIMPSE = 1 / 32  # of the rays must reach the sky for a front to be known to be outside
-CONTRADICTION = 0.25  # of the support, by area and by extent, that may support the opposite orientation
+CONTRADICTION = (
+    0.25  # of the support, by area and by extent, that may support the opposite orientation
+)
 DOWNWARD = -0.02  # vertical component of the normal, below which a polygon faces down
 OFFSET = 1e-3  # [m] of ray origins from the face
 SPACINGS = 16  # the same in spacings of float32
@@ -40,13 +45,18 @@ class _Views:
 def judge_turning(shape, found, allowed):
     """Which of the polygons that their shells propose are to be turned over.
 
-    - An open shell that faces up only, by at least two thirds of its area, is not turned because of its volume: that of
+    - An open shell that faces up only, by at least two thirds of its area, is not turned because of
+      its volume: that of
       a valley or a bowl proves nothing.
-    - A shell is turned as a whole only if rays support it, and hardly any support the way it is drawn.
-    - In a shell that is drawn inconsistently, a polygon is turned if its own rays or those of its shell support it; if
+    - A shell is turned as a whole only if rays support it, and hardly any support the way it is
+      drawn.
+    - In a shell that is drawn inconsistently, a polygon is turned if its own rays or those of its
+      shell support it; if
       nothing is inside, towards the sky.
-    - A polygon is not turned if its front as drawn is outside and its back is inside; nor if it sees more of the sky as
-      drawn, unless the rest of what it sees are the backs of its building; nor so that it would face inside.
+    - A polygon is not turned if its front as drawn is outside and its back is inside; nor if it
+      sees more of the sky as
+      drawn, unless the rest of what it sees are the backs of its building; nor so that it would
+      face inside.
 
     Parameters
     ----------
@@ -61,7 +71,9 @@ def judge_turning(shape, found, allowed):
     -------
     proposed, turned : array, (n,) bool
     """
-    agree, wanted = _spare_upward_sheets(shape, found, found.flip & allowed, found.agree & ~found.doubtful & allowed)
+    agree, wanted = _spare_upward_sheets(
+        shape, found, found.flip & allowed, found.agree & ~found.doubtful & allowed
+    )
     turned = np.zeros(len(wanted), bool)
     if not wanted.any():
         return wanted, turned
@@ -80,10 +92,11 @@ def judge_turning(shape, found, allowed):
 
 
 def _spare_upward_sheets(shape, found, wanted, others):
-    """Proposals that do not turn upward open sheets down: polygons that agree with them, and those that would turn.
+    """Proposals that do not turn upward open sheets down: polygons that agree with them, and those
+    that would turn.
 
-    If the opposite of a proposal faces up only, and most of the sheet is drawn so, that is proposed instead: the
-    `others` turn.
+    If the opposite of a proposal faces up only, and most of the sheet is drawn so, that is proposed
+    instead: the `others` turn.
     """
     shell = found.shell
     area, normal = measure_polygons(*shape)
@@ -91,8 +104,12 @@ def _spare_upward_sheets(shape, found, wanted, others):
     height = np.where(found.agree, 1.0, -1.0) * normal[:, 2]  # of the normal as proposed
     only_up = np.bincount(shell, -height < DOWNWARD, count) == 0
     only_up &= np.bincount(shell, height < DOWNWARD, count) > 0
-    mostly = np.bincount(shell, np.where(found.agree, 0.0, area), count) >= SURE_SHARE * np.bincount(shell, area, count)
-    spared = (only_up & mostly)[shell] & ~found.watertight & np.isin(shell, np.unique(shell[wanted]))
+    mostly = np.bincount(
+        shell, np.where(found.agree, 0.0, area), count
+    ) >= SURE_SHARE * np.bincount(shell, area, count)
+    spared = (
+        (only_up & mostly)[shell] & ~found.watertight & np.isin(shell, np.unique(shell[wanted]))
+    )
     return np.where(spared, ~found.agree, found.agree), np.where(spared, others, wanted)
 
 
@@ -108,7 +125,8 @@ def _decide(sides, shells, agree, wanted, whole):
     contrary = _supports(sides, sides.backs_opposite, 1 - proposed) | (wanted & lit)
     count = shell.max() + 1
     votes = [
-        (np.bincount(shell, support * w, count), np.bincount(shell, contrary * w, count)) for w in (area, area**0.5)
+        (np.bincount(shell, support * w, count), np.bincount(shell, contrary * w, count))
+        for w in (area, area**0.5)
     ]
     sure = np.all([(yes > 0) & (no <= CONTRADICTION * yes) for yes, no in votes], axis=0)[shell]
     silent = (votes[0][0] + votes[0][1] == 0)[shell]
@@ -117,7 +135,9 @@ def _decide(sides, shells, agree, wanted, whole):
 
 
 def _supports(sides, backs, front):
-    """Polygons whose back is inside and whose front, the side given by index, is outside: (k,) bool."""
+    """Polygons whose back is inside and whose front, the side given by index, is outside: (k,)
+    bool.
+    """
     inside = (backs > INSIDE * (1 - sides.down)) & (sides.sky <= SKY)
     rows = np.arange(len(front))
     return inside[rows, 1 - front] & ~inside[rows, front] & (sides.sky[rows, front] >= GLIMPSE)
@@ -132,7 +152,10 @@ def trace_both_sides(shape, shell, tested, wanted):
     """
     places = np.round(shape[0] - shape[0].min(axis=0), MICROMETRE)  # near zero
     triangles, owner = triangulate(places, *shape[1:])
-    corners, doubled = places[triangles], normals_of(places, triangles)  # (t, 3, 3) [m] and (t, 3) [m²]
+    corners, doubled = (
+        places[triangles],
+        normals_of(places, triangles),
+    )  # (t, 3, 3) [m] and (t, 3) [m²]
     size = np.linalg.norm(doubled, axis=1)
     normal = doubled / size[:, None]
     start, point, direction = _start_rays((corners, normal, size), owner, tested)
@@ -150,15 +173,20 @@ def trace_both_sides(shape, shell, tested, wanted):
         rises = (towards[:, 2] > 0).reshape(hit.shape)
         after = along * turn[hit]
         views = missed & rises, missed & ~rises, ~missed & (along > 0), ~missed & (after > 0)
-        found_shares[side] = [view.mean(axis=1) for view in (*views, ~missed & (np.where(own, -after, after) > 0))]
+        found_shares[side] = [
+            view.mean(axis=1) for view in (*views, ~missed & (np.where(own, -after, after) > 0))
+        ]
     return _Views(*found_shares.transpose(1, 2, 0))
 
 
 def _start_rays(faces, owner, tested):
-    """RAYS rays from each polygon tested: triangle (k·RAYS,), point (k·RAYS, 3) [m], direction (k·RAYS, 3) in front."""
+    """RAYS rays from each polygon tested: triangle (k·RAYS,), point (k·RAYS, 3) [m], direction
+    (k·RAYS, 3) in front.
+    """
     corners, normal, size = faces
     one, other, height, turn = np.mod(additive_recurrence(RAYS, 4).T + 0.5, 1)
-    # Choose triangles by area; the remainder of the same random number gives the place along one edge.
+    # Choose triangles by area; the remainder of the same random number gives the place along one
+    # edge.
     ends = np.cumsum(size)
     first, last = np.searchsorted(owner, tested), np.searchsorted(owner, tested, "right") - 1
     low = ends[first] - size[first]
@@ -168,5 +196,7 @@ def _start_rays(faces, owner, tested):
     weights = np.stack([1 - along, along * (1 - other), along * other], axis=-1)
     point = np.einsum("krc,krcd->krd", weights, corners[start]).reshape(-1, 3)
     axes = np.stack([*plane_axes(normal), normal], axis=1)  # (t, 3, 3)
-    direction = np.einsum("ar,krad->krd", np.stack(cosine_direction(height, turn)), axes[start]).reshape(-1, 3)
+    direction = np.einsum(
+        "ar,krad->krd", np.stack(cosine_direction(height, turn)), axes[start]
+    ).reshape(-1, 3)
     return start.reshape(-1), point, direction

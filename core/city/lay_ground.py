@@ -1,4 +1,6 @@
-"""Lay ground under a city: terrain given by the user, terrain of its own files, a surface through its feet, or none."""
+"""Lay ground under a city: terrain given by the user, terrain of its own files, a surface through
+its feet, or none.
+"""
 
 from dataclasses import replace
 from functools import partial
@@ -39,19 +41,30 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
     """
     notes, reach = scene.report.notes, choose_reach(options.ground_albedo)
     if placed.city.terrain is not None:
-        words = f"errain of the file: {sum(len(one.triangles) for one in placed.city.terrain.layers):,} triangles"
+        words = (
+            "errain of the file: "
+            f"{sum(len(one.triangles) for one in placed.city.terrain.layers):,} triangles"
+        )
         if options.terrain is not None:
             notes.append(f"T{words}, not used: {options.terrain.source} takes its place.")
         else:
-            notes.append(f"Ground: t{words}." if ground == "auto" else f"T{words}, left out (--ground {ground}).")
+            notes.append(
+                f"Ground: t{words}."
+                if ground == "auto"
+                else f"T{words}, left out (--ground {ground})."
+            )
     chosen = options.terrain or (placed.city.terrain if ground == "auto" else None)
     if chosen is not None:
-        layers = [Layer(bring_to_origin(layer.points, scene.site), layer.triangles) for layer in chosen.layers]
+        layers = [
+            Layer(bring_to_origin(layer.points, scene.site), layer.triangles)
+            for layer in chosen.layers
+        ]
         moved = replace(chosen, layers=layers)
         check_terrain(moved)
         # Houses that end above the terrain are carried down to it; only thin things float above it.
         feet = feet_or_corners(
-            placed, lambda places, thin: np.where(thin, measure_heights(moved, places[:, :2]), np.nan)
+            placed,
+            lambda places, thin: np.where(thin, measure_heights(moved, places[:, :2]), np.nan),
         )
         places = feet.start[:, :2]  # under any of them, or close beside it
         heights = measure_heights(moved, places), nearest_heights(moved, places, NEAR)
@@ -66,31 +79,50 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
             notes += laid.notes
             scene = _join_ground(scene, laid.vertices, laid.triangles, laid.hidden)
             return replace(scene, terrain_laid=True), feet.hanging
-        notes[-1] = f"Terrain of the file left out: no height under any building or within {NEAR:g} m of one."
+        notes[-1] = (
+            f"Terrain of the file left out: no height under any building or within {NEAR:g} m of "
+            "one."
+        )
     own = find_ground(scene)
     known = partial(_height_of_own_ground, scene, own)
     if ground == "none":
         # No ground is laid under footprints all of whose corners lie over the model's own.
         city, points = placed.city, placed.points
         over = np.isfinite(known(points, np.zeros(len(points), bool))).astype(float)
-        above = placed.footprint & (polygon_bounds(over, city.ring_start, city.polygon_start)[0] > 0)
+        above = placed.footprint & (
+            polygon_bounds(over, city.ring_start, city.polygon_start)[0] > 0
+        )
         return scene, np.union1d(find_feet(*placed[:4], known).hanging, np.flatnonzero(above))
-    how = {"reach": reach, "lattice": options.lattice, "ground_height": known, "report_share": report_share}
+    how = {
+        "reach": reach,
+        "lattice": options.lattice,
+        "ground_height": known,
+        "report_share": report_share,
+    }
     vertices, triangles, floating, scene.lattice = build_ground(placed, patch_size, **how)
     if len(floating):
         names = list_some([scene.surfaces.surface_id[i] for i in floating])
-        notes.append(f"{len(floating)} footprints are above the ground, which continues below them: {names}")
+        notes.append(
+            f"{len(floating)} footprints are above the ground, which continues below them: {names}"
+        )
     return _join_ground(scene, vertices, triangles), floating
 
 
 def _height_of_own_ground(scene, ground, places, thin):
-    """Height of the model's own surfaces below places, `ground`, (t,) bool, among them, as for `find_floating`."""
+    """Height of the model's own surfaces below places, `ground`, (t,) bool, among them, as for
+    `find_floating`.
+    """
     upward = upward_areas(scene.vertices, scene.triangles) > 0
     height, highest = np.full(len(places), -np.inf), scene.vertices[:, 2].max() + 1
-    for chosen, faces, start in ((~thin, ground & upward, highest), (thin, upward, places[:, 2] + SLACK)):
+    for chosen, faces, start in (
+        (~thin, ground & upward, highest),
+        (thin, upward, places[:, 2] + SLACK),
+    ):
         if chosen.any() and faces.any():
             from_above = np.broadcast_to(start, len(places))[chosen]
-            height[chosen] = height_below(scene.vertices, scene.triangles[faces], places[chosen], from_above)
+            height[chosen] = height_below(
+                scene.vertices, scene.triangles[faces], places[chosen], from_above
+            )
     return np.where(height > -np.inf, height, np.nan)
 
 
@@ -134,7 +166,11 @@ def show_terrain(scene, terrain):
     scene.report.notes.append(f"Terrain of the file: {count:,} triangles.")
     for layer in terrain.layers:
         points = bring_to_origin(layer.points, scene.site)
-        near = ((points[:, :2] >= low) & (points[:, :2] <= high)).all(axis=1)[layer.triangles].all(axis=1)
+        near = (
+            ((points[:, :2] >= low) & (points[:, :2] <= high))
+            .all(axis=1)[layer.triangles]
+            .all(axis=1)
+        )
         points, triangles = drop_unused(points, layer.triangles[near])
         scene = _join_ground(scene, points, faces_up(points, triangles))
     return scene

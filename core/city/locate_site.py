@@ -1,6 +1,8 @@
-"""Where a scene stands: latitude, longitude and true north of its place, and the way from its files to its own frame.
+"""Where a scene stands: latitude, longitude and true north of its place, and the way from its files
+to its own frame.
 
-The frame has a local origin and y to true north; meridian convergence is the azimuth of grid north from true north.
+The frame has a local origin and y to true north; meridian convergence is the azimuth of grid north
+from true north.
 """
 
 import math
@@ -13,15 +15,16 @@ from .axis_order import MARGIN
 from .scene import Site
 from .transform_crs import find_globe_places, plane_of
 
-STEP = 100.0  # [m] northwards on the grid; large against rounding, small against the curvature of a meridian
+# [m] northwards on the grid; large against rounding, small against the curvature of a meridian
+STEP = 100.0
 
 
 def locate_site(crs, point, latitude=None, longitude=None, *, source=None):
     """Latitude, longitude and meridian convergence of a point.
 
-    The convergence is the ellipsoidal azimuth of a short step to grid north, which avoids differing sign conventions.
-    It is that of the system at the point, also where another latitude or longitude is given: walls that face true south
-    do so wherever the city is set up.
+    The convergence is the ellipsoidal azimuth of a short step to grid north, which avoids differing
+    sign conventions. It is that of the system at the point, also where another latitude or
+    longitude is given: walls that face true south do so wherever the city is set up.
 
     Parameters
     ----------
@@ -48,7 +51,11 @@ def locate_site(crs, point, latitude=None, longitude=None, *, source=None):
     """
     for name, value, bound in (("latitude", latitude, 90), ("longitude", longitude, 360)):
         if value is not None and not abs(value) <= bound:  # also true for NaN
-            raise InputError(f"--{name}", f"{value} is out of range", f"give degrees between -{bound} and {bound}")
+            raise InputError(
+                f"--{name}",
+                f"{value} is out of range",
+                f"give degrees between -{bound} and {bound}",
+            )
     if crs is None:
         if (latitude is None) != (longitude is None):
             missing = "longitude" if longitude is None else "latitude"
@@ -60,9 +67,15 @@ def locate_site(crs, point, latitude=None, longitude=None, *, source=None):
     here, north = np.column_stack(find_globe_places(steps, plane)[::-1])
     if not all(math.isfinite(value) for value in (*here, *north)):
         if latitude is not None and longitude is not None:
-            return latitude, longitude, 0.0  # the system does not hold there, so neither does its north
+            return (
+                latitude,
+                longitude,
+                0.0,
+            )  # the system does not hold there, so neither does its north
         problem = f"the point {point[0]:.0f}, {point[1]:.0f} lies outside {plane.name}"
-        raise InputError(source or plane.name, problem, "correct the srsName, or give --latitude and --longitude")
+        raise InputError(
+            source or plane.name, problem, "correct the srsName, or give --latitude and --longitude"
+        )
     azimuth, _, _ = plane.get_geod().inv(*here, *north)
     latitude = float(here[1]) if latitude is None else latitude
     longitude = float(here[0]) if longitude is None else longitude
@@ -72,7 +85,8 @@ def locate_site(crs, point, latitude=None, longitude=None, *, source=None):
 def note_outside_use(crs, latitude, longitude):
     """Say that a place lies far outside the area for which its system is made.
 
-    Coordinates that are local, or of another system, put it there: 0, 0 of the Dutch grid is in France.
+    Coordinates that are local, or of another system, put it there: 0, 0 of the Dutch grid is in
+    France.
 
     Parameters
     ----------
@@ -89,10 +103,15 @@ def note_outside_use(crs, latitude, longitude):
         return []
     width = (area.east - area.west) % 360 or 360.0
     past_west = (longitude - area.west) % 360  # [°] eastwards from its western edge
-    outside = max(area.south - latitude, latitude - area.north, min(past_west - width, 360 - past_west), 0.0)
+    outside = max(
+        area.south - latitude, latitude - area.north, min(past_west - width, 360 - past_west), 0.0
+    )
     if outside <= MARGIN:
         return []
-    place = f"The city, at latitude {latitude:.3f}°, longitude {longitude:.3f}°, lies {outside:.1f}° outside"
+    place = (
+        f"The city, at latitude {latitude:.3f}°, longitude {longitude:.3f}°, lies {outside:.1f}° "
+        "outside"
+    )
     cure = "If its coordinates are local, or of another system, give --latitude and --longitude."
     return [f"{place} the area of use of {crs} ({plane_of(crs)[0].name}). {cure}"]
 
@@ -104,7 +123,8 @@ AS_IN_FILES = Site(None, None, 0.0, 0.0, None, (0.0, 0.0, 0.0))
 def bring_to_origin(points, site):
     """Points of the files in the scene's frame.
 
-    What large coordinates leave behind the micrometre is rounding: the same city is the same scene anywhere.
+    What large coordinates leave behind the micrometre is rounding: the same city is the same scene
+    anywhere.
 
     Parameters
     ----------
@@ -115,18 +135,23 @@ def bring_to_origin(points, site):
     -------
     array, (m, 3) float64 [m]
     """
-    return np.round(turn_to_true_north(points - np.array(site.origin), site.convergence), MICROMETRE)
+    return np.round(
+        turn_to_true_north(points - np.array(site.origin), site.convergence), MICROMETRE
+    )
 
 
 def bring_to_grid(points, site):
-    """Points of the scene's frame in the coordinates of the files: the inverse of `bring_to_origin`."""
+    """Points of the scene's frame in the coordinates of the files: the inverse of
+    `bring_to_origin`.
+    """
     return turn_to_true_north(points, -site.convergence) + np.array(site.origin)
 
 
 def find_on_earth(points, site):
     """Latitudes and longitudes of points of the scene's frame, (m, 3) float64 [m].
 
-    By the reference system or, where the city has none or was set up elsewhere, by its own place and north.
+    By the reference system or, where the city has none or was set up elsewhere, by its own place
+    and north.
 
     Returns
     -------
@@ -142,8 +167,12 @@ def find_on_earth(points, site):
             found = np.array(find_globe_places(bring_to_grid(points, site)[:, :2], plane))
             return np.where(np.isfinite(found), found, np.nan)
     ways = np.full((4, len(points)), [[site.longitude], [site.latitude], [0.0], [0.0]])
-    ways[2:] = np.degrees(np.arctan2(points[:, 0], points[:, 1])), np.hypot(points[:, 0], points[:, 1])
-    # As lists: of an array with one point pyproj tries to make a number, of which NumPy below 2.4 warns.
+    ways[2:] = (
+        np.degrees(np.arctan2(points[:, 0], points[:, 1])),
+        np.hypot(points[:, 0], points[:, 1]),
+    )
+    # As lists: of an array with one point pyproj tries to make a number, of which NumPy below 2.4
+    # warns.
     longitude, latitude, _ = pyproj.Geod(ellps="WGS84").fwd(*ways.tolist())
     return np.array([latitude, longitude])
 

@@ -7,8 +7,9 @@ import pyproj
 
 from ..settings.errors import InputError
 
-# Names used by German surveys (GeoInfoDok); the vertical system follows after "*". The kilometres added to eastings by
-# the states' variants of one system, as in DE_DHDN_3GK2_NW177, name the realisation and do not change the grid.
+# Names used by German surveys (GeoInfoDok); the vertical system follows after "*". The kilometres
+# added to eastings by the states' variants of one system, as in DE_DHDN_3GK2_NW177, name the
+# realisation and do not change the grid.
 SURVEYS = "urn:adv:crs:"
 ADV_NAMES = {
     r"(?:DE_)?ETRS89_UTM(\d\d)": lambda zone: f"EPSG:258{zone}",
@@ -21,7 +22,8 @@ ADV_NAMES = {
     r"(?:DE_)?ETRS89_Lat-Lon-h()": lambda _: "EPSG:4937",
     r"DE_DHDN_Lat-Lon()": lambda _: "EPSG:4314",
 }
-# Swiss files often name the datum only; the size of coordinates tells LV03 (6 digits) from LV95 (7 digits).
+# Swiss files often name the datum only; the size of coordinates tells LV03 (6 digits) from LV95 (7
+# digits).
 SWISS_NAMES = ("CH1903", "CH1903+", "LV03", "LV95")
 # The same grids of ETRS89 with the number of the zone before their eastings.
 WITH_ZONES = {"EPSG:25831": "EPSG:5649", "EPSG:25832": "EPSG:4647", "EPSG:25833": "EPSG:5650"}
@@ -34,16 +36,20 @@ def name_crs(srs_name, easting=None):
     ----------
     srs_name : str
         As in the file: ``EPSG:25833``, ``urn:ogc:def:crs:EPSG::25833``,
-        ``urn:adv:crs:ETRS89_UTM32*DE_DHHN2016_NH``, ``http://www.opengis.net/def/crs/EPSG/0/6697``, ``CH1903``, …
+        ``urn:adv:crs:ETRS89_UTM32*DE_DHHN2016_NH``, ``http://www.opengis.net/def/crs/EPSG/0/6697``,
+        ``CH1903``, …
     easting : float, optional
-        Larger of the first two coordinates of any point [units of the system]; distinguishes the Swiss grids.
+        Larger of the first two coordinates of any point [units of the system]; distinguishes the
+        Swiss grids.
 
     Returns
     -------
     str or None
         None if the spelling is not known to us or to PROJ, or the system has no horizontal part.
     """
-    return next((name for name, system in _known_systems(srs_name, easting) if _has_plane(system)), None)
+    return next(
+        (name for name, system in _known_systems(srs_name, easting) if _has_plane(system)), None
+    )
 
 
 def choose_crs(srs_names, easting, path):
@@ -67,7 +73,8 @@ def choose_crs(srs_names, easting, path):
     Raises
     ------
     InputError
-        It names two, or only one without a horizontal part, such as a vertical or an engineering one.
+        It names two, or only one without a horizontal part, such as a vertical or an engineering
+        one.
     """
     named, unknown, flat = {}, {}, []
     for srs_name, line in srs_names.items():
@@ -87,7 +94,9 @@ def choose_crs(srs_names, easting, path):
         kind = system.type_name.removesuffix(" CRS").lower()
         cure = "name a horizontal system, or none and give --latitude and --longitude"
         if system.is_geocentric:
-            raise InputError(path, f"line {line}: geocentric coordinates are not supported", "project them first")
+            raise InputError(
+                path, f"line {line}: geocentric coordinates are not supported", "project them first"
+            )
         name = srs_name if len(srs_name) <= 60 else srs_name[:57] + "…"
         raise InputError(path, f"line {line}: {name!r} is a system without a plane ({kind})", cure)
     return pick_crs(named), unknown
@@ -95,19 +104,26 @@ def choose_crs(srs_names, easting, path):
 
 def pick_crs(names):
     """Of names of one grid that with heights, None of none."""
-    return max(names, key=lambda crs: (len(pyproj.CRS.from_user_input(crs).axis_info), len(crs)), default=None)
+    return max(
+        names,
+        key=lambda crs: (len(pyproj.CRS.from_user_input(crs).axis_info), len(crs)),
+        default=None,
+    )
 
 
 @lru_cache(maxsize=64)
 def hash_plane(crs):
-    """What the horizontal part of a system, in any spelling, is told by: its EPSG code or definition."""
+    """What the horizontal part of a system, in any spelling, is told by: its EPSG code or
+    definition.
+    """
     system = pyproj.CRS.from_user_input(crs)
     plane = system.sub_crs_list[0] if system.is_compound else system.to_2d()
     return plane.to_epsg(100) or plane.to_wkt()
 
 
 def with_zone(crs, easting, path):
-    """The same system, with the number of the zone before its eastings where the coordinates have it.
+    """The same system, with the number of the zone before its eastings where the coordinates have
+    it.
 
     Parameters
     ----------
@@ -127,7 +143,9 @@ def with_zone(crs, easting, path):
     """
     if crs is None or easting is None or easting < 1e6:
         return crs
-    plane, *heights = pyproj.CRS.from_user_input(crs).sub_crs_list or [pyproj.CRS.from_user_input(crs).to_2d()]
+    plane, *heights = pyproj.CRS.from_user_input(crs).sub_crs_list or [
+        pyproj.CRS.from_user_input(crs).to_2d()
+    ]
     zone = re.match(r"\d+(?=[NS]$)", plane.utm_zone or "")
     if zone is None or int(easting // 1e6) != int(zone[0]) or easting < 1e7:
         return crs
@@ -157,13 +175,20 @@ def _candidates(text, easting):
     lowered = text.lower()
     if text.upper() in SWISS_NAMES:
         seven_digits = easting is not None and abs(easting) > 1e6
-        yield "EPSG:2056" if seven_digits or (easting is None and text != "CH1903") else "EPSG:21781"
+        yield (
+            "EPSG:2056" if seven_digits or (easting is None and text != "CH1903") else "EPSG:21781"
+        )
     word = (text[len(SURVEYS) :] if lowered.startswith(SURVEYS) else text).split("*")[0]
     for pattern, write in ADV_NAMES.items():
         if match := re.fullmatch(pattern, word, re.IGNORECASE):
             yield write(match[1])
-    # A code is the last number after each "EPSG", whatever stands between (version, colons, slashes).
-    words = [word for piece in lowered.split("epsg")[1:] for word in re.split(r"[:/#?&,+*; ]+|crs$", piece)]
+    # A code is the last number after each "EPSG", whatever stands between (version, colons,
+    # slashes).
+    words = [
+        word
+        for piece in lowered.split("epsg")[1:]
+        for word in re.split(r"[:/#?&,+*; ]+|crs$", piece)
+    ]
     codes = [word for word in words if re.fullmatch(r"\d{4,6}", word)][:2]
     # Some files name the vertical system first.
     if codes:

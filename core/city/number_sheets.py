@@ -1,6 +1,8 @@
-"""Parts of meshes that may be ground: faces that point up, with walls that rise from their rim but hang from none.
+"""Parts of meshes that may be ground: faces that point up, with walls that rise from their rim but
+hang from none.
 
-A mesh may hold the ground and the houses on it, as objects that were joined do, with corners in common or not.
+A mesh may hold the ground and the houses on it, as objects that were joined do, with corners in
+common or not.
 """
 
 import numpy as np
@@ -10,14 +12,17 @@ from .polygons import edges_of, normals_of, number_connected
 
 STEEPEST_CREASE = 30.0  # [°] ground hardly bends more; roofs that reach down to it do
 HANGING = 0.1  # of the length of a rim: of a roof or a deck, walls hang from most of it
-LEVEL_YARD = 1.5  # [m] a yard is no further above or below the ground nearby; the flat roof of a house is
+LEVEL_YARD = (
+    1.5  # [m] a yard is no further above or below the ground nearby; the flat roof of a house is
+)
 
 
 def number_sheets(vertices, triangles, upward, mesh):
     """Number the sheets of meshes that may be ground.
 
-    A mesh of which all triangles point up is one sheet. Of any other, each set of such triangles with common edges is
-    one, unless other triangles of the mesh go down from a tenth of its rim or more.
+    A mesh of which all triangles point up is one sheet. Of any other, each set of such triangles
+    with common edges is one, unless other triangles of the mesh go down from a tenth of its rim or
+    more.
 
     Parameters
     ----------
@@ -48,7 +53,9 @@ def number_sheets(vertices, triangles, upward, mesh):
 
 
 def _number_pieces(vertices, triangles, upward, mesh):
-    """Piece of each triangle of meshes that also hold walls, (t,); -1 where walls hang from it, or it is no such."""
+    """Piece of each triangle of meshes that also hold walls, (t,); -1 where walls hang from it, or
+    it is no such.
+    """
     count = len(triangles)
     if not count:
         return np.zeros(0, int)
@@ -64,7 +71,8 @@ def _number_pieces(vertices, triangles, upward, mesh):
     bend = (normal[owner[one]] * normal[owner[other]]).sum(axis=1)
     both = (edge[one] == edge[other]) & (bend > np.cos(np.radians(STEEPEST_CREASE)))
     piece = number_connected(owner[one[both]], owner[other[both]], count)
-    # The rim: edges with one triangle of the piece; what else has this edge rises from it, or hangs.
+    # The rim: edges with one triangle of the piece; what else has this edge rises from it, or
+    # hangs.
     inner = np.zeros(edge.max() + 1, bool)
     inner[edge[one[both]]] = True
     rise = vertices[triangles, 2].mean(axis=1)[owner] - vertices[ends, 2].mean(axis=1)
@@ -76,7 +84,8 @@ def _number_pieces(vertices, triangles, upward, mesh):
     np.maximum.at(highest, edge[others], rise[others])
     hangs = (lowest < 0) & (highest <= 0)
     around, hanging = (
-        np.bincount(piece[owner[rim]], weight, count) for weight in (length[rim], (length * hangs[edge])[rim])
+        np.bincount(piece[owner[rim]], weight, count)
+        for weight in (length[rim], (length * hangs[edge])[rim])
     )
     kept = upward & (hanging < HANGING * np.maximum(around, np.finfo(float).tiny))[piece]
     return np.where(kept, piece, -1)

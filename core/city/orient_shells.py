@@ -1,4 +1,6 @@
-"""Find polygons of a building that are drawn inside out, from their orientation relative to adjacent polygons."""
+"""Find polygons of a building that are drawn inside out, from their orientation relative to
+adjacent polygons.
+"""
 
 from dataclasses import dataclass
 
@@ -7,7 +9,8 @@ import numpy as np
 from .polygons import measure_polygons, next_in_ring, number_connected, polygon_bounds
 
 WELD = 1e-3  # [m] corners of one building closer than this are merged
-SURE_VOLUME = 0.01  # of area^1.5, a slab of 100 x 100 x 1.5 m: an open shell with less volume is taken for a sheet
+# of area^1.5, a slab of 100 x 100 x 1.5 m: an open shell with less volume is taken for a sheet
+SURE_VOLUME = 0.01
 SURE_SHARE = 2 / 3  # of the area of a sheet that must agree for the rest to be turned
 
 
@@ -16,21 +19,26 @@ class Orientation:
     """Orientation of the polygons of a city."""
 
     flip: np.ndarray  # (n,) bool: drawn inside out
-    watertight: np.ndarray  # (n,) bool: part of a watertight shell, whose volume proves its orientation
+    watertight: (
+        np.ndarray
+    )  # (n,) bool: part of a watertight shell, whose volume proves its orientation
     doubtful: np.ndarray  # (n,) bool: part of a shell that contradicts itself and proves nothing
     shell: np.ndarray  # (n,) int: number of the shell
-    agree: np.ndarray  # (n,) bool: drawn in agreement with the volume, or the larger part, of its shell
+    agree: (
+        np.ndarray
+    )  # (n,) bool: drawn in agreement with the volume, or the larger part, of its shell
     loose: np.ndarray  # (n,) bool: shares no edge with what tells its orientation; only rays can
 
 
 def orient_shells(points, ring_start, polygon_start, building):
     """Find polygons that face into their building.
 
-    Two polygons of a building that share an edge with each other only face the same side if they traverse it in
-    opposite directions. Polygons linked by such edges form a shell, which has one of two orientations: the right one
-    encloses a positive volume (divergence theorem: V = sum of area vector · point / 3). An open shell is closed by a
-    cone over its open edges. A shell with hardly any volume is a sheet: there the larger part of the area, at least two
-    thirds, decides. Where corners do not meet, single faces are sheets: those of one building are one shell, and those
+    Two polygons of a building that share an edge with each other only face the same side if they
+    traverse it in opposite directions. Polygons linked by such edges form a shell, which has one of
+    two orientations: the right one encloses a positive volume (divergence theorem: V = sum of area
+    vector · point / 3). An open shell is closed by a cone over its open edges. A shell with hardly
+    any volume is a sheet: there the larger part of the area, at least two thirds, decides. Where
+    corners do not meet, single faces are sheets: those of one building are one shell, and those
     that face its middle are proposed.
 
     Parameters
@@ -64,15 +72,19 @@ def orient_shells(points, ring_start, polygon_start, building):
     asked, faces_in = _find_inward((points, ring_start, polygon_start), building, area, normal)
     agrees[loose] = ~faces_in[loose]
     # Faces that no edge links are judged together.
-    shell = np.unique(np.where(loose & asked, len(size) + building, shell), return_inverse=True)[1].reshape(-1)
+    shell = np.unique(np.where(loose & asked, len(size) + building, shell), return_inverse=True)[
+        1
+    ].reshape(-1)
     return Orientation(~agrees & ~doubtful, closed_shell & ~twisted, doubtful, shell, agrees, loose)
 
 
 def _find_inward(shape, building, area, normal):
-    """Polygons of buildings whose faces together cannot be an outside, and those that face its middle: (n,) bool.
+    """Polygons of buildings whose faces together cannot be an outside, and those that face its
+    middle: (n,) bool.
 
-    Area vectors of a closed surface add up to zero, to what is open if its ground is missing. They do not where single
-    faces are inside out; where all are, the volume around the middle is negative.
+    Area vectors of a closed surface add up to zero, to what is open if its ground is missing. They
+    do not where single faces are inside out; where all are, the volume around the middle is
+    negative.
     """
     low, high = polygon_bounds(*shape)
     count = building.max(initial=-1) + 1
@@ -81,8 +93,13 @@ def _find_inward(shape, building, area, normal):
     np.minimum.at(bounds[1], building, -high)
     middle = 0.5 * (bounds[0] - bounds[1])
     height = np.einsum("ij,ij->i", normal, 0.5 * (low + high) - middle[building])
-    volume, size = np.bincount(building, area * height, count) / 3, np.bincount(building, area, count)
-    total = np.column_stack([np.bincount(building, area * normal[:, axis], count) for axis in range(3)])
+    volume, size = (
+        np.bincount(building, area * height, count) / 3,
+        np.bincount(building, area, count),
+    )
+    total = np.column_stack(
+        [np.bincount(building, area * normal[:, axis], count) for axis in range(3)]
+    )
     slack = 0.02 * size
     open_side = (np.hypot(total[:, 0], total[:, 1]) > slack) | (total[:, 2] < -slack)
     # Fewer than four faces enclose nothing.
@@ -93,8 +110,12 @@ def _find_inward(shape, building, area, normal):
 def turn_over(points, ring_start, polygon_start, chosen):
     """Points with the rings of the chosen polygons reversed, (m, 3) float64 [m]."""
     chosen_ring = np.repeat(chosen, np.diff(polygon_start))
-    mirrored = np.repeat(ring_start[:-1] + ring_start[1:] - 1, np.diff(ring_start)) - np.arange(len(points))
-    return points[np.where(np.repeat(chosen_ring, np.diff(ring_start)), mirrored, np.arange(len(points)))]
+    mirrored = np.repeat(ring_start[:-1] + ring_start[1:] - 1, np.diff(ring_start)) - np.arange(
+        len(points)
+    )
+    return points[
+        np.where(np.repeat(chosen_ring, np.diff(ring_start)), mirrored, np.arange(len(points)))
+    ]
 
 
 @dataclass
@@ -128,10 +149,12 @@ def _edges(points, ring_start, polygon_start, building):
 
 
 def _link(edges, count):
-    """Shell of each polygon (n,), its orientation within it +1 or -1 (n,), and shells that contradict themselves (n,).
+    """Shell of each polygon (n,), its orientation within it +1 or -1 (n,), and shells that
+    contradict themselves (n,).
 
-    Every polygon has two nodes in a graph, as drawn and turned. Nodes that agree are linked: a shell is a pair of
-    connected components, mirror images of each other, or a single one if it contradicts itself.
+    Every polygon has two nodes in a graph, as drawn and turned. Nodes that agree are linked: a
+    shell is a pair of connected components, mirror images of each other, or a single one if it
+    contradicts itself.
     """
     pairs = np.flatnonzero(edges.uses == 2).reshape(-1, 2)
     one, other = edges.polygon[pairs].T if len(pairs) else (np.zeros(0, np.int64),) * 2
@@ -146,12 +169,16 @@ def _link(edges, count):
 
 
 def _middles(points, edges, shell, sign):
-    """Apex of the cone that closes each shell, the middle of its corners (s, 3) [m]; and if it has none (s,)."""
+    """Apex of the cone that closes each shell, the middle of its corners (s, 3) [m]; and if it has
+    none (s,).
+    """
     count, owner = shell.max(initial=-1) + 1, shell[edges.polygon]
     # Open are the edges of the consistently oriented shell whose uses do not cancel.
     key = owner.astype(np.int64) * np.int64(edges.group.max(initial=0) + 1) + edges.group
     index = np.unique(key, return_inverse=True)[1].reshape(-1)
     gap = np.abs(np.bincount(index, edges.forward * sign[edges.polygon])[index]) > 0.5
     corners = np.maximum(np.bincount(owner, minlength=count), 1)
-    middle = np.column_stack([np.bincount(owner, points[edges.start, axis], count) for axis in range(3)])
+    middle = np.column_stack(
+        [np.bincount(owner, points[edges.start, axis], count) for axis in range(3)]
+    )
     return middle / corners[:, None], np.bincount(owner, gap, count) == 0

@@ -1,4 +1,5 @@
-"""Rows of modules on one flat roof, seen from above in the roof's own plane, where nothing rises above it.
+"""Rows of modules on one flat roof, seen from above in the roof's own plane, where nothing rises
+above it.
 
       y (up the slope of a row)
       │   ┌───────────────┐
@@ -22,7 +23,9 @@ THICKNESS = 0.03  # [m] of a module with its frame
 GAP = 0.02  # [m] least distance between modules
 AISLE = 0.5  # [m] between pairs of rows unless the spacing is given
 SHORTEST_ROW = 1.5  # [m] about a module
-LOWEST_SUN = 10.0  # [°] above the row's horizon; at high latitudes a lower sun at noon sets no spacing
+LOWEST_SUN = (
+    10.0  # [°] above the row's horizon; at high latitudes a lower sun at noon sets no spacing
+)
 OBLIQUITY = 23.44  # [°] of the ecliptic
 
 
@@ -55,7 +58,15 @@ def frame_roof(racks, normal, origin, latitude):
         The spacing leaves no room for a row, or depends on a latitude that nobody knows.
     """
     south = latitude is not None and latitude < 0
-    azimuth = racks.azimuth if racks.azimuth is not None else 90.0 if racks.east_west else 0.0 if south else 180.0
+    azimuth = (
+        racks.azimuth
+        if racks.azimuth is not None
+        else 90.0
+        if racks.east_west
+        else 0.0
+        if south
+        else 180.0
+    )
     facing = np.array([math.sin(math.radians(azimuth)), math.cos(math.radians(azimuth)), 0.0])
     upward = facing @ normal * normal - facing
     upward /= np.linalg.norm(upward)
@@ -64,32 +75,50 @@ def frame_roof(racks, normal, origin, latitude):
 
 
 def _choose_pitch(racks, axes, latitude):
-    """Distance from row to row [m]: as given, else so that none shades another at noon of the winter solstice."""
+    """Distance from row to row [m]: as given, else so that none shades another at noon of the
+    winter solstice.
+    """
     least = _width_of_row(racks) + GAP + THICKNESS * math.sin(math.radians(racks.tilt))
     if racks.spacing is not None or racks.gcr is not None:
         modules = racks.depth * (2 if racks.east_west else 1)
         pitch = racks.spacing if racks.spacing is not None else modules / racks.gcr
         if pitch < least - 1e-9:
-            problem = f"{f'spacing={pitch:g}' if racks.gcr is None else f'gcr={racks.gcr:g}'} leaves no room"
-            cure = f"rows of this depth and tilt need a spacing of at least {least:.3f} m (gcr {modules / least:.3f})"
+            problem = (
+                f"{f'spacing={pitch:g}' if racks.gcr is None else f'gcr={racks.gcr:g}'} leaves no "
+                "room"
+            )
+            cure = (
+                f"rows of this depth and tilt need a spacing of at least {least:.3f} m (gcr "
+                f"{modules / least:.3f})"
+            )
             raise InputError("--racks", problem, cure)
         return pitch
     if racks.east_west:
         return _width_of_row(racks) + AISLE
     if latitude is None:
-        raise InputError("--racks", "the spacing follows from the latitude, which is unknown", "give --latitude D")
+        raise InputError(
+            "--racks",
+            "the spacing follows from the latitude, which is unknown",
+            "give --latitude D",
+        )
     # The shadow across the rows, behind them, per height: none if it falls before them.
     zenith = math.radians(abs(latitude) + OBLIQUITY)
     _, up_slope, out = axes @ [0.0, -math.copysign(math.sin(zenith), latitude), math.cos(zenith)]
     shadow = max(0.0, -up_slope) / max(out, -up_slope * math.tan(math.radians(LOWEST_SUN)), 1e-9)
-    return max(least, _width_of_row(racks) + racks.depth * math.sin(math.radians(racks.tilt)) * shadow)
+    return max(
+        least, _width_of_row(racks) + racks.depth * math.sin(math.radians(racks.tilt)) * shadow
+    )
 
 
 def _width_of_row(racks):
     """Width of a row, or of a pair of rows, seen from above [m]."""
     width = racks.depth * math.cos(math.radians(racks.tilt))
     # The undersides of a pair lean towards each other.
-    return 2 * (width + THICKNESS * math.sin(math.radians(racks.tilt))) + GAP if racks.east_west else width
+    return (
+        2 * (width + THICKNESS * math.sin(math.radians(racks.tilt))) + GAP
+        if racks.east_west
+        else width
+    )
 
 
 def place_rows(racks, frame, free):
@@ -105,12 +134,16 @@ def place_rows(racks, frame, free):
     Returns
     -------
     array, (k, 4, 3) float64 [m]
-        Corners of the fronts, counter-clockwise seen from the front, the lower edge first. Of a pair the row that faces
-        the wanted azimuth comes before the other.
+        Corners of the fronts, counter-clockwise seen from the front, the lower edge first. Of a
+        pair the row that faces the wanted azimuth comes before the other.
     """
     width = _width_of_row(racks)
     bounds = free.bounds
-    count = math.floor((bounds[3] - bounds[1] - width) / frame.pitch + 1e-9) + 1 if not free.is_empty else 0
+    count = (
+        math.floor((bounds[3] - bounds[1] - width) / frame.pitch + 1e-9) + 1
+        if not free.is_empty
+        else 0
+    )
     if count < 1:
         return np.empty((0, 4, 3))
     # What is left over lies half before the first row and half behind the last.
@@ -121,10 +154,19 @@ def place_rows(racks, frame, free):
     for low in first + frame.pitch * np.arange(count):
         for left, right in _free_stretches(free, low, low + width):
             ridge = low + across
-            rows.append([(left, low, bottom), (right, low, bottom), (right, ridge, top), (left, ridge, top)])
+            rows.append(
+                [(left, low, bottom), (right, low, bottom), (right, ridge, top), (left, ridge, top)]
+            )
             if racks.east_west:
                 end, ridge = low + width, low + width - across
-                rows.append([(right, end, bottom), (left, end, bottom), (left, ridge, top), (right, ridge, top)])
+                rows.append(
+                    [
+                        (right, end, bottom),
+                        (left, end, bottom),
+                        (left, ridge, top),
+                        (right, ridge, top),
+                    ]
+                )
     local = np.array(rows).reshape(-1, 4, 3)
     return frame.origin + local @ frame.axes
 
@@ -165,7 +207,11 @@ def free_area(rings, frame, rim, obstacles):
     free = shapely.buffer(roof, -rim, join_style="mitre")
     low, high = rings[0].min(axis=0)[:2] - rim, rings[0].max(axis=0)[:2] + rim
     risen = _outline_risen(obstacles, frame, low, high)
-    return shapely.difference(free, shapely.union_all(shapely.buffer(risen, rim))) if len(risen) else free
+    return (
+        shapely.difference(free, shapely.union_all(shapely.buffer(risen, rim)))
+        if len(risen)
+        else free
+    )
 
 
 def _outline_risen(obstacles, frame, low, high):
@@ -198,7 +244,9 @@ def _outline_risen(obstacles, frame, low, high):
     above = np.where(height[..., None] > RISE, corners, highest)
     passes = (height > RISE) != (following[1] > RISE)
     share = np.divide(RISE - height, following[1] - height, out=np.zeros_like(height), where=passes)
-    cuts = np.where(passes[..., None], corners + share[..., None] * (following[0] - corners), highest)
+    cuts = np.where(
+        passes[..., None], corners + share[..., None] * (following[0] - corners), highest
+    )
     places = np.concatenate([above, cuts], axis=1) - frame.origin  # (n, 6, 3)
     places[..., 2] -= places @ normal / normal[2]
     flat = places @ frame.axes[:2].T

@@ -8,15 +8,19 @@ ROUNDED = 6  # decimals [m]
 
 
 def pair_keys(pairs):
-    """One number for each pair of whole numbers below 2³¹, (k, 2) int, that sorts by the first, then the second."""
+    """One number for each pair of whole numbers below 2³¹, (k, 2) int, that sorts by the first,
+    then the second.
+    """
     return (pairs[:, 0].astype(np.int64) << 32) + pairs[:, 1]
 
 
 def merge_places(points):
-    """The lowest point at each distinct place, as (p,) int into the points, and the place of each point, (k,) int.
+    """The lowest point at each distinct place, as (p,) int into the points, and the place of each
+    point, (k,) int.
 
-    Places are sorted by x, then y; of equally low points the first is taken. Points are rounded to the micrometre
-    before, so that what computing adds to one place makes no two of it where the border of two cells runs through it.
+    Places are sorted by x, then y; of equally low points the first is taken. Points are rounded to
+    the micrometre before, so that what computing adds to one place makes no two of it where the
+    border of two cells runs through it.
     """
     places = np.round(points[:, :2], ROUNDED)
     key = pair_keys(np.round(places / COINCIDENT).astype(np.int64))
@@ -33,7 +37,8 @@ def unique_pairs(pairs):
 
 
 def find_in_boxes(tree, boxes):
-    """Pairs of a place and a box in which, or on whose edge, it lies: two (k,) int64, sorted by box.
+    """Pairs of a place and a box in which, or on whose edge, it lies: two (k,) int64, sorted by
+    box.
 
     Parameters
     ----------
@@ -53,15 +58,21 @@ def plant_tree(places):
 
 
 def list_runs(first, count):
-    """Runs of whole numbers, each from a first one on: the run of each number, and the numbers, two (k,) int64."""
+    """Runs of whole numbers, each from a first one on: the run of each number, and the numbers, two
+    (k,) int64.
+    """
     count = np.maximum(count, 0)
     run = np.repeat(np.arange(len(first)), count)
     return run, np.arange(len(run)) - np.repeat(np.cumsum(count) - count - first, count)
 
 
 def join_polygons(shapes):
-    """Union of polygons; where GEOS can, each group of touching ones by itself, which takes a quarter of the time."""
-    if shapely.geos_version >= (3, 12) and hasattr(shapely, "disjoint_subset_union_all"):  # shapely 2.1
+    """Union of polygons; where GEOS can, each group of touching ones by itself, which takes a
+    quarter of the time.
+    """
+    if shapely.geos_version >= (3, 12) and hasattr(
+        shapely, "disjoint_subset_union_all"
+    ):  # shapely 2.1
         return shapely.disjoint_subset_union_all(shapes)
     return shapely.union_all(shapes)
 
@@ -69,7 +80,8 @@ def join_polygons(shapes):
 def find_inside(shapes, places):
     """Pairs of a place and a polygon in which, or on whose edge, it lies: two (k,) int64.
 
-    A tree of places, since queries prepare the polygons, as those of a tree of polygons with points do not.
+    A tree of places, since queries prepare the polygons, as those of a tree of polygons with points
+    do not.
 
     Parameters
     ----------

@@ -1,7 +1,8 @@
-"""Polygons with holes as flat arrays: clean their rings, measure them (Newell's method), triangulate them.
+"""Polygons with holes as flat arrays: clean their rings, measure them (Newell's method),
+triangulate them.
 
-The area vector of a ring is half the sum of the cross products p_i x p_(i+1) along it. Each polygon is triangulated on
-its own plane.
+The area vector of a ring is half the sum of the cross products p_i x p_(i+1) along it. Each polygon
+is triangulated on its own plane.
 """
 
 import itertools
@@ -17,10 +18,15 @@ from .check_geometry import check_rings
 from .city import starts_of
 
 THIN = 1e-9  # relative to the longest edge squared: triangles of less area are degenerate
-TIE = 1e-6  # areas that differ by less than this share count as equal, so that rounding does not choose the diagonal
-LOST_SHARE = 1e-6  # of a polygon's area: a larger error of the triangulated area means that a hole was lost
+# areas that differ by less than this share count as equal, so that rounding does not choose the
+# diagonal
+TIE = 1e-6
+LOST_SHARE = (
+    1e-6  # of a polygon's area: a larger error of the triangulated area means that a hole was lost
+)
 TOUCHING = 1e-4  # [m] vertices closer than this are the same
-MANY = 500  # corners, above which a polygon gets a Delaunay triangulation: ears of a circle are slivers
+# corners, above which a polygon gets a Delaunay triangulation: ears of a circle are slivers
+MANY = 500
 MERGED = 1e5  # corners at one place in units of 1 / MERGED [m] are one vertex
 
 
@@ -43,7 +49,9 @@ def clean_rings(rings, polygon_start):
     start = starts_of([len(ring) for ring in rings])
     count = np.diff(start)
     ring_of_point = np.repeat(np.arange(len(rings)), count)
-    repeats = (points == points[next_in_ring(start)]).all(axis=1) if len(points) else np.zeros(0, bool)
+    repeats = (
+        (points == points[next_in_ring(start)]).all(axis=1) if len(points) else np.zeros(0, bool)
+    )
     last = np.zeros(len(points), bool)
     last[start[1:][count > 0] - 1] = True
     keep = ~repeats | (count[ring_of_point] == 1)
@@ -59,8 +67,8 @@ def clean_rings(rings, polygon_start):
 def measure_polygons(points, ring_start, polygon_start):
     """Area without holes and unit normal of every polygon.
 
-    The area of a ring is exact where it is planar, else that on its best-fit plane. Holes are subtracted whatever their
-    orientation.
+    The area of a ring is exact where it is planar, else that on its best-fit plane. Holes are
+    subtracted whatever their orientation.
 
     Parameters
     ----------
@@ -86,7 +94,9 @@ def measure_polygons(points, ring_start, polygon_start):
 
 
 def measure_rings(points, ring_start):
-    """Area vector of every ring, (r, 3) float64 [m²]: along the normal, as long as the area is large."""
+    """Area vector of every ring, (r, 3) float64 [m²]: along the normal, as long as the area is
+    large.
+    """
     ring_of_point = np.repeat(np.arange(len(ring_start) - 1), np.diff(ring_start))
     # Relative to the first point of each ring, so that no precision is lost far from the origin.
     first = ring_start[:-1][ring_of_point]  # empty rings have no points
@@ -105,7 +115,9 @@ def next_in_ring(ring_start):
 
 
 def polygon_bounds(values, ring_start, polygon_start):
-    """Smallest and largest value of each polygon's points, (m,) or (m, k): two arrays (n,) or (n, k)."""
+    """Smallest and largest value of each polygon's points, (m,) or (m, k): two arrays (n,) or (n,
+    k).
+    """
     first = ring_start[polygon_start[:-1]]
     return np.minimum.reduceat(values, first), np.maximum.reduceat(values, first)
 
@@ -113,8 +125,9 @@ def polygon_bounds(values, ring_start, polygon_start):
 def triangulate(points, ring_start, polygon_start):
     """Triangulate polygons, keeping their orientation.
 
-    Triangles stay as they are, quadrilaterals are split along the diagonal whose smaller triangle is larger, all others
-    are triangulated by ear clipping (mapbox_earcut) in coordinates of the polygon's best-fit plane.
+    Triangles stay as they are, quadrilaterals are split along the diagonal whose smaller triangle
+    is larger, all others are triangulated by ear clipping (mapbox_earcut) in coordinates of the
+    polygon's best-fit plane.
 
     Parameters
     ----------
@@ -141,7 +154,9 @@ def triangulate(points, ring_start, polygon_start):
     # Relative to the polygon's first point, to keep the precision far from the origin.
     owner = np.repeat(np.arange(len(area)), point_count)
     local = points - points[np.minimum(first, len(points) - 1)][owner]
-    plane = np.column_stack([np.einsum("ij,ij->i", local, axes[owner]) for axes in plane_axes(normal)])
+    plane = np.column_stack(
+        [np.einsum("ij,ij->i", local, axes[owner]) for axes in plane_axes(normal)]
+    )
     done_triangles = (ring_count == 1) & (point_count == 3)
     triangles = [first[done_triangles, None] + np.arange(3)]
     owners = [np.flatnonzero(done_triangles)]
@@ -157,16 +172,24 @@ def triangulate(points, ring_start, polygon_start):
         if len(corners) > MANY:
             clipped = _triangulate_delaunay(corners, rings - rings[0]) + rings[0]
         else:
-            clipped = mapbox_earcut.triangulate_float64(corners, (rings[1:] - rings[0]).astype(np.uint32))
+            clipped = mapbox_earcut.triangulate_float64(
+                corners, (rings[1:] - rings[0]).astype(np.uint32)
+            )
             clipped = clipped.reshape(-1, 3).astype(np.int64) + rings[0]
-        lost = abs(np.abs(_signed_area(plane, clipped)).sum() - area[polygon]) if len(rings) > 2 else 0.0
+        lost = (
+            abs(np.abs(_signed_area(plane, clipped)).sum() - area[polygon])
+            if len(rings) > 2
+            else 0.0
+        )
         if lost > LOST_SHARE * area[polygon]:
             clipped = _clip_touching_holes(plane, rings, area[polygon], clipped)
         triangles.append(clipped)
         owners.append(np.full(len(clipped), polygon))
     triangles, owners = np.concatenate(triangles), np.concatenate(owners)
     signed = _signed_area(plane, triangles)
-    triangles = np.where(signed[:, None] < 0, triangles[:, ::-1], triangles)  # counter-clockwise seen from the front
+    triangles = np.where(
+        signed[:, None] < 0, triangles[:, ::-1], triangles
+    )  # counter-clockwise seen from the front
     sound = np.flatnonzero(np.abs(signed) > THIN * _longest_square(plane, triangles))
     order = sound[np.argsort(owners[sound], kind="stable")]
     return triangles[order], owners[order]
@@ -214,18 +237,24 @@ def merge_vertices(points, triangles):
     triangles : array, (t, 3) int64
     """
     points, triangles = drop_unused(points, triangles)
-    _, first, place = np.unique(np.round(points * MERGED), axis=0, return_index=True, return_inverse=True)
+    _, first, place = np.unique(
+        np.round(points * MERGED), axis=0, return_index=True, return_inverse=True
+    )
     return points[first], place.reshape(-1)[triangles]
 
 
 def number_connected(one, other, count):
-    """A number for each of some things, one for all that pairs of them, two (k,) int, connect: (count,) int32."""
+    """A number for each of some things, one for all that pairs of them, two (k,) int, connect:
+    (count,) int32.
+    """
     pairs = coo_array((np.ones(len(one), bool), (one, other)), shape=(count, count))
     return connected_components(pairs, directed=False)[1]
 
 
 def plane_axes(normal):
-    """Two unit vectors in each plane that form a right-handed system with its normal, each (n, 3)."""
+    """Two unit vectors in each plane that form a right-handed system with its normal, each
+    (n, 3).
+    """
     level = np.hypot(normal[:, 0], normal[:, 1]) < 1e-12
     right = np.column_stack([-normal[:, 1], normal[:, 0], np.zeros(len(normal))])
     right[level] = [1.0, 0.0, 0.0]
@@ -235,7 +264,9 @@ def plane_axes(normal):
 
 def _cut_quads(plane, first):
     """Two triangles of each quadrilateral (q, 2, 3), and whether it has an inner diagonal (q,)."""
-    halves = first[:, None, None, None] + np.array([[[0, 1, 2], [0, 2, 3]], [[1, 2, 3], [1, 3, 0]]])  # (q, 2, 2, 3)
+    halves = first[:, None, None, None] + np.array(
+        [[[0, 1, 2], [0, 2, 3]], [[1, 2, 3], [1, 3, 0]]]
+    )  # (q, 2, 2, 3)
     smallest = _signed_area(plane, halves).min(axis=2)  # (q, 2) of each diagonal
     gain = smallest[:, 1] - smallest[:, 0]
     better = (gain > TIE * np.abs(smallest).max(axis=1)).astype(np.int64)
@@ -245,10 +276,11 @@ def _cut_quads(plane, first):
 
 
 def _clip_touching_holes(plane, rings, area, otherwise):
-    """Triangles of a polygon whose holes touch its exterior ring, where ear clipping alone may lose a hole.
+    """Triangles of a polygon whose holes touch its exterior ring, where ear clipping alone may lose
+    a hole.
 
-    The holes are subtracted first; the remaining pieces have no touching holes. All their vertices are vertices of the
-    polygon, so no point is added.
+    The holes are subtracted first; the remaining pieces have no touching holes. All their vertices
+    are vertices of the polygon, so no point is added.
 
     Parameters
     ----------
@@ -262,7 +294,11 @@ def _clip_touching_holes(plane, rings, area, otherwise):
     shapes = [shapely.Polygon(plane[rings[k] : rings[k + 1]]) for k in range(len(rings) - 1)]
     shapes = shapely.make_valid(np.array(shapes, dtype=object))
     left = shapely.difference(shapes[0], shapely.union_all(shapes[1:]))
-    pieces = [piece for piece in shapely.get_parts(left) if piece.geom_type == "Polygon" and piece.area > THIN * area]
+    pieces = [
+        piece
+        for piece in shapely.get_parts(left)
+        if piece.geom_type == "Polygon" and piece.area > THIN * area
+    ]
     corners = cKDTree(plane[rings[0] : rings[-1]])
     triangles = [np.empty((0, 3), np.int64)]
     for piece in pieces:

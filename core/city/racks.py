@@ -1,6 +1,7 @@
 """Racks: rows of modules on flat roofs, as `--racks` asks for.
 
-Each row is a thin closed slab that shades; its front is a surface with results of its own, called after its roof.
+Each row is a thin closed slab that shades; its front is a surface with results of its own, called
+after its roof.
 """
 
 from collections import Counter
@@ -37,10 +38,16 @@ RANGES = {  # key -> smallest and largest value, unit
     "area": (0.0, 1e6, "m²"),
     "back-albedo": (0.0, 1.0, ""),
 }
-# Front, back and the four edges of a slab; corners 0 to 3 are those of the front, 4 to 7 lie behind them.
-SLAB = np.array([(0, 1, 2), (0, 2, 3), (4, 6, 5), (4, 7, 6)] + [
-    triangle for i, j in ((0, 1), (1, 2), (2, 3), (3, 0)) for triangle in ((i, i + 4, j + 4), (i, j + 4, j))
-])  # fmt: skip
+# Front, back and the four edges of a slab; corners 0 to 3 are those of the front, 4 to 7 lie behind
+# them.
+SLAB = np.array(
+    [(0, 1, 2), (0, 2, 3), (4, 6, 5), (4, 7, 6)]
+    + [
+        triangle
+        for i, j in ((0, 1), (1, 2), (2, 3), (3, 0))
+        for triangle in ((i, i + 4, j + 4), (i, j + 4, j))
+    ]
+)
 FRONT = 2  # triangles of a slab
 
 
@@ -50,7 +57,9 @@ class Racks:
 
     east_west: bool = False  # pairs of rows back to back
     tilt: float = 10.0  # [°] against the roof's plane
-    azimuth: float | None = None  # [°] the rows face, or the first of each pair; None: the equator, pairs the east
+    azimuth: float | None = (
+        None  # [°] the rows face, or the first of each pair; None: the equator, pairs the east
+    )
     spacing: float | None = None  # [m] from row to row, or pair to pair
     gcr: float | None = None  # ground coverage ratio: depth of the modules over spacing
     depth: float = 1.0  # [m] of a row along its slope
@@ -76,7 +85,8 @@ def parse_racks(text):
     Raises
     ------
     InputError
-        A key is unknown or given twice, a value is no number or out of its range, or both spacing and gcr are given.
+        A key is unknown or given twice, a value is no number or out of its range, or both spacing
+        and gcr are given.
     """
     if not text or text == "none":
         return None
@@ -90,7 +100,11 @@ def parse_racks(text):
             given[name] = True
             continue
         if key not in RANGES:
-            raise InputError(OPTION, f"{key!r} is not known", f"give {PAIRS}, or KEY=VALUE with {', '.join(RANGES)}")
+            raise InputError(
+                OPTION,
+                f"{key!r} is not known",
+                f"give {PAIRS}, or KEY=VALUE with {', '.join(RANGES)}",
+            )
         least, most, unit = RANGES[key]
         with suppress(ValueError):
             given[name] = float(value)
@@ -98,7 +112,9 @@ def parse_racks(text):
             cure = f"give a number from {least:g} to {most:g}{f' [{unit}]' if unit else ''}"
             raise InputError(OPTION, f"{key}={value} is no number in its range", cure)
     if "spacing" in given and "gcr" in given:
-        raise InputError(OPTION, "spacing and gcr are both given", "each follows from the other, give one")
+        raise InputError(
+            OPTION, "spacing and gcr are both given", "each follows from the other, give one"
+        )
     return Racks(**given)
 
 
@@ -125,8 +141,8 @@ def find_racked_roofs(surface_id, kind):
 def lay_racks(scene, city, racks, patch_size=None, sectors="8"):
     """Scene with rows of modules on its flat roofs.
 
-    Rows become surfaces behind all others, called ``id/rack1``, ``id/rack2``, … after their roof; they are eligible
-    whichever way they face.
+    Rows become surfaces behind all others, called ``id/rack1``, ``id/rack2``, … after their roof;
+    they are eligible whichever way they face.
 
     Parameters
     ----------
@@ -162,24 +178,31 @@ def lay_racks(scene, city, racks, patch_size=None, sectors="8"):
     fronts = np.round(np.concatenate(fronts), MICROMETRE)
     rows = _describe_rows(city, fronts, roof_of_row, sectors)
     scene.report.notes.append(
-        f"{count_of(len(rows), 'rack')}, {rows.area.sum():,.0f} m² of modules, on {len(set(roof_of_row)):,} of "
+        f"{count_of(len(rows), 'rack')}, {rows.area.sum():,.0f} m² of modules, on "
+        f"{len(set(roof_of_row)):,} of "
         f"{count_of(len(roofs), 'flat roof')} of {racks.area:g} m² or more"
     )
     return _stand_slabs(scene, fronts, rows, patch_size, racks.back_albedo)
 
 
 def _find_flat_roofs(scene, city, least):
-    """Flat roofs that are large enough, as read, of a city in the scene's frame: list of (polygon, normal (3,)).
+    """Flat roofs that are large enough, as read, of a city in the scene's frame: list of (polygon,
+    normal (3,)).
 
-    What closes a building towards its neighbour is none, nor what is drawn twice, nor ground that nothing names.
+    What closes a building towards its neighbour is none, nor what is drawn twice, nor ground that
+    nothing names.
     """
     area, normal = measure_polygons(*city.shape)
     kind = classify(area, *measure_tilt(normal), city.thematic)[0]
     twice = {whole_of_cell(name) for name in scene.report.repaired.get(DRAWN_TWICE, ())}
     ground = np.flatnonzero(scene.surfaces.kind == "ground")
     left_out = twice | {whole_of_cell(scene.surfaces.surface_id[surface]) for surface in ground}
-    open_ = (np.array(city.thematic) != "ClosureSurface") & ~np.isin(city.surface_id, list(left_out))
-    return [(roof, normal[roof]) for roof in np.flatnonzero((kind == "flat") & open_ & (area >= least))]
+    open_ = (np.array(city.thematic) != "ClosureSurface") & ~np.isin(
+        city.surface_id, list(left_out)
+    )
+    return [
+        (roof, normal[roof]) for roof in np.flatnonzero((kind == "flat") & open_ & (area >= least))
+    ]
 
 
 def _describe_rows(city, fronts, roof_of_row, sectors):
@@ -209,20 +232,28 @@ def _describe_rows(city, fronts, roof_of_row, sectors):
 
 
 def orient_racks(tilt, azimuth, sectors):
-    """Orientation of racks, (k,) str: that of a roof, however steep or small they are; none of level ones."""
+    """Orientation of racks, (k,) str: that of a roof, however steep or small they are; none of
+    level ones.
+    """
     count = len(tilt)
-    return classify(np.ones(count), np.where(tilt < LEVEL, 0.0, 30.0), azimuth, [RACK] * count, sectors)[1]
+    return classify(
+        np.ones(count), np.where(tilt < LEVEL, 0.0, 30.0), azimuth, [RACK] * count, sectors
+    )[1]
 
 
 def _stand_slabs(scene, fronts, rows, patch_size, back_albedo):
-    """The scene with the slabs of rows; undersides and edges belong to no surface, and receive nothing if black."""
+    """The scene with the slabs of rows; undersides and edges belong to no surface, and receive
+    nothing if black.
+    """
     count = len(fronts)
     behind = fronts - THICKNESS * rows.normal[:, None]
     vertices = np.concatenate([fronts, behind], axis=1).reshape(-1, 3)
     triangles = (SLAB + 8 * np.arange(count)[:, None, None]).reshape(-1, 3)
     row, part = np.divmod(np.arange(len(triangles)), len(SLAB))
     if patch_size is not None and count:
-        vertices, triangles, parent = refine_triangles(vertices, triangles, patch_size, row * 6 + part // 2)
+        vertices, triangles, parent = refine_triangles(
+            vertices, triangles, patch_size, row * 6 + part // 2
+        )
         row, part = row[parent], part[parent]
     back, owner = part >= FRONT, len(scene.surfaces) + row
     none = np.full(len(scene.triangles), -1, np.int32)

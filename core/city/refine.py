@@ -1,6 +1,7 @@
 """Split large triangles, keeping the mesh conforming: no vertex on the edge of another triangle.
 
-Diagonals of flat surfaces are flipped, so that triangles are as close to halves of squares as possible.
+Diagonals of flat surfaces are flipped, so that triangles are as close to halves of squares as
+possible.
 
 References
 ----------
@@ -16,17 +17,21 @@ from .places_in_plan import pair_keys
 SHORTEST = 1e-3  # [m] least patch size that can be given for a single triangle
 MOST_PIECES = 50e6  # more would not fit into memory
 ELONGATED = 4.0  # longest edge over height, from which a triangle is first cut crosswise
-STRIP = 0.85  # of the patch size: strips narrower than this are cut so that the diagonals of their pieces fit as well
+# of the patch size: strips narrower than this are cut so that the diagonals of their pieces fit as
+# well
+STRIP = 0.85
 FLAT = 1e-4  # [m] distance from a triangle's plane beyond which its neighbour does not lie in it
 MOST_ROUNDS = 200  # of flips
-TIE = 1e-6  # relative; lengths or sums of cotangents closer than this count as equal, so that rounding chooses nothing
+# relative; lengths or sums of cotangents closer than this count as equal, so that rounding chooses
+# nothing
+TIE = 1e-6
 
 
 def refine_triangles(vertices, triangles, patch_size, surface=None):
     """Split every edge longer than patch_size until none is left.
 
-    Neighbours that share an edge share its midpoint, so that no vertex lies on the edge of another triangle: a triangle
-    with a larger patch size is split where its neighbour is.
+    Neighbours that share an edge share its midpoint, so that no vertex lies on the edge of another
+    triangle: a triangle with a larger patch size is split where its neighbour is.
 
             c              c              c
            / \\            /|\\            / \\
@@ -34,9 +39,9 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
          /     \\        /  |  \\        / \\  |\\        long edges: two, three or four
         a-------b      a---m---b      a---\\-b         triangles
 
-    An edge is split at its midpoint, but along elongated triangles into as few equal parts as possible; their diagonals
-    are not split before the outline is, and are then flipped (`_flip_edges`): a wall of 1000 × 3 m becomes a row of
-    near-squares cut in two, not slivers.
+    An edge is split at its midpoint, but along elongated triangles into as few equal parts as
+    possible; their diagonals are not split before the outline is, and are then flipped
+    (`_flip_edges`): a wall of 1000 × 3 m becomes a row of near-squares cut in two, not slivers.
 
     Parameters
     ----------
@@ -44,9 +49,11 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
     triangles : array, (t, 3) int
         Indices into vertices; identical points must have been merged.
     patch_size : float or array, (t,) float [m]
-        Longest edge allowed, to one part in a million; one for all, or one for the pieces of each triangle.
+        Longest edge allowed, to one part in a million; one for all, or one for the pieces of each
+        triangle.
     surface : array, (t,) int, optional
-        Polygon of each triangle; diagonals within a polygon may be flipped. By default each triangle is its own.
+        Polygon of each triangle; diagonals within a polygon may be flipped. By default each
+        triangle is its own.
 
     Returns
     -------
@@ -55,8 +62,8 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
     triangles : array, (s, 3) int64
         Oriented like their parents.
     parent : array, (s,) int64
-        Index of the given triangle that each one is a piece of, ascending; where diagonals were flipped, of a triangle
-        of the same surface.
+        Index of the given triangle that each one is a piece of, ascending; where diagonals were
+        flipped, of a triangle of the same surface.
 
     Raises
     ------
@@ -75,11 +82,16 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
     pieces = ((1 + longest / patch_size) * (1 + height / patch_size)).sum()
     if pieces > MOST_PIECES:  # for example because one vertex is far away by mistake
         problem = f"{patch_size.min():g} m gives about {pieces:.0e} patches"
-        cure = f"give a larger size, or check the coordinates: the longest edge has {longest.max():,.0f} m"
+        cure = (
+            "give a larger size, or check the coordinates: the longest edge has "
+            f"{longest.max():,.0f} m"
+        )
         raise InputError("--patch-size", problem, cure)
     parent = np.arange(len(triangles))
     surface = parent if surface is None else np.asarray(surface)
-    thin = np.zeros(surface.max(initial=-1) + 1, bool)  # surfaces that had elongated triangles to split
+    thin = np.zeros(
+        surface.max(initial=-1) + 1, bool
+    )  # surfaces that had elongated triangles to split
     while True:
         length, height = measures = _measure_triangles(vertices, triangles)
         long = length > (1 + TIE) * patch_size[parent, None]
@@ -95,7 +107,10 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
         rows = thin[surface[parent]]
         long &= ~_find_waiting(vertices, triangles, surface[parent], (long, rows), measures)
         # Ends of the edges ab, bc and ca, triangle by triangle, the smaller number first.
-        ends, chosen = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2), np.flatnonzero(long)
+        ends, chosen = (
+            np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2),
+            np.flatnonzero(long),
+        )
         key = pair_keys(ends)
         halved, first, number = np.unique(key[chosen], return_index=True, return_inverse=True)
         parts = np.zeros(len(halved), np.int64)
@@ -112,7 +127,8 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
 
 
 def _cut_edges(ends, parts):
-    """First cut of edges between ends (m, 2, 3) that are to be split into so many equal parts: (m, 3).
+    """First cut of edges between ends (m, 2, 3) that are to be split into so many equal parts: (m,
+    3).
 
     For an odd number the smaller half lies at the same end of all parallel edges.
     """
@@ -121,7 +137,9 @@ def _cut_edges(ends, parts):
     forward = along[rows, np.abs(along).argmax(axis=1)] > 0
     share = np.where(forward, parts // 2, parts - parts // 2) / parts
     # For two halves this gives identical bits, whichever end comes first.
-    return np.where((parts == 2)[:, None], 0.5 * (ends[:, 0] + ends[:, 1]), ends[:, 0] + share[:, None] * along)
+    return np.where(
+        (parts == 2)[:, None], 0.5 * (ends[:, 0] + ends[:, 1]), ends[:, 0] + share[:, None] * along
+    )
 
 
 def _measure_triangles(vertices, triangles):
@@ -133,8 +151,9 @@ def _measure_triangles(vertices, triangles):
 
 
 def _count_parts(measures, patch_size):
-    """Number of equal parts into which to cut each edge, (t, 3): 2, but along elongated triangles as many as it takes
-    to fit the patch size, and along narrow strips as many as it takes for the diagonals to fit it."""
+    """Number of equal parts into which to cut each edge, (t, 3): 2, but along elongated triangles
+    as many as it takes to fit the patch size, and along narrow strips as many as it takes for the
+    diagonals to fit it."""
     length, height = measures
     elongated = length.max(axis=1, initial=0) > ELONGATED * height
     piece = np.sqrt(patch_size**2 - np.where(height < STRIP * patch_size, height, 0) ** 2)
@@ -143,10 +162,12 @@ def _count_parts(measures, patch_size):
 
 
 def _find_waiting(vertices, triangles, surface, wanted, measures):
-    """Edges (t, 3) of some rows that are not split yet, since they may be flipped: between two elongated triangles that
-    both have a long edge on the outline, which is split in any case."""
+    """Edges (t, 3) of some rows that are not split yet, since they may be flipped: between two
+    elongated triangles that both have a long edge on the outline, which is split in any case."""
     (long, rows), (length, height) = wanted, measures
-    rows = np.flatnonzero(rows & (long.sum(axis=1) > 1) & (length.max(axis=1, initial=0) > ELONGATED * height))
+    rows = np.flatnonzero(
+        rows & (long.sum(axis=1) > 1) & (length.max(axis=1, initial=0) > ELONGATED * height)
+    )
     waiting = np.zeros(long.shape, bool)
     pairs, corners = _find_inner_edges(vertices, triangles[rows], surface[rows])
     inner = np.zeros((len(rows), 3), bool)
@@ -163,13 +184,16 @@ def _find_waiting(vertices, triangles, surface, wanted, measures):
 def split(vertices, triangles, parent, middle):
     """One round: middle (t, 3) is the new vertex on the edges ab, bc, ca, or -1."""
     count = (middle >= 0).sum(axis=1)
-    # Of one long edge it comes first, of two the short one does, so that all of a kind are cut alike.
+    # Of one long edge it comes first, of two the short one does, so that all of a kind are cut
+    # alike.
     start = np.where(count == 1, np.argmax(middle >= 0, axis=1), np.argmin(middle >= 0, axis=1))
     order = (np.where(count % 3, start, 0)[:, None] + np.arange(3)) % 3
     corners, middles = (np.take_along_axis(part, order, axis=1) for part in (triangles, middle))
     a, b, c, m, p, q = np.column_stack([corners, middles]).T
     # Where two are long, the quadrilateral a b p q is cut along its shorter diagonal.
-    first, second = (np.linalg.norm(vertices[one] - vertices[other], axis=1) for one, other in ((a, p), (b, q)))
+    first, second = (
+        np.linalg.norm(vertices[one] - vertices[other], axis=1) for one, other in ((a, p), (b, q))
+    )
     along = first <= (1 + TIE) * second
     templates = {
         0: [(a, b, c)],
@@ -186,7 +210,8 @@ def split(vertices, triangles, parent, middle):
 
 
 def _flip_edges(vertices, triangles, surface, wanted=True):
-    """Delaunay triangulation within each flat surface; outlines, bends and curved surfaces stay unchanged.
+    """Delaunay triangulation within each flat surface; outlines, bends and curved surfaces stay
+    unchanged.
 
     Parameters
     ----------
@@ -209,7 +234,8 @@ def _flip_edges(vertices, triangles, surface, wanted=True):
         rows, corners = _find_inner_edges(vertices, triangles[near], surface[near])
         asked = moved[corners[:, 0]] & moved[corners[:, 1]]
         rows, corners = near[rows[asked]], corners[asked]
-        # Sum of the cotangents of the two angles opposite to each edge: negative if they sum to more than 180°.
+        # Sum of the cotangents of the two angles opposite to each edge: negative if they sum to
+        # more than 180°.
         (a, b, *apexes), worth = (vertices[index] for index in corners.T), np.zeros(len(corners))
         for apex in apexes:
             sine = np.linalg.norm(np.cross(a - apex, b - apex), axis=1)
@@ -218,7 +244,8 @@ def _flip_edges(vertices, triangles, surface, wanted=True):
         if not bad.any():
             break
         rows, corners, worth = rows[bad], corners[bad], worth[bad]
-        # Surfaces without a flip stay unchanged; in others, edges can change only between corners of those that flip.
+        # Surfaces without a flip stay unchanged; in others, edges can change only between corners
+        # of those that flip.
         flipping = np.zeros(surface.max() + 1, bool)
         flipping[surface[rows[:, 0]]] = True
         active = active[flipping[surface[active]]]
@@ -232,22 +259,32 @@ def _flip_edges(vertices, triangles, surface, wanted=True):
         np.minimum.at(best, rows.reshape(-1), np.repeat(rank, 2))
         chosen = (best[rows] == rank[:, None]).all(axis=1)
         a, b, p, q = corners[chosen].T
-        triangles[rows[chosen, 0]], triangles[rows[chosen, 1]] = np.column_stack([p, a, q]), np.column_stack([q, b, p])
+        triangles[rows[chosen, 0]], triangles[rows[chosen, 1]] = (
+            np.column_stack([p, a, q]),
+            np.column_stack([q, b, p]),
+        )
     return triangles
 
 
 def _find_inner_edges(vertices, triangles, surface):
-    """Edges between two coplanar triangles of one surface: rows (e, 2) of the triangles, and corners (e, 4).
+    """Edges between two coplanar triangles of one surface: rows (e, 2) of the triangles, and
+    corners (e, 4).
 
     The first triangle runs a, b, p and the second b, a, q.
     """
     start, end, apex = (np.roll(triangles, -k, axis=1).reshape(-1) for k in range(3))
     owner = np.repeat(np.arange(len(triangles)), 3)
-    key = (np.minimum(start, end).astype(np.int64) << 32) + 2 * np.maximum(start, end) + (start > end)
-    order = np.argsort(key)  # of the two at an edge, the one that starts at its smaller end comes first
+    key = (
+        (np.minimum(start, end).astype(np.int64) << 32) + 2 * np.maximum(start, end) + (start > end)
+    )
+    order = np.argsort(
+        key
+    )  # of the two at an edge, the one that starts at its smaller end comes first
     edge = key[order] >> 1
     same = edge[1:] == edge[:-1]
-    used_more = np.concatenate([[False], same[:-1] & same[1:]]) | np.concatenate([same[:-1] & same[1:], [False]])
+    used_more = np.concatenate([[False], same[:-1] & same[1:]]) | np.concatenate(
+        [same[:-1] & same[1:], [False]]
+    )
     first = np.flatnonzero(same & ~used_more[: len(same)]) if len(same) else np.zeros(0, np.int64)
     one, other = order[first], order[first + 1]
     kept = (surface[owner[one]] == surface[owner[other]]) & (start[one] == end[other])

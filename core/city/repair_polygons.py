@@ -12,7 +12,9 @@ from .tangled_rings import FEWEST_CORNERS, MOST_CROSSINGS, is_tangled
 from .unite_holes import unite_holes
 
 SMALLEST_AREA = 1e-6  # [m²] a square millimetre; smaller polygons have no reliable normal
-TWIN_SHARE = 0.95  # a solid is a duplicate if the boundary surfaces have at least this share of its area
+TWIN_SHARE = (
+    0.95  # a solid is a duplicate if the boundary surfaces have at least this share of its area
+)
 SAME = 1e-4  # [m] corners closer than this are the same
 BENT = 0.05  # [m] deviation from the mean plane, peak to peak, from which a polygon is reported
 WITHIN = 0.999  # share of the given outline that must lie in its hole
@@ -61,12 +63,17 @@ def _find_untangled(city, report):
 
 def _drop_holes(city, report):
     """Remove holes without area."""
-    count, area = np.diff(city.ring_start), np.linalg.norm(measure_rings(city.points, city.ring_start), axis=1)
+    count, area = (
+        np.diff(city.ring_start),
+        np.linalg.norm(measure_rings(city.points, city.ring_start), axis=1),
+    )
     drop = (count < 3) | ~(area > SMALLEST_AREA)
     drop[city.polygon_start[:-1]] = False
     polygon = np.repeat(np.arange(len(city)), np.diff(city.polygon_start))
     kept = np.bincount(polygon[~drop], minlength=len(city))
-    report.repair("hole without area removed", [city.surface_id[i] for i in np.unique(polygon[drop])])
+    report.repair(
+        "hole without area removed", [city.surface_id[i] for i in np.unique(polygon[drop])]
+    )
     points, ring_start = city.points[np.repeat(~drop, count)], starts_of(count[~drop])
     return replace(city, points=points, ring_start=ring_start, polygon_start=starts_of(kept))
 
@@ -74,21 +81,25 @@ def _drop_holes(city, report):
 def _exchange_rings(city, report):
     """Put the largest ring of a polygon first if the given outline lies within it.
 
-    Some producers write a court as the outline of its house, and the house as the hole. The largest ring then is the
-    outline, in its own direction, and the ring that stood first is a hole.
+    Some producers write a court as the outline of its house, and the house as the hole. The largest
+    ring then is the outline, in its own direction, and the ring that stood first is a hole.
     """
     points, ring_start, polygon_start = city.shape
     vectors = measure_rings(points, ring_start)
     area = np.linalg.norm(vectors, axis=1)
     exchanged, order = np.zeros(len(city), bool), np.arange(len(area))
     outline = area[polygon_start[:-1]]
-    for polygon in np.flatnonzero((outline > 0) & (np.maximum.reduceat(area, polygon_start[:-1]) > outline)):
+    for polygon in np.flatnonzero(
+        (outline > 0) & (np.maximum.reduceat(area, polygon_start[:-1]) > outline)
+    ):
         first, last = polygon_start[polygon : polygon + 2]
         largest = first + int(np.argmax(area[first:last]))
         # Both seen along the area vector of the largest.
         axes = np.concatenate(plane_axes(vectors[largest][None] / area[largest]))
         rings = [points[ring_start[ring] : ring_start[ring + 1]] for ring in (first, largest)]
-        small, large = (shapely.make_valid(shapely.Polygon((ring - rings[1][0]) @ axes.T)) for ring in rings)
+        small, large = (
+            shapely.make_valid(shapely.Polygon((ring - rings[1][0]) @ axes.T)) for ring in rings
+        )
         if small.area > 0 and small.intersection(large).area >= WITHIN * small.area:
             order[[first, largest]] = largest, first
             exchanged[polygon] = True
@@ -96,7 +107,9 @@ def _exchange_rings(city, report):
         return city
     report.repair("outline and hole exchanged", city.names_of(exchanged))
     pieces = [points[ring_start[ring] : ring_start[ring + 1]] for ring in order]
-    return replace(city, points=np.concatenate(pieces), ring_start=starts_of(list(map(len, pieces))))
+    return replace(
+        city, points=np.concatenate(pieces), ring_start=starts_of(list(map(len, pieces)))
+    )
 
 
 def _find_usable(city, report):
@@ -106,13 +119,19 @@ def _find_usable(city, report):
     flat = ~few & ~(area > SMALLEST_AREA)
     eaten = flat & (area < -SMALLEST_AREA)
     beside = "holes larger than their outline, beside it"
-    for reason, mask in (("fewer than three points", few), ("no area", flat & ~eaten), (beside, eaten)):
+    for reason, mask in (
+        ("fewer than three points", few),
+        ("no area", flat & ~eaten),
+        (beside, eaten),
+    ):
         report.skip(reason, city.names_of(mask), np.maximum(area[mask], 0.0).sum())
     return ~(few | flat)
 
 
 def _find_first_geometry(city, sources, report):
-    """All but the Solid (or MultiSurface) that duplicates the boundary surfaces of its building: (n,) bool."""
+    """All but the Solid (or MultiSurface) that duplicates the boundary surfaces of its building:
+    (n,) bool.
+    """
     area, _ = measure_polygons(*city.shape)
     building, keep = number_names(city.building_id), np.ones(len(area), bool)
     order = ("surface", "solid", "multisurface")
@@ -126,7 +145,9 @@ def _find_first_geometry(city, sources, report):
 
 
 def _find_singles(city, report):
-    """All but polygons that their building has already, with the same corners and facing the same side: (n,) bool."""
+    """All but polygons that their building has already, with the same corners and facing the same
+    side: (n,) bool.
+    """
     area, normal = measure_polygons(*city.shape)
     middles = np.round(0.5 * sum(polygon_bounds(*city.shape)) / SAME)
     size = np.diff(city.ring_start[city.polygon_start])
@@ -135,7 +156,9 @@ def _find_singles(city, report):
     _, group, uses = np.unique(rough, axis=0, return_inverse=True, return_counts=True)
     seen, keep = set(), np.ones(len(size), bool)
     for k in np.flatnonzero(uses[group.reshape(-1)] > 1):
-        corners = city.points[city.ring_start[city.polygon_start[k]] : city.ring_start[city.polygon_start[k + 1]]]
+        corners = city.points[
+            city.ring_start[city.polygon_start[k]] : city.ring_start[city.polygon_start[k + 1]]
+        ]
         cells = np.round(corners / SAME).astype(np.int64)
         key = group.reshape(-1)[k], cells[np.lexsort(cells.T)].tobytes()
         keep[k] = key not in seen
@@ -152,4 +175,6 @@ def _note_bent(city, report):
     height = np.einsum("ij,ij->i", city.points - city.points[first][polygon], normal[polygon])
     low, high = polygon_bounds(height, city.ring_start, city.polygon_start)
     bent = high - low > BENT
-    report.repair(f"bent by more than {100 * BENT:.0f} cm, triangulated as drawn", city.names_of(bent))
+    report.repair(
+        f"bent by more than {100 * BENT:.0f} cm, triangulated as drawn", city.names_of(bent)
+    )

@@ -1,6 +1,7 @@
 """The triangulated scene for ray tracing, with its surfaces and site.
 
-Each triangle of a sheet, a face without thickness, gets a second one for its back, which receives and reflects light.
+Each triangle of a sheet, a face without thickness, gets a second one for its back, which receives
+and reflects light.
 """
 
 from dataclasses import dataclass, field, replace
@@ -13,10 +14,14 @@ from .city import ImportReport
 
 @dataclass
 class Crowns:
-    """Closed surfaces around the leaves of k trees, and surfaces of their trunks; axes and origin of the scene."""
+    """Closed surfaces around the leaves of k trees, and surfaces of their trunks; axes and origin
+    of the scene.
+    """
 
     vertices: np.ndarray  # (v, 3) float64 [m]
-    triangles: np.ndarray  # (t, 3) int32 into vertices; of crowns counter-clockwise seen from outside
+    triangles: (
+        np.ndarray
+    )  # (t, 3) int32 into vertices; of crowns counter-clockwise seen from outside
     tree: np.ndarray  # (t,) int32
     trunk: np.ndarray  # (t,) bool: opaque
     names: list  # (k,) str
@@ -35,11 +40,15 @@ class Site:
     latitude: float | None  # [°]
     longitude: float | None  # [°]
     altitude: float  # [m]
-    convergence: float  # [°] azimuth of grid north from true north; the scene is already rotated by it
+    convergence: (
+        float  # [°] azimuth of grid north from true north; the scene is already rotated by it
+    )
     crs: str | None  # of the files
     origin: tuple  # (3,) [m] the scene's origin in the plane below
     axes: str = "xy"  # order of coordinates in the files, of `transform_crs.Grid`
-    plane: str | None = None  # system in true metres, of `transform_crs.Grid`; None: that of the files
+    plane: str | None = (
+        None  # system in true metres, of `transform_crs.Grid`; None: that of the files
+    )
 
 
 @dataclass
@@ -54,10 +63,16 @@ class Surfaces:
     eligible: np.ndarray  # (n,) bool
     area: np.ndarray  # (n,) float64 [m²]
     surface_tilt: np.ndarray  # (n,) float64 [°]
-    surface_azimuth: np.ndarray  # (n,) float64 [°] clockwise from true north; 0 if the surface is level
+    surface_azimuth: (
+        np.ndarray
+    )  # (n,) float64 [°] clockwise from true north; 0 if the surface is level
     normal: np.ndarray  # (n, 3) float64, unit length
-    material: list | None = None  # (n,) str, names of materials, "" if there is none; None if not recorded
-    edge_distance: np.ndarray | None = None  # (n,) float64 [m], of `measure_edge_distance`; None: unknown
+    material: list | None = (
+        None  # (n,) str, names of materials, "" if there is none; None if not recorded
+    )
+    edge_distance: np.ndarray | None = (
+        None  # (n,) float64 [m], of `measure_edge_distance`; None: unknown
+    )
 
     def __len__(self):
         return len(self.surface_id)
@@ -65,27 +80,49 @@ class Surfaces:
 
 @dataclass
 class Scene:
-    """Triangles with the surface each belongs to; axes x true east, y true north, z up; metres; local origin."""
+    """Triangles with the surface each belongs to; axes x true east, y true north, z up; metres;
+    local origin.
+    """
 
     vertices: np.ndarray  # (v, 3) float64 [m]
     triangles: np.ndarray  # (t, 3) int32 into vertices, counter-clockwise seen from outside
-    triangle_surface: np.ndarray  # (t,) int32 into surfaces; -1 for generated ground, terrain, backs of racks
-    footprint: np.ndarray  # (t,) bool: footprint of a building; counts as a back face from both sides
-    closure: np.ndarray  # (t,) bool: ClosureSurface between buildings; blocks rays, receives no light
+    triangle_surface: (
+        np.ndarray
+    )  # (t,) int32 into surfaces; -1 for generated ground, terrain, backs of racks
+    footprint: (
+        np.ndarray
+    )  # (t,) bool: footprint of a building; counts as a back face from both sides
+    closure: (
+        np.ndarray
+    )  # (t,) bool: ClosureSurface between buildings; blocks rays, receives no light
     surfaces: Surfaces
     site: Site
     report: ImportReport = field(default_factory=ImportReport)
-    colours: dict = field(default_factory=dict)  # name of a material of the files -> (3,) linear RGB, None if not given
-    sheet: np.ndarray | None = None  # (t,) bool: open sheet without thickness, lit on both sides; None: none
-    back_of: np.ndarray | None = None  # (t,) int32, for back sides made by `add_backs`: their triangle, else -1
-    racks: np.ndarray | None = None  # (k, 4, 3) float64 [m], corners of the fronts, which are the last k surfaces
-    rack_of_back: np.ndarray | None = None  # (t,) int32: surface of the rack whose underside or edge it is, else -1
+    colours: dict = field(
+        default_factory=dict
+    )  # name of a material of the files -> (3,) linear RGB, None if not given
+    sheet: np.ndarray | None = (
+        None  # (t,) bool: open sheet without thickness, lit on both sides; None: none
+    )
+    back_of: np.ndarray | None = (
+        None  # (t,) int32, for back sides made by `add_backs`: their triangle, else -1
+    )
+    racks: np.ndarray | None = (
+        None  # (k, 4, 3) float64 [m], corners of the fronts, which are the last k surfaces
+    )
+    rack_of_back: np.ndarray | None = (
+        None  # (t,) int32: surface of the rack whose underside or edge it is, else -1
+    )
     back_albedo: float = 0.0  # of those undersides and edges
     trees: Crowns | None = None  # None: the model has no vegetation
-    number: np.ndarray | None = None  # (t,) int64 among the triangles of its surface; None: counted here
+    number: np.ndarray | None = (
+        None  # (t,) int64 among the triangles of its surface; None: counted here
+    )
     lattice: tuple | None = None  # build_ground.Lattice of generated ground
     terrain_laid: bool = False  # whether the ground without rows in the tables is measured terrain
-    halo: np.ndarray | None = None  # (t,) int8, of a tile: its OWN, NEAR and FAR surroundings; None: not a tile
+    halo: np.ndarray | None = (
+        None  # (t,) int8, of a tile: its OWN, NEAR and FAR surroundings; None: not a tile
+    )
 
 
 OWN, NEAR, FAR = 0, 1, 2  # surroundings have no results
@@ -104,7 +141,9 @@ def check_scene(scene):
     """
     check_triangles(scene.vertices, scene.triangles)
     count, own = len(scene.triangles), len(scene.surfaces)
-    check_array("triangle_surface", scene.triangle_surface, (count,), kind="i", least=-1, most=own - 1)
+    check_array(
+        "triangle_surface", scene.triangle_surface, (count,), kind="i", least=-1, most=own - 1
+    )
     for name in ("footprint", "closure", "sheet"):
         if name != "sheet" or scene.sheet is not None:
             check_array(name, getattr(scene, name), (count,), kind="b")
@@ -122,38 +161,54 @@ def take_surfaces(surfaces, rows):
     """Some surfaces, (k,) int: Surfaces."""
     taken = {}
     for name, values in vars(surfaces).items():
-        taken[name] = values[rows] if isinstance(values, np.ndarray) else values and [values[row] for row in rows]
+        taken[name] = (
+            values[rows]
+            if isinstance(values, np.ndarray)
+            else values and [values[row] for row in rows]
+        )
     return Surfaces(**taken)
 
 
 def join_surfaces(one, other):
-    """Surfaces of both, the first ones first; what the other ones do not record is NaN or empty: Surfaces."""
+    """Surfaces of both, the first ones first; what the other ones do not record is NaN or empty:
+    Surfaces.
+    """
     joined = {}
     for name, own in vars(one).items():
         more = getattr(other, name)
         if isinstance(own, np.ndarray):
-            joined[name] = np.concatenate([own, np.full(len(other), np.nan) if more is None else more])
+            joined[name] = np.concatenate(
+                [own, np.full(len(other), np.nan) if more is None else more]
+            )
         else:
             joined[name] = own and [*own, *(more or [""] * len(other))]
     return Surfaces(**joined)
 
 
-def append_triangles(scene, triangles, surface=-1, *, footprint=False, closure=False, back_of=-1, rack_of_back=-1):
-    """The scene with more triangles, (k, 3) int into its vertices; the others are (k,) or one for all, as of Scene."""
+def append_triangles(
+    scene, triangles, surface=-1, *, footprint=False, closure=False, back_of=-1, rack_of_back=-1
+):
+    """The scene with more triangles, (k, 3) int into its vertices; the others are (k,) or one for
+    all, as of Scene.
+    """
     new = {"triangle_surface": surface, "footprint": footprint, "closure": closure, "sheet": False}
     new |= {"back_of": back_of, "rack_of_back": rack_of_back}
     for name, values in new.items():
         old = getattr(scene, name)
-        own = None if old is None else np.broadcast_to(np.asarray(values, old.dtype), len(triangles))
+        own = (
+            None if old is None else np.broadcast_to(np.asarray(values, old.dtype), len(triangles))
+        )
         new[name] = None if old is None else np.concatenate([old, own])
-    return replace(scene, triangles=np.concatenate([scene.triangles, triangles.astype(np.int32)]), **new)
+    return replace(
+        scene, triangles=np.concatenate([scene.triangles, triangles.astype(np.int32)]), **new
+    )
 
 
 def add_backs(scene):
     """The scene with a reversed triangle appended for each triangle of a sheet.
 
-    These belong to no row of the tables; `back_of` has the triangle whose back each is. Rays do not hit them: they hit
-    the sheet, from one side or the other.
+    These belong to no row of the tables; `back_of` has the triangle whose back each is. Rays do not
+    hit them: they hit the sheet, from one side or the other.
 
     Parameters
     ----------
@@ -168,7 +223,9 @@ def add_backs(scene):
         return scene
     rows = np.flatnonzero(scene.sheet).astype(np.int32)
     none = np.full(len(scene.triangles), -1, np.int32)
-    return append_triangles(replace(scene, back_of=none), scene.triangles[rows][:, [0, 2, 1]], back_of=rows)
+    return append_triangles(
+        replace(scene, back_of=none), scene.triangles[rows][:, [0, 2, 1]], back_of=rows
+    )
 
 
 def surface_of_triangles(scene):

@@ -1,4 +1,6 @@
-"""Which feet stand on the ground: a slope filter, as for LiDAR. A foot hangs if it is too far above another nearby."""
+"""Which feet stand on the ground: a slope filter, as for LiDAR. A foot hangs if it is too far above
+another nearby.
+"""
 
 from dataclasses import dataclass
 
@@ -9,7 +11,10 @@ from .places_in_plan import COINCIDENT, find_in_boxes, merge_places, pair_keys, 
 
 NEIGHBOURS = 32
 NEAR = 10.0  # [m] within which feet are compared with whole edges, further away with their ends
-ENDS_AT_ONCE, EDGES_AT_ONCE = 50_000, 1_000  # to limit memory: edges may have some thousand feet nearby
+ENDS_AT_ONCE, EDGES_AT_ONCE = (
+    50_000,
+    1_000,
+)  # to limit memory: edges may have some thousand feet nearby
 
 
 def find_standing(start, end, step, slope):
@@ -39,19 +44,26 @@ def find_standing(start, end, step, slope):
 
 
 def _hangs_above_feet(points, step, slope, others):
-    """Points (p, 3) for which z - z' <= step + slope * distance does not hold for all nearest feet: (p,) bool."""
-    lowest = others[merge_places(others)[0]]  # of several feet at one position only the lowest matters
+    """Points (p, 3) for which z - z' <= step + slope * distance does not hold for all nearest feet:
+    (p,) bool.
+    """
+    lowest = others[
+        merge_places(others)[0]
+    ]  # of several feet at one position only the lowest matters
     tree, hangs = cKDTree(lowest[:, :2]), np.zeros(len(points), bool)
     for first in range(0, len(points), ENDS_AT_ONCE):
         some = slice(first, first + ENDS_AT_ONCE)
-        distance, index = tree.query(points[some, :2], k=np.arange(1, min(NEIGHBOURS, len(lowest)) + 1))
+        distance, index = tree.query(
+            points[some, :2], k=np.arange(1, min(NEIGHBOURS, len(lowest)) + 1)
+        )
         rise = points[some, 2, None] - lowest[index, 2]
         hangs[some] = (rise > step[some, None] + slope[some, None] * distance).any(axis=1)
     return hangs
 
 
 def _pass_edges(points, start, end, within):
-    """Pairs of a point and an edge that is within a distance [m] of it in plan, of some edges at a time.
+    """Pairs of a point and an edge that is within a distance [m] of it in plan, of some edges at a
+    time.
 
     Yields
     ------
@@ -63,7 +75,10 @@ def _pass_edges(points, start, end, within):
     """
     tree, span = plant_tree(points), end - start
     boxes = [np.minimum(start, end)[:, :2] - within, np.maximum(start, end)[:, :2] + within]
-    boxes, squared = np.concatenate(boxes, axis=1), np.maximum((span[:, :2] ** 2).sum(axis=1), 1e-12)
+    boxes, squared = (
+        np.concatenate(boxes, axis=1),
+        np.maximum((span[:, :2] ** 2).sum(axis=1), 1e-12),
+    )
     for first in range(0, len(start), EDGES_AT_ONCE):
         point, edge = find_in_boxes(tree, boxes[first : first + EDGES_AT_ONCE])
         edge += first
@@ -84,7 +99,9 @@ class _FootLines:
 
     start: np.ndarray  # (e, 3) float64 [m]
     end: np.ndarray  # (e, 3) float64 [m]
-    step: np.ndarray  # (e,) float64 [m] largest height above a neighbouring foot, of all that are the same
+    step: (
+        np.ndarray
+    )  # (e,) float64 [m] largest height above a neighbouring foot, of all that are the same
 
 
 def draw_lines(feet):
@@ -101,7 +118,9 @@ def draw_lines(feet):
 
 
 def highest_foot(lines, places):
-    """Height [m] of the highest foot edge at each place, (k, 3), leaving out edges too far above it: (k,) float64."""
+    """Height [m] of the highest foot edge at each place, (k, 3), leaving out edges too far above
+    it: (k,) float64.
+    """
     highest = places[:, 2].copy()
     for place, edge, foot, _ in _pass_edges(places, lines.start, lines.end, ABREAST):
         low = foot[:, 2] <= places[place, 2] + lines.step[edge]

@@ -1,4 +1,6 @@
-"""Buildings whose heights are far from those of all around them: −9999 where a survey had none, 0 in the mountains."""
+"""Buildings whose heights are far from those of all around them: −9999 where a survey had none, 0
+in the mountains.
+"""
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -14,18 +16,19 @@ STRAY_TREE = "tree at a height that the Earth does not have: left out"
 
 
 def find_strays(city, report):
-    """Polygons of buildings to keep: all but those that stand far above or below what is around them.
+    """Polygons of buildings to keep: all but those that stand far above or below what is around
+    them.
 
-    Bases of neighbours differ by no more than their distance and 200 m. A base is a stray if it is not so for most of
-    the nearest 16, or if the building lies outside all heights of the Earth, or is over 1,500 m high. Where most
-    buildings are such, as in a city in millimetres, none is.
+    Bases of neighbours differ by no more than their distance and 200 m. A base is a stray if it is
+    not so for most of the nearest 16, or if the building lies outside all heights of the Earth, or
+    is over 1,500 m high. Where most buildings are such, as in a city in millimetres, none is.
 
     Parameters
     ----------
     city : City
     report : ImportReport
-        Buildings that are left out are added, and are not counted any more; others that are over 1,000 m high are
-        named in a note.
+        Buildings that are left out are added, and are not counted any more; others that are over
+        1,000 m high are named in a note.
 
     Returns
     -------
@@ -50,7 +53,9 @@ def find_strays(city, report):
         stray |= 2 * far.sum(axis=1) > nearest
     gone = stray[building]
     if gone.any():
-        names = list(dict.fromkeys(name for name, out in zip(city.building_id, gone, strict=True) if out))
+        names = list(
+            dict.fromkeys(name for name, out in zip(city.building_id, gone, strict=True) if out)
+        )
         report.skip(STRAY, names, measure_polygons(*city.shape)[0][gone].sum())
         report.building_count -= len(names)
     tall = np.flatnonzero((top - base > TALLEST) & ~stray)
@@ -61,8 +66,10 @@ def find_strays(city, report):
         likely = " or ".join(NAMES[unit] for unit in likely_units(height))
         meant = f" Heights in {likely}?" if likely else ""
         report.notes.append(
-            f"{count_of(len(tall), 'building')} over 1,000 m high, half of them over {height:,.0f} m, which none on "
-            f"Earth is; read as drawn: {list_some([names[k] for k in tall])}.{meant} Correct their heights."
+            f"{count_of(len(tall), 'building')} over 1,000 m high, half of them over {height:,.0f} "
+            "m, which none on "
+            f"Earth is; read as drawn: {list_some([names[k] for k in tall])}.{meant} Correct their "
+            "heights."
         )
     return ~gone
 

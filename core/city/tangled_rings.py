@@ -1,7 +1,9 @@
-"""Rings that cross themselves so often that no repair ends: its time grows with the square of the crossings.
+"""Rings that cross themselves so often that no repair ends: its time grows with the square of the
+crossings.
 
-shapely.make_valid takes 0.5 s of 1,200 crossings, 4.5 s of 4,500. A face drawn by people or programs crosses itself
-some times at most; one with thousands of crossings is noise, and what it encloses is nobody's wall.
+shapely.make_valid takes 0.5 s of 1,200 crossings, 4.5 s of 4,500. A face drawn by people or
+programs crosses itself some times at most; one with thousands of crossings is noise, and what it
+encloses is nobody's wall.
 """
 
 import numpy as np
@@ -12,7 +14,8 @@ FEWEST_CORNERS = 48  # a ring of n corners crosses itself at most n (n - 3) / 2 
 
 
 def is_tangled(corners, *, pairs=1_000_000):
-    """Whether a ring crosses itself more than `MOST_CROSSINGS` times, estimated from some of its edges.
+    """Whether a ring crosses itself more than `MOST_CROSSINGS` times, estimated from some of its
+    edges.
 
     Parameters
     ----------

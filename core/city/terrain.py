@@ -9,7 +9,9 @@ from ..settings.errors import check_array
 from .places_in_plan import draw_triangles, find_inside
 from .triangulate_feet import heights_on
 
-NEAR = 5.0  # [m] feet this close to the edge of the terrain take its height: TINs are often cut out at buildings
+# [m] feet this close to the edge of the terrain take its height: TINs are often cut out at
+# buildings
+NEAR = 5.0
 HORIZON = 5000.0  # [m] terrain further than this beyond the city's edge is left out
 
 
@@ -50,7 +52,9 @@ def measure_heights(terrain, places):
         corners = _corners_near(layer, places[missing], 0.0) if len(missing) else []
         if len(corners):
             place, triangle = find_inside(draw_triangles(corners), places[missing])
-            np.fmax.at(heights, missing[place], heights_on(corners[triangle], places[missing[place]]))
+            np.fmax.at(
+                heights, missing[place], heights_on(corners[triangle], places[missing[place]])
+            )
     return heights
 
 

@@ -1,6 +1,8 @@
-"""Coordinate reference systems: the plane in true metres that a city stands in, and the ways between it and its files.
+"""Coordinate reference systems: the plane in true metres that a city stands in, and the ways
+between it and its files.
 
-Files have the units, the directions and the order of axes of their own system. A city has metres, x east, y north.
+Files have the units, the directions and the order of axes of their own system. A city has metres, x
+east, y north.
 """
 
 import copy
@@ -15,7 +17,8 @@ from pyproj.crs.coordinate_operation import TransverseMercatorConversion
 from ..settings.errors import InputError
 
 UNITS = {"m": 1.0, "ft": 0.3048, "us-ft": 1200 / 3937, "mm": 0.001, "cm": 0.01, "in": 0.0254}  # [m]
-SCALE = 0.003  # by which a step of a plane may differ from one on Earth: less than any error of the light
+# by which a step of a plane may differ from one on Earth: less than any error of the light
+SCALE = 0.003
 EAST_NORTH = {"east", "north"}
 LOCAL = "local transverse Mercator"  # name of a plane around the middle of a city
 STEP = 100.0  # [m] large against rounding, small against the curvature of a parallel
@@ -25,7 +28,8 @@ STEP = 100.0  # [m] large against rounding, small against the curvature of a par
 def plane_of(crs):
     """Horizontal part of a coordinate reference system, and metres per unit of its heights.
 
-    Heights have the unit of the vertical axis or, without one, of the horizontal axes; metres if those are in degrees.
+    Heights have the unit of the vertical axis or, without one, of the horizontal axes; metres if
+    those are in degrees.
 
     Returns
     -------
@@ -66,18 +70,26 @@ def transform_crs(places, source, target, path=None):
     there = _transform(turn, _as_registered(np.asarray(places, float), source, "xy")).T
     there = _as_registered(there, target, "xy")
     if path is not None and not np.isfinite(there).all():
-        raise InputError(path, f"does not lie where {target.name} is defined", "give terrain that covers the city")
+        raise InputError(
+            path,
+            f"does not lie where {target.name} is defined",
+            "give terrain that covers the city",
+        )
     return there
 
 
 def full_turn(crs):
-    """What longitudes of a system in degrees grow by around the Earth; None for any other system."""
+    """What longitudes of a system in degrees grow by around the Earth; None for any other
+    system.
+    """
     plane, _ = plane_of(crs)
     return 2 * np.pi / plane.axis_info[0].unit_conversion_factor if plane.is_geographic else None
 
 
 def turn_towards(longitude, middle, turn):
-    """The same longitudes, each no further than half a turn from a middle one: a map may go on beyond 180°."""
+    """The same longitudes, each no further than half a turn from a middle one: a map may go on
+    beyond 180°.
+    """
     return middle + (longitude - middle + turn / 2) % turn - turn / 2
 
 
@@ -96,7 +108,9 @@ def _globe_of(plane):
         {"name": name, "abbreviation": short, "direction": direction, "unit": "degree"}
         for name, short, direction in (("Latitude", "lat", "north"), ("Longitude", "lon", "east"))
     ]
-    return pyproj.CRS.from_json_dict(members | {"coordinate_system": {"subtype": "ellipsoidal", "axis": axes}})
+    return pyproj.CRS.from_json_dict(
+        members | {"coordinate_system": {"subtype": "ellipsoidal", "axis": axes}}
+    )
 
 
 def find_globe_places(places, plane, axes="xy"):
@@ -119,7 +133,8 @@ def find_globe_places(places, plane, axes="xy"):
 
 
 def _transform(turn, places):
-    # As lists: of an array with one point pyproj tries to make a number, of which NumPy below 2.4 warns.
+    # As lists: of an array with one point pyproj tries to make a number, of which NumPy below 2.4
+    # warns.
     return np.array(turn.transform(*places.T.tolist()))
 
 
@@ -129,24 +144,39 @@ def _turn_to_globe(plane):
 
 
 def registered_axes(plane):
-    """The order in which the registry has the axes of a plane: 'yx' where that along the meridian is the first."""
+    """The order in which the registry has the axes of a plane: 'yx' where that along the meridian
+    is the first.
+    """
     first, second = plane.axis_info[:2]
-    if second.direction in ("north", "south") and first.direction in ("north", "south"):  # around a pole
+    if second.direction in ("north", "south") and first.direction in (
+        "north",
+        "south",
+    ):  # around a pole
         return "yx" if first.abbrev.upper() == "N" else "xy"
     return "yx" if first.direction in ("north", "south") else "xy"
 
 
 def _as_registered(points, plane, axes):
-    """Points with the axes in one order, in that of the registry, or from there in the other direction."""
-    return points if axes == registered_axes(plane) else points[:, [1, 0, *range(2, points.shape[1])]]
+    """Points with the axes in one order, in that of the registry, or from there in the other
+    direction.
+    """
+    return (
+        points if axes == registered_axes(plane) else points[:, [1, 0, *range(2, points.shape[1])]]
+    )
 
 
 @dataclass(frozen=True)
 class Grid:
-    """The system of files, and the plane in true metres, x east, y north, in which their city stands."""
+    """The system of files, and the plane in true metres, x east, y north, in which their city
+    stands.
+    """
 
-    crs: str | None = None  # of the files, as accepted by pyproj.CRS.from_user_input; None if they give none
-    axes: str = "xy"  # which coordinate stands first in them: 'xy' or, that along the meridian, 'yx'
+    crs: str | None = (
+        None  # of the files, as accepted by pyproj.CRS.from_user_input; None if they give none
+    )
+    axes: str = (
+        "xy"  # which coordinate stands first in them: 'xy' or, that along the meridian, 'yx'
+    )
     plane: str | None = None  # as crs; None where the plane is that of the system itself
 
     def to_plane(self, points):
@@ -156,11 +186,15 @@ class Grid:
         if self.plane is None:
             places = points[:, :2] if self.axes == "xy" else points[:, 1::-1]
         else:
-            places = transform_crs(points[:, :2] if self.axes == "xy" else points[:, 1::-1], system, self.plane)
+            places = transform_crs(
+                points[:, :2] if self.axes == "xy" else points[:, 1::-1], system, self.plane
+            )
         return np.column_stack([places, heights])
 
     def to_files(self, points, axes=None):
-        """Points of the plane, (m, 3) float64 [m], in the system of the files, in their order or in another one."""
+        """Points of the plane, (m, 3) float64 [m], in the system of the files, in their order or in
+        another one.
+        """
         axes = axes or self.axes
         if self.crs is None:
             return points
@@ -179,8 +213,9 @@ def grid_of(place):
 def choose_plane(crs, axes, points, source=None):
     """The plane in true metres for points of files.
 
-    That of their own system where it has metres, x east, y north, and a scale within 0.3 % of 1 at the middle of the
-    points; the same projection in metres where only the unit differs; else a transverse Mercator around that middle.
+    That of their own system where it has metres, x east, y north, and a scale within 0.3 % of 1 at
+    the middle of the points; the same projection in metres where only the unit differs; else a
+    transverse Mercator around that middle.
 
     Parameters
     ----------
@@ -224,13 +259,17 @@ def choose_plane(crs, axes, points, source=None):
         why = f"has a scale of {scales} along east and north here"
         if directions != EAST_NORTH or turned:
             why = f"counts to the {' and '.join(axis.direction for axis in system.axis_info[:2])}"
-        note = f"{system.name} {why}: the city was brought to true metres east and north; what is written is as read."
+        note = (
+            f"{system.name} {why}: the city was brought to true metres east and north; what is "
+            "written is as read."
+        )
         grid = Grid(crs, axes, _local_plane(system, middle, axes, source))
     return grid, note
 
 
 def measure_steps(plane, middle, axes):
-    """Scale of a plane along its two axes at a place, and whether they are left-handed, so that all would be mirrored.
+    """Scale of a plane along its two axes at a place, and whether they are left-handed, so that all
+    would be mirrored.
 
     Parameters
     ----------
@@ -242,7 +281,8 @@ def measure_steps(plane, middle, axes):
     Returns
     -------
     scale : array, (2,) float64
-        Metres of the plane in one of the Earth, along x and along y; infinite where the plane does not hold.
+        Metres of the plane in one of the Earth, along x and along y; infinite where the plane does
+        not hold.
     left_handed : bool
     """
     unit = plane.axis_info[0].unit_conversion_factor
@@ -270,9 +310,13 @@ def _check_degrees(points, system, source):
         problem = f"{system.name} has degrees, but its coordinates are beyond 90 or 360"
         raise InputError(source or system.name, problem, "correct the srsName")
     if high[0] - low[0] > 60 or high[1] - low[1] > 60:
-        places = " and ".join(f"{first:g} to {last:g}" for first, last in zip(low, high, strict=True))
+        places = " and ".join(
+            f"{first:g} to {last:g}" for first, last in zip(low, high, strict=True)
+        )
         problem = f"longitudes and latitudes of {places}: too far apart for one plane"
-        raise InputError(source or system.name, problem, "correct the coordinates, or give one city at a time")
+        raise InputError(
+            source or system.name, problem, "correct the coordinates, or give one city at a time"
+        )
 
 
 def _local_plane(system, middle, axes, source):
@@ -281,7 +325,8 @@ def _local_plane(system, middle, axes, source):
     if not np.isfinite([latitude, longitude]).all():
         problem = f"the point {middle[0]:g}, {middle[1]:g} lies outside {system.name}"
         raise InputError(source or system.name, problem, "correct the srsName, or the coordinates")
-    # Some metres beside the middle the scale is the same, and a city that was written has the same plane again.
+    # Some metres beside the middle the scale is the same, and a city that was written has the same
+    # plane again.
     conversion = TransverseMercatorConversion(round(latitude, 4), round(longitude, 4), 0, 0, 1)
     return ProjectedCRS(conversion, LOCAL, geodetic_crs=_globe_of(system)).to_wkt()
 
@@ -294,5 +339,8 @@ def _in_metres(system):
         {"name": name, "abbreviation": name[0], "direction": direction, "unit": "metre"}
         for name, direction in (("Easting", "east"), ("Northing", "north"))
     ]
-    members |= {"name": f"{system.name}, in metres", "coordinate_system": {"subtype": "Cartesian", "axis": axes}}
+    members |= {
+        "name": f"{system.name}, in metres",
+        "coordinate_system": {"subtype": "Cartesian", "axis": axes},
+    }
     return pyproj.CRS.from_json_dict(members).to_wkt()

@@ -1,7 +1,7 @@
 """A Delaunay TIN in plan view through feet and free places that holds the foot edges.
 
-Edges that are missing in the triangulation and hang above it are halved. GEOS takes half the time of Qhull for 30,000
-places, and grows in proportion to their number.
+Edges that are missing in the triangulation and hang above it are halved. GEOS takes half the time
+of Qhull for 30,000 places, and grows in proportion to their number.
 """
 
 import numpy as np
@@ -33,10 +33,16 @@ def triangulate_plan(places):
     InputError
         Neither GEOS nor Qhull can triangulate them.
     """
-    numbered = np.column_stack([places, np.arange(len(places))])  # GEOS carries heights along: here the row
+    numbered = np.column_stack(
+        [places, np.arange(len(places))]
+    )  # GEOS carries heights along: here the row
     try:
-        polygons = shapely.delaunay_triangles(shapely.linestrings(numbered))  # a line is any collection of places
-    except shapely.GEOSException:  # "Could not locate vertex": its search goes round among places almost in line
+        polygons = shapely.delaunay_triangles(
+            shapely.linestrings(numbered)
+        )  # a line is any collection of places
+    except (
+        shapely.GEOSException
+    ):  # "Could not locate vertex": its search goes round among places almost in line
         middle = places.mean(axis=0)
         try:  # Qhull leaves out places that rounding makes one with others
             return Delaunay(places - middle).simplices.astype(np.int64)
@@ -64,21 +70,27 @@ def drop_on_triangles(corners, places):
 
 
 def heights_on(corners, places):
-    """Height of the plane of each triangle, (k, 3, 3), at a place: (k,) float64 [m]; NaN where it is upright."""
+    """Height of the plane of each triangle, (k, 3, 3), at a place: (k,) float64 [m]; NaN where it
+    is upright.
+    """
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     sloped = ((places[:, :2] - corners[:, 0, :2]) * normal[:, :2]).sum(axis=1)
     steep = np.abs(normal[:, 2]) < 1e-9
-    return corners[:, 0, 2] - np.divide(sloped, normal[:, 2], out=np.full(len(places), np.nan), where=~steep)
+    return corners[:, 0, 2] - np.divide(
+        sloped, normal[:, 2], out=np.full(len(places), np.nan), where=~steep
+    )
 
 
-ROUNDS = 5  # of halving foot edges that are missing, all in the first, then those that hang above the ground
+# of halving foot edges that are missing, all in the first, then those that hang above the ground
+ROUNDS = 5
 SHORTEST_EDGE = 0.5  # [m]
 HANG = 0.005  # [m] foot edges further above the ground are refined
 SHARES = np.array([0.25, 0.5, 0.75])  # of an edge, where its height is compared with the ground's
 
 
 def triangulate_feet(lines, foot_points, edges, free, report_share):
-    """Delaunay TIN of all points; missing foot edges are halved once, and again where they hang above the ground.
+    """Delaunay TIN of all points; missing foot edges are halved once, and again where they hang
+    above the ground.
 
     Parameters
     ----------
@@ -105,11 +117,18 @@ def triangulate_feet(lines, foot_points, edges, free, report_share):
         triangles = triangulate_plan(vertices[:, :2])
         along = feet[edges[:, 1]] - feet[edges[:, 0]]
         sides = pair_keys(np.sort(edges_of(triangles), axis=1))
-        missing = edges[~are_among(pair_keys(edges + first), sides) & (np.linalg.norm(along, axis=1) > SHORTEST_EDGE)]
+        missing = edges[
+            ~are_among(pair_keys(edges + first), sides)
+            & (np.linalg.norm(along, axis=1) > SHORTEST_EDGE)
+        ]
         if turn:  # those above the ground at any of their SHARES
             ends = feet[missing]
-            places = (1 - SHARES[:, None]) * ends[:, :1] + SHARES[:, None] * ends[:, 1:]  # (k, SHARES, 3)
-            height = drop_on_triangles(vertices[triangles], places.reshape(-1, 3)).reshape(places.shape[:2])
+            places = (1 - SHARES[:, None]) * ends[:, :1] + SHARES[:, None] * ends[
+                :, 1:
+            ]  # (k, SHARES, 3)
+            height = drop_on_triangles(vertices[triangles], places.reshape(-1, 3)).reshape(
+                places.shape[:2]
+            )
             missing = missing[(places[..., 2] - height > HANG).any(axis=1)]
         if turn == ROUNDS or not len(missing):
             return vertices, triangles

@@ -1,4 +1,6 @@
-"""Polygons whose holes repeat, overlap or reach beyond the outline: what is missing is their union within it."""
+"""Polygons whose holes repeat, overlap or reach beyond the outline: what is missing is their union
+within it.
+"""
 
 from dataclasses import replace
 
@@ -16,7 +18,8 @@ SAME = 1e-4  # [m] corners closer than this are the same
 def unite_holes(city, report):
     """The city with holes that lie within their outlines and beside one another.
 
-    A polygon that its holes cut into pieces becomes as many, with numbered identifiers. Others stay as drawn.
+    A polygon that its holes cut into pieces becomes as many, with numbered identifiers. Others stay
+    as drawn.
 
     Parameters
     ----------
@@ -31,15 +34,21 @@ def unite_holes(city, report):
         Row of the given city that each polygon was.
     """
     every = np.arange(len(city))
-    wrong = {polygon: left for polygon in _find_doubtful(city) if len(left := _cut_holes(city, polygon))}
+    wrong = {
+        polygon: left for polygon in _find_doubtful(city) if len(left := _cut_holes(city, polygon))
+    }
     if not wrong:
         return city, every
-    reason = "holes that repeat, overlap or reach beyond their outline: their union within it counts"
+    reason = (
+        "holes that repeat, overlap or reach beyond their outline: their union within it counts"
+    )
     report.repair(reason, [city.surface_id[polygon] for polygon in wrong])
     # Each polygon as a list of rings, the mended ones as one or several of them.
     rings = np.split(city.points, city.ring_start[1:-1])
     starts = zip(city.polygon_start[:-1], city.polygon_start[1:], strict=True)
-    drawn = [wrong.get(polygon) or [rings[first:last]] for polygon, (first, last) in enumerate(starts)]
+    drawn = [
+        wrong.get(polygon) or [rings[first:last]] for polygon, (first, last) in enumerate(starts)
+    ]
     rows = np.repeat(every, list(map(len, drawn)))
     drawn = [polygon for pieces in drawn for polygon in pieces]
     taken, lists = dict.fromkeys(city.surface_id, 1), take_rows(city, rows)
@@ -55,7 +64,9 @@ def unite_holes(city, report):
 
 
 def _find_doubtful(city, *, tolerance=1e-3):
-    """Polygons of which more than a share of the area depends on how holes meet each other and the outline: list."""
+    """Polygons of which more than a share of the area depends on how holes meet each other and the
+    outline: list.
+    """
     area = np.linalg.norm(measure_rings(city.points, city.ring_start), axis=1)
     first, holes = city.polygon_start[:-1], np.diff(city.polygon_start) - 1
     outline = area[first]
@@ -66,7 +77,9 @@ def _find_doubtful(city, *, tolerance=1e-3):
     for polygon in candidates:
         outer, inner, _ = _project(city, polygon)
         within = shapely.area(shapely.intersection(inner, outer)).sum()
-        united = shapely.area(shapely.union_all(inner)) if len(inner) > 1 else shapely.area(inner).sum()
+        united = (
+            shapely.area(shapely.union_all(inner)) if len(inner) > 1 else shapely.area(inner).sum()
+        )
         slack = tolerance * outline[polygon]
         if shapely.area(inner).sum() - min(within, united) > slack:
             found.append(int(polygon))
@@ -74,7 +87,9 @@ def _find_doubtful(city, *, tolerance=1e-3):
 
 
 def _project(city, polygon):
-    """Outline and holes (k,) of one polygon on its own plane, as valid shapes; and the way back: function of (k, 2)."""
+    """Outline and holes (k,) of one polygon on its own plane, as valid shapes; and the way back:
+    function of (k, 2).
+    """
     rings = city.rings(polygon)
     _, normal = measure_polygons(rings[0], np.array([0, len(rings[0])]), np.array([0, 1]))
     axes, origin = np.concatenate(plane_axes(normal)), rings[0][0]
@@ -82,7 +97,9 @@ def _project(city, polygon):
     plane = (corners - origin) @ axes.T
     height = ((corners - origin) @ normal[0]).mean()
     pieces = np.split(plane, np.cumsum(list(map(len, rings)))[:-1])
-    shapes = shapely.make_valid(np.array([shapely.Polygon(piece) for piece in pieces], dtype=object))
+    shapes = shapely.make_valid(
+        np.array([shapely.Polygon(piece) for piece in pieces], dtype=object)
+    )
     tree = cKDTree(plane)
 
     def lift(places):
@@ -94,9 +111,14 @@ def _project(city, polygon):
 
 
 def _cut_holes(city, polygon, *, smallest=1e-6):
-    """What the holes leave of one polygon, pieces of at least an area [m²]: list of lists of rings, (k, 3) float64."""
+    """What the holes leave of one polygon, pieces of at least an area [m²]: list of lists of rings,
+    (k, 3) float64.
+    """
     outline, holes, lift = _project(city, polygon)
     left = shapely.get_parts(shapely.difference(outline, shapely.union_all(holes)))
     left = [piece for piece in left if piece.geom_type == "Polygon" and piece.area > smallest]
     left = [orient(piece) for piece in sorted(left, key=lambda piece: -piece.area)]
-    return [[lift(np.asarray(ring.coords)[:-1]) for ring in (piece.exterior, *piece.interiors)] for piece in left]
+    return [
+        [lift(np.asarray(ring.coords)[:-1]) for ring in (piece.exterior, *piece.interiors)]
+        for piece in left
+    ]

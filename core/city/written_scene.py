@@ -1,6 +1,8 @@
-"""The scene of a city after edits, as it is written: in the order of the city, without what is gone.
+"""The scene of a city after edits, as it is written: in the order of the city, without what is
+gone.
 
-Edits leave triangles and surfaces their numbers. Triangles that are gone have no area, and no surface of the city.
+Edits leave triangles and surfaces their numbers. Triangles that are gone have no area, and no
+surface of the city.
 """
 
 from dataclasses import replace
@@ -12,7 +14,9 @@ from .scene import take_surfaces
 
 
 def owner_of_triangles(scene):
-    """Surface that each triangle is a part of, the back of, or the underside of: (t,) int; -1: ground."""
+    """Surface that each triangle is a part of, the back of, or the underside of: (t,) int; -1:
+    ground.
+    """
     owner = np.array(scene.triangle_surface)
     if scene.back_of is not None:
         owner = np.where(scene.back_of >= 0, owner[scene.back_of], owner)
@@ -29,7 +33,9 @@ def remove_triangles(scene, gone):
 
 
 def live_triangles(scene, rows):
-    """Triangles that are not gone, by their surface in the order of some rows, those without one last: (k,) int."""
+    """Triangles that are not gone, by their surface in the order of some rows, those without one
+    last: (k,) int.
+    """
     number = np.full(len(scene.surfaces) + 1, len(rows))
     number[rows] = np.arange(len(rows))
     a, b, c = scene.triangles.T
@@ -38,7 +44,8 @@ def live_triangles(scene, rows):
 
 
 def written_scene(scene, rows):
-    """The scene with its surfaces in the order in which they are written, without what is gone: Scene.
+    """The scene with its surfaces in the order in which they are written, without what is gone:
+    Scene.
 
     Parameters
     ----------
@@ -57,7 +64,9 @@ def written_scene(scene, rows):
     taken = {"footprint": scene.footprint[kept], "closure": scene.closure[kept]}
     taken |= {"sheet": None if scene.sheet is None else scene.sheet[kept]}
     taken |= {"back_of": None if scene.back_of is None else place[scene.back_of[kept]]}
-    taken |= {"rack_of_back": None if scene.rack_of_back is None else number[scene.rack_of_back[kept]]}
+    taken |= {
+        "rack_of_back": None if scene.rack_of_back is None else number[scene.rack_of_back[kept]]
+    }
     racks = np.asarray(scene.surfaces.kind) == RACK
     fronts = None if scene.racks is None else scene.racks[(np.cumsum(racks) - 1)[rows[racks[rows]]]]
     # Corners of what is gone go too: else they would add up over the edits of edits.

@@ -11,7 +11,13 @@ from ..patches.read_albedo import materials_of_surfaces
 
 SUMS = ("patches", "hemisphere_rays", "shadow_rays", "embree_thread_seconds")
 BY_KEY = ("source_rays", "seconds", "processor_seconds")
-LARGEST = ("max_bounces", "brightest_albedo", "threads", "last_bounce_share_diffuse", "last_bounce_share_direct")
+LARGEST = (
+    "max_bounces",
+    "brightest_albedo",
+    "threads",
+    "last_bounce_share_diffuse",
+    "last_bounce_share_direct",
+)
 
 
 def join_tiles(parts, prepared, request, figures, folder=None):
@@ -20,7 +26,8 @@ def join_tiles(parts, prepared, request, figures, folder=None):
     Parameters
     ----------
     parts : iterable of ((m,) int, Transfer)
-        Rows that a tile reports, and its Transfer of these; each row once. Read one after the other.
+        Rows that a tile reports, and its Transfer of these; each row once. Read one after the
+        other.
     prepared : PreparedScene
         Of the whole.
     request : Request
@@ -39,7 +46,9 @@ def join_tiles(parts, prepared, request, figures, folder=None):
     for rows, part in parts:
         if whole is None:
             whole = _empty_like(part, scene, folder)
-        if part.bare is not None and whole.bare is None:  # earlier tiles have no trees that lose their leaves
+        if (
+            part.bare is not None and whole.bare is None
+        ):  # earlier tiles have no trees that lose their leaves
             bare = _empty_like(part.bare, scene, folder)
             _fill_rows(bare, slice(None), whole)
             whole = replace(whole, bare=bare, leaf_months=part.leaf_months)
@@ -91,8 +100,9 @@ def _join_records(records, plan, request, figures):
     Returns
     -------
     TraceRecord
-        Rays and seconds are summed over the tiles, of shares of light the largest is taken, discretisation errors are
-        averaged over the eligible area, and the error of sun sampling is that of the tile with most of it.
+        Rays and seconds are summed over the tiles, of shares of light the largest is taken,
+        discretisation errors are averaged over the eligible area, and the error of sun sampling is
+        that of the tile with most of it.
     """
     area = np.array([one["area"] for one in figures])
     found = {name: sum(getattr(one, name) for one in records) for name in SUMS}
@@ -101,16 +111,29 @@ def _join_records(records, plan, request, figures):
         pairs = [pair for one in records for pair in getattr(one, name).items()]
         found[name] = {key: sum(value for own, value in pairs if own == key) for key in dict(pairs)}
     found["cut_reflections"] = _largest_of_groups([one.cut_reflections for one in records])
-    weight, errors = area if area.any() else np.ones(len(area)), [one.discretisation_error for one in records]
+    weight, errors = (
+        area if area.any() else np.ones(len(area)),
+        [one.discretisation_error for one in records],
+    )
     mean = None
     if None not in errors:
-        mean = {key: float(np.average([one[key] or 0.0 for one in errors], weights=weight)) for key in errors[0]}
+        mean = {
+            key: float(np.average([one[key] or 0.0 for one in errors], weights=weight))
+            for key in errors[0]
+        }
     effects = []  # decisions for the whole, with the worst outcome of any tile
     for effect in plan.effects:
-        told = [one["outcome"] for part in records for one in part.effects if one["key"] == effect.key]
-        left = max((one["left_out"] for one in told if one and one["left_out"] is not None), default=None)
+        told = [
+            one["outcome"] for part in records for one in part.effects if one["key"] == effect.key
+        ]
+        left = max(
+            (one["left_out"] for one in told if one and one["left_out"] is not None), default=None
+        )
         holds = None if left is None or effect.bound is None else bool(left <= effect.bound)
-        effects.append(asdict(effect) | {"outcome": None if left is None else {"left_out": left, "holds": holds}})
+        effects.append(
+            asdict(effect)
+            | {"outcome": None if left is None else {"left_out": left, "holds": holds}}
+        )
     return replace(
         records[0],
         **found,
@@ -118,12 +141,16 @@ def _join_records(records, plan, request, figures):
         effects=effects,
         discretisation_error=mean,
         sun_sampling=next(filter(None, (one["sun_sampling"] for one in figures)), None),
-        standard_error_unknown=next(filter(None, (one.standard_error_unknown for one in records)), None),
+        standard_error_unknown=next(
+            filter(None, (one.standard_error_unknown for one in records)), None
+        ),
     )
 
 
 def _largest_of_groups(records):
-    """Of the tiles' `cut_reflections` the largest share of each light in each group; None if one is unknown."""
+    """Of the tiles' `cut_reflections` the largest share of each light in each group; None if one is
+    unknown.
+    """
     if None in records:
         return None
     found = {}
@@ -131,5 +158,9 @@ def _largest_of_groups(records):
         for name, shares in record.items():
             group = found.setdefault(name, dict(shares))
             for light, share in shares.items():
-                group[light] = None if None in (share, group.get(light, 0.0)) else max(share, group.get(light, 0.0))
+                group[light] = (
+                    None
+                    if None in (share, group.get(light, 0.0))
+                    else max(share, group.get(light, 0.0))
+                )
     return found

@@ -1,11 +1,13 @@
-"""A city reduced to some of its patches: arrays have rows of these only, all other triangles still block rays.
+"""A city reduced to some of its patches: arrays have rows of these only, all other triangles still
+block rays.
 
     rows       of the part │ when backs of others are hit │ when generated ground is hit from below
                as they are │ neither receives nor reflects │ the same, and faces up
 
-Each patch of the part can be met for others that are like it, as in the surroundings of a tile. The tree stays that of
-the whole city. Patches keep their random numbers, so that rays and hits are those of a trace of the same patches in
-arrays of all of them; only the time and memory of these arrays are saved.
+Each patch of the part can be met for others that are like it, as in the surroundings of a tile. The
+tree stays that of the whole city. Patches keep their random numbers, so that rays and hits are
+those of a trace of the same patches in arrays of all of them; only the time and memory of these
+arrays are saved.
 """
 
 from dataclasses import dataclass, replace
@@ -109,7 +111,8 @@ def keep_patches(scene, prepared, members, reported=()):
     """
     every = np.arange(len(members))
     rows = np.flatnonzero(members == every)
-    # Crowns and mirrors need the very triangles that are hit; mirrors that are switched off are black.
+    # Crowns and mirrors need the very triangles that are hit; mirrors that are switched off are
+    # black.
     plan, specular = prepared.plan, prepared.plan["specular"]
     by_triangles = plan.foliage is not None or specular.on or specular.bound is None
     if len(rows) + BACKS >= len(every) or by_triangles:
@@ -120,23 +123,32 @@ def keep_patches(scene, prepared, members, reported=()):
     patches = _add_backs(take_patches(prepared.patches, taken), len(rows))
     own = np.full(len(taken), -1, np.int32)
     own[: len(rows)] = np.where(owner[rows] >= 0, np.searchsorted(surfaces, owner[rows]), -1)
-    of_triangles = {name: getattr(prepared.scene, name)[taken] for name in ("triangles", "footprint", "closure")}
+    of_triangles = {
+        name: getattr(prepared.scene, name)[taken] for name in ("triangles", "footprint", "closure")
+    }
     unknown = dict.fromkeys(("sheet", "back_of", "racks", "rack_of_back", "number", "halo"))
     named = {"triangle_surface": own, "surfaces": take_fields(scene.surfaces, surfaces)}
     few = replace(prepared.scene, **of_triangles, **named, **unknown)
     materials = [prepared.materials[k] for k in [*surfaces, -1]]
     whole = prepared.plan.ray_scene, prepared.patches, taken
     ray_scene = _RaysOfPart(_rows_of_hits(prepared.patches, rows, members), whole)
-    of_patches = {name: getattr(plan, name) for name in ("unobstructed", "open_to_suns", "receivers")}
+    of_patches = {
+        name: getattr(plan, name) for name in ("unobstructed", "open_to_suns", "receivers")
+    }
     of_rows = {name: values[taken] for name, values in of_patches.items() if values is not None}
     plan = replace(plan, **of_rows, ray_scene=ray_scene)
     return PartOfCity(
-        few, replace(prepared, scene=few, materials=materials, patches=patches, plan=plan), rows, surfaces
+        few,
+        replace(prepared, scene=few, materials=materials, patches=patches, plan=plan),
+        rows,
+        surfaces,
     )
 
 
 def _add_backs(patches, first):
-    """The rows from the first on as what is hit of others from behind; the last one is the ground from below."""
+    """The rows from the first on as what is hit of others from behind; the last one is the ground
+    from below.
+    """
     for name, value in (("receives", False), ("ground", False), ("other_side", -1), ("area", 0)):
         getattr(patches, name)[first:] = value
     patches.facing[first:] = 0, 0, 0, 1  # hit from behind whatever the direction

@@ -1,9 +1,9 @@
 """Run tasks: in this process one after the other, or by the workers of a Dask cluster.
 
-Tasks read from disk, under names that tell the content, and write to disk, so that only names pass through the
-scheduler. What is finished stays beside the output folder until all is done, so that the same command goes on from it.
-A worker that ends in the middle of a task is replaced, and the task given to another one. Dask loads this file in each
-local worker first, see `_dask_setup`.
+Tasks read from disk, under names that tell the content, and write to disk, so that only names pass
+through the scheduler. What is finished stays beside the output folder until all is done, so that
+the same command goes on from it. A worker that ends in the middle of a task is replaced, and the
+task given to another one. Dask loads this file in each local worker first, see `_dask_setup`.
 """
 
 import hashlib
@@ -27,12 +27,17 @@ from ..settings.version import __version__
 
 SERIAL = "serial"
 CURE = f"give local:N, tcp://HOST:PORT or {SERIAL}"
-HOW_TO_START = "start `dask scheduler` there (port 8786), and `dask worker` on each machine, or give local:N"
+HOW_TO_START = (
+    "start `dask scheduler` there (port 8786), and `dask worker` on each machine, or give local:N"
+)
 PATIENCE = 10  # [s] for a cluster to answer
 LONGEST_GREETING = 1 << 20  # [bytes] of a scheduler's first message
 MOST_WORKERS = 1024
 LOGGERS = ("distributed", "distributed.nanny", "distributed.worker", "tornado")
-UNTRUSTED = "does not accept this machine's key, or finds none", "see docs/guide/many_machines.md, Who may reach it"
+UNTRUSTED = (
+    "does not accept this machine's key, or finds none",
+    "see docs/guide/many_machines.md, Who may reach it",
+)
 SILENT = f"does not answer as a Dask scheduler within {PATIENCE} s", HOW_TO_START
 HASH_LENGTH = 24  # of the hash in the name of a task's file
 # Names of tasks, of their results, and of those files that were not written to their end.
@@ -49,7 +54,8 @@ class _Workers:
 
 
 def check_cluster(word):
-    """Refuse what names no cluster, one that does not answer, or any without Dask, before anything long begins.
+    """Refuse what names no cluster, one that does not answer, or any without Dask, before anything
+    long begins.
 
     Returns
     -------
@@ -64,7 +70,9 @@ def check_cluster(word):
         return SERIAL, 1
     local = re.fullmatch(r"local:(\d{1,9})", word)
     if local and not 1 <= int(local[1]) <= MOST_WORKERS:
-        raise InputError("--cluster", f"{word!r} asks for {local[1]} workers", f"give 1 to {MOST_WORKERS}")
+        raise InputError(
+            "--cluster", f"{word!r} asks for {local[1]} workers", f"give 1 to {MOST_WORKERS}"
+        )
     address = re.fullmatch(r"(tcp|tls)://(\[[0-9a-fA-F:]+\]|[^\s/:]+):(\d{1,5})", word)
     if not (local or address):
         raise InputError("--cluster", f"{word!r} is not known", CURE)
@@ -74,9 +82,12 @@ def check_cluster(word):
         return "local", int(local[1])
     protocol, host, port = address.groups()
     try:
-        with socket.create_connection((host.strip("[]"), int(port)), timeout=PATIENCE) as connection:
-            # A scheduler's first message, of some dozen bytes, begins with its length. Dask's client would wait for
-            # ever for one that is silent, and goes on trying where another protocol is spoken.
+        with socket.create_connection(
+            (host.strip("[]"), int(port)), timeout=PATIENCE
+        ) as connection:
+            # A scheduler's first message, of some dozen bytes, begins with its length. Dask's
+            # client would wait for ever for one that is silent, and goes on trying where another
+            # protocol is spoken.
             start = connection.makefile("rb").read(8) if protocol == "tcp" else bytes(8)
         if len(start) < 8 or int.from_bytes(start, sys.byteorder) > LONGEST_GREETING:
             raise ConnectionError("another protocol")
@@ -107,7 +118,10 @@ def open_workers(word):
         yield _Workers(None, "This process")
         return
     import dask
-    from distributed import Client, LocalCluster  # brings its settings, to be here still when the block has ended
+    from distributed import (
+        Client,
+        LocalCluster,
+    )  # brings its settings, to be here still when the block has ended
 
     settings = {
         "distributed.scheduler.allowed-failures": DEATHS,
@@ -115,7 +129,9 @@ def open_workers(word):
         "distributed.logging.distributed": "error",
     }
     with dask.config.set(settings), ExitStack() as stack:
-        for one in map(logging.getLogger, LOGGERS):  # a worker that is replaced is told by our own lines
+        for one in map(
+            logging.getLogger, LOGGERS
+        ):  # a worker that is replaced is told by our own lines
             stack.callback(one.setLevel, one.level)
             one.setLevel(logging.CRITICAL)
         page = ""
@@ -136,10 +152,15 @@ def _open_remote(address, stack):
     from distributed import Client
 
     try:
-        client = Client(address, timeout=PATIENCE, set_as_default=False)  # a default one lingers if it fails
+        client = Client(
+            address, timeout=PATIENCE, set_as_default=False
+        )  # a default one lingers if it fails
     except (OSError, ValueError, MemoryError, RuntimeError, TypeError) as error:
-        # A port that is open on tls:// wants another key, or finds none here; else another protocol is spoken.
-        raise InputError(f"--cluster {address}", *(UNTRUSTED if address.startswith("tls:") else SILENT)) from error
+        # A port that is open on tls:// wants another key, or finds none here; else another protocol
+        # is spoken.
+        raise InputError(
+            f"--cluster {address}", *(UNTRUSTED if address.startswith("tls:") else SILENT)
+        ) from error
     stack.enter_context(client)
     try:
         client.wait_for_workers(1, timeout=PATIENCE)
@@ -148,7 +169,10 @@ def _open_remote(address, stack):
     found = client.run(metadata.version, "citypv", on_error="return")
     for worker, version in found.items():
         if version != __version__:
-            problem = f"worker {worker} has {f'CityPV {version}' if isinstance(version, str) else 'no CityPV'}"
+            problem = (
+                f"worker {worker} has "
+                f"{f'CityPV {version}' if isinstance(version, str) else 'no CityPV'}"
+            )
             raise InputError(f"--cluster {address}", problem, f"install CityPV {__version__} on it")
     return client
 
@@ -187,13 +211,17 @@ def run_tasks(workers, function, tasks):
             result = future.result()
         except KilledWorker as error:
             problem = f"a task has ended {DEATHS + 1} workers, probably for lack of memory"
-            raise InputError("--cluster", problem, "give a smaller --tile or fewer workers") from error
+            raise InputError(
+                "--cluster", problem, "give a smaller --tile or fewer workers"
+            ) from error
         future.release()
         yield result
 
 
 def run_plainly(function, *arguments):
-    """Run a task. An InputError goes on without its causes, which may be objects that cannot be pickled."""
+    """Run a task. An InputError goes on without its causes, which may be objects that cannot be
+    pickled.
+    """
     try:
         return function(*arguments)
     except InputError as error:
@@ -202,12 +230,16 @@ def run_plainly(function, *arguments):
 
 
 def _dask_setup(worker):
-    """Ignore interrupts in a worker: Ctrl-C is for the process that started it, which then ends its workers."""
+    """Ignore interrupts in a worker: Ctrl-C is for the process that started it, which then ends its
+    workers.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def write_task(folder, stem, data):
-    """Write what a task reads, bytes of a pickle, to a file whose name ends with their hash: pathlib.Path."""
+    """Write what a task reads, bytes of a pickle, to a file whose name ends with their hash:
+    pathlib.Path.
+    """
     path = folder / f"{stem}_{hashlib.sha256(data).hexdigest()[:HASH_LENGTH]}.task"
     write_whole(path, lambda file: file.write_bytes(data))
     return path
@@ -224,12 +256,15 @@ def read_task(path):
     data, name = Path(path).read_bytes(), Path(path).stem
     if hashlib.sha256(data).hexdigest()[:HASH_LENGTH] != name.rpartition("_")[2]:
         problem = "is not what was written for this task: somebody else has changed it, or the disk"
-        raise InputError(path, problem, "see who can write to this folder, delete it, and start again")
+        raise InputError(
+            path, problem, "see who can write to this folder, delete it, and start again"
+        )
     return pickle.loads(data)
 
 
 def finish_task(result, write, told):
-    """Write the result of a task, and beside it what is told of it: the result is there where both fit each other.
+    """Write the result of a task, and beside it what is told of it: the result is there where both
+    fit each other.
 
     Parameters
     ----------
@@ -247,9 +282,13 @@ def finish_task(result, write, told):
 
 
 def read_told(result):
-    """What `finish_task` was told of a result: dict. None unless both files are what it wrote for this very task."""
+    """What `finish_task` was told of a result: dict. None unless both files are what it wrote for
+    this very task.
+    """
     try:
-        signature, _, content = result.with_suffix(".json").read_text(encoding="utf-8").partition("\n")
+        signature, _, content = (
+            result.with_suffix(".json").read_text(encoding="utf-8").partition("\n")
+        )
         if hashlib.sha256(content.encode()).hexdigest() != signature:
             return None
         found = json.loads(content)
@@ -286,7 +325,8 @@ def _drop_own(folder):
 
 @contextmanager
 def keeping(folder, tell):
-    """Make a folder for finished tasks; if the block ends with an error, say where they are, or remove an empty one.
+    """Make a folder for finished tasks; if the block ends with an error, say where they are, or
+    remove an empty one.
 
     Raises
     ------
@@ -296,13 +336,21 @@ def keeping(folder, tell):
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(folder, f"cannot be made ({error.strerror})", "choose another --out") from error
+        raise InputError(
+            folder, f"cannot be made ({error.strerror})", "choose another --out"
+        ) from error
     try:
         yield
     except BaseException:
-        count = sum(path.suffix == ".json" and OWN.fullmatch(path.name) is not None for path in folder.iterdir())
+        count = sum(
+            path.suffix == ".json" and OWN.fullmatch(path.name) is not None
+            for path in folder.iterdir()
+        )
         if count:
-            tell(f"\n{count:,} finished tasks are kept in {folder}: the same command goes on from there")
+            tell(
+                f"\n{count:,} finished tasks are kept in {folder}: the same command goes on from "
+                "there"
+            )
         else:
             _drop_own(folder)
         raise

@@ -1,13 +1,15 @@
-"""Few patches for the surroundings of a tile, the fewer the further away: the rest of them is met as one of these.
+"""Few patches for the surroundings of a tile, the fewer the further away: the rest of them is met
+as one of these.
 
     tile            ▕▔▔▏                       ┌───┐            Patches of one cell that look the same way form a
     ▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▕  ▏▁▁▁▁▁▕▔▏▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁│▔▔▏│▁▁▁▁▁       cluster. One of them, drawn among those that rays
     own patches: all          near: nearly all │  ▏│ one of     from the tile meet, passes light on for all.
                                                └───┘ a cell
 
-Light that a receiver finds in a direction is then that of a patch a few degrees away, of the same albedo, which is lit
-alike on average: a cluster is met as often as its members would be, and its patch is drawn as often as it is met. What
-hides what stays exact, because rays still meet all triangles of the tile: only arrays have rows of fewer patches.
+Light that a receiver finds in a direction is then that of a patch a few degrees away, of the same
+albedo, which is lit alike on average: a cluster is met as often as its members would be, and its
+patch is drawn as often as it is met. What hides what stays exact, because rays still meet all
+triangles of the tile: only arrays have rows of fewer patches.
 """
 
 import numpy as np
@@ -20,7 +22,9 @@ from .part_of_city import keep_patches
 from .tiles import gap
 
 WIDTH = 0.3  # of a cell, as a share of its distance from the tile
-FACETS = 1.2  # components of normals are rounded to whole numbers after this: 26 directions, 45° apart
+FACETS = (
+    1.2  # components of normals are rounded to whole numbers after this: 26 directions, 45° apart
+)
 PATCHES_PER_TASK = 1 << 16
 STREAM, DRAWN = np.uint64(0x7417), np.uint64(0xD7A3)
 
@@ -40,20 +44,23 @@ def thin_surroundings(scene, prepared, reported):
     Returns
     -------
     PartOfCity
-        The whole tile where hardly a patch would be saved, or with trees or mirrors: crowns and mirrors need the very
-        triangles that are hit.
+        The whole tile where hardly a patch would be saved, or with trees or mirrors: crowns and
+        mirrors need the very triangles that are hit.
     """
     cluster = _cluster_patches(prepared.scene, prepared.patches)
-    members = draw_members(cluster, _count_met(prepared, prepared.scene.halo == OWN), prepared.patches)[cluster]
+    members = draw_members(
+        cluster, _count_met(prepared, prepared.scene.halo == OWN), prepared.patches
+    )[cluster]
     return keep_patches(scene, prepared, members, reported)
 
 
 def _cluster_patches(scene, patches):
-    """Cluster of each patch, (p,) int from 0 on: one for each of the tile's own and of those close to it.
+    """Cluster of each patch, (p,) int from 0 on: one for each of the tile's own and of those close
+    to it.
 
-    Cells are cubes, aligned with the axes, of a power of two of a metre: WIDTH of their distance from the tile in plan
-    or less. Patches of one cluster have the same albedo and nearly the same normal, and are all generated ground or all
-    not.
+    Cells are cubes, aligned with the axes, of a power of two of a metre: WIDTH of their distance
+    from the tile in plan or less. Patches of one cluster have the same albedo and nearly the same
+    normal, and are all generated ground or all not.
     """
     corners = np.asarray(scene.vertices, float)[scene.triangles]
     own = scene.halo == OWN
@@ -73,7 +80,9 @@ def _cluster_patches(scene, patches):
 
 
 def _count_met(prepared, own):
-    """How many of some rays from a tile's own patches, (p,) bool, meet the front of each patch: (p,) int."""
+    """How many of some rays from a tile's own patches, (p,) bool, meet the front of each patch:
+    (p,) int.
+    """
     patches, ray_scene = prepared.patches, prepared.plan.ray_scene
     rows = np.flatnonzero(own & patches.receives)
     keys = patches.key.copy()
@@ -85,7 +94,9 @@ def _count_met(prepared, own):
         origins, directions, _ = hemisphere_rays(others, chosen, sequence)
         directions = directions.reshape(-1, 3)
         hit = ray_scene.trace_places(origins.reshape(-1, 3), directions).triangle
-        front = (hit >= 0) & (np.einsum("ij,ij->i", directions, patches.facing[hit, :3]) + patches.facing[hit, 3] < 0)
+        front = (hit >= 0) & (
+            np.einsum("ij,ij->i", directions, patches.facing[hit, :3]) + patches.facing[hit, 3] < 0
+        )
         met += np.bincount(hit[front], minlength=len(met))
     return met
 
@@ -99,7 +110,8 @@ def draw_members(cluster, met, patches):
     seen = np.bincount(cluster, met, count)[cluster] > 0
     weight = np.where(seen, met, patches.area)
     chance = np.maximum(uniform(mix(patches.key ^ DRAWN), 1)[:, 0].astype(float), 2.0**-25)
-    # The least of numbers with exponential distributions of some rates is that of each in proportion to its rate.
+    # The least of numbers with exponential distributions of some rates is that of each in
+    # proportion to its rate.
     with np.errstate(divide="ignore"):
         order = np.lexsort((-np.log(chance) / weight, cluster))
     return order[np.searchsorted(cluster[order], np.arange(count))]

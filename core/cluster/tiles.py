@@ -1,4 +1,5 @@
-"""Tiles of a city: which surfaces each reports, and what around it shades these or reflects onto them.
+"""Tiles of a city: which surfaces each reports, and what around it shades these or reflects onto
+them.
 
                     │<─ reach ─>│                    A square tile reports the surfaces whose centres lie in it. Its
   far      far      ┌───────────┐     far            near surroundings, some building heights wide, are traced with
@@ -27,7 +28,9 @@ LEFT_OUT = np.int8(-1)
 
 @dataclass
 class _Pieces:
-    """What is kept or left out together: n surfaces, then each triangle of the ground, then each tree's crown."""
+    """What is kept or left out together: n surfaces, then each triangle of the ground, then each
+    tree's crown.
+    """
 
     low: np.ndarray  # (k, 3) float64 [m]
     high: np.ndarray  # (k, 3) float64 [m]
@@ -59,13 +62,17 @@ def box_pieces(scene):
     first_crown = len(low)
     if scene.trees is not None:
         crowns = scene.trees
-        box = _box_members(np.asarray(crowns.vertices, float)[crowns.triangles], crowns.tree, len(crowns))
+        box = _box_members(
+            np.asarray(crowns.vertices, float)[crowns.triangles], crowns.tree, len(crowns)
+        )
         low, high = np.concatenate([low, box[0]]), np.concatenate([high, box[1]])
     return _Pieces(low, high, piece, first_crown)
 
 
 def _box_members(corners, member, count):
-    """Lowest and highest corner of some sets of triangles: two (count, 3) float64; infinite where a set is empty."""
+    """Lowest and highest corner of some sets of triangles: two (count, 3) float64; infinite where a
+    set is empty.
+    """
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, member, corners.min(axis=1))
     np.maximum.at(high, member, corners.max(axis=1))
@@ -119,8 +126,9 @@ def surround(name, rows, pieces, ground_albedo):
     rows : (m,) int
     pieces : Pieces
     ground_albedo : float
-        The brighter the ground, the wider the near surroundings: by `city.build_ground.choose_reach`, in heights of
-        the tile's own surfaces, from the lowest to the highest point.
+        The brighter the ground, the wider the near surroundings: by
+        `city.build_ground.choose_reach`, in heights of the tile's own surfaces, from the lowest to
+        the highest point.
 
     Returns
     -------
@@ -154,13 +162,16 @@ def gap(low, high, other_low, other_high):
 
 
 def prepare_whole(scene):
-    """The scene with what its parts inherit from it: backs of sheets, and the numbers of its triangles."""
+    """The scene with what its parts inherit from it: backs of sheets, and the numbers of its
+    triangles.
+    """
     scene = add_backs(scene)
     return replace(scene, number=number_triangles(scene))
 
 
 def take_part(scene, pieces, tile):
-    """Scene of a tile and its surroundings, with the origin, the axes and the random numbers of the whole.
+    """Scene of a tile and its surroundings, with the origin, the axes and the random numbers of the
+    whole.
 
     Parameters
     ----------
@@ -180,7 +191,9 @@ def take_part(scene, pieces, tile):
     around = tile.around[pieces.of_triangle]
     far = np.flatnonzero(around == FAR)
     corners = np.asarray(scene.vertices, float)[scene.triangles[far]]
-    low = ~_rises(corners.min(axis=1), corners.max(axis=1), tile.box, tile.lowest)  # lower parts of facades
+    low = ~_rises(
+        corners.min(axis=1), corners.max(axis=1), tile.box, tile.lowest
+    )  # lower parts of facades
     around[far[low]] = LEFT_OUT
     complete = bool((tile.around > LEFT_OUT).all() and (around > LEFT_OUT).all())
     kept = np.flatnonzero(around > LEFT_OUT)
@@ -192,7 +205,9 @@ def take_part(scene, pieces, tile):
     surfaces = take_fields(scene.surfaces, rows)
     surfaces.eligible &= np.isin(rows, tile.rows)  # only its own
     # What every scene has of each triangle, and what some have.
-    of_triangles = {name: getattr(scene, name) for name in ("footprint", "closure", "number", "sheet")}
+    of_triangles = {
+        name: getattr(scene, name) for name in ("footprint", "closure", "number", "sheet")
+    }
     part = replace(
         scene,
         **{name: values[kept] for name, values in of_triangles.items() if values is not None},

@@ -1,9 +1,10 @@
 """Trace one tile, as a task that reads all it needs from disk and leaves its result there.
 
-It also measures, by rays from the tile's own surfaces, what its surroundings leave out at most. No sun below 2° is
-traced, so that direct sunlight misses nothing. A ray from an eligible surface that leaves the surroundings less than 2°
-above the level may have met something that was left out: skylight is lost. One that leaves downwards, or that meets the
-far surroundings, finds light that may be wrong in either way, by no more than it can be.
+It also measures, by rays from the tile's own surfaces, what its surroundings leave out at most. No
+sun below 2° is traced, so that direct sunlight misses nothing. A ray from an eligible surface that
+leaves the surroundings less than 2° above the level may have met something that was left out:
+skylight is lost. One that leaves downwards, or that meets the far surroundings, finds light that
+may be wrong in either way, by no more than it can be.
 """
 
 import time
@@ -81,17 +82,25 @@ def trace_part(run_path, part_path, result_path, threads):
     request, scene = replace(run.request, threads=threads), part.scene
     prepared = prepare_scene(scene, request, suns=run.suns, materials=part.materials)
     terrain = run.terrain
-    effects = [terrain[one.key] if one.key == "terrain-horizon" else one for one in prepared.plan.effects]
-    plan = replace(prepared.plan, effects=effects, terrain=terrain.terrain, hidden_suns=terrain.hidden_suns)
+    effects = [
+        terrain[one.key] if one.key == "terrain-horizon" else one for one in prepared.plan.effects
+    ]
+    plan = replace(
+        prepared.plan, effects=effects, terrain=terrain.terrain, hidden_suns=terrain.hidden_suns
+    )
     prepared = build_tree(replace(prepared, plan=plan), request)
     halo = _measure_halo(prepared, request.seed, part, run.city)
     few = thin_surroundings(scene, prepared, part.own)
     triangles = len(scene.triangles), int((scene.halo == OWN).sum())
     del scene, prepared, plan
-    transfer = trace_scene(few.scene, run.weather, request, silent, Path(result_path).parent, prepared=few.prepared)
+    transfer = trace_scene(
+        few.scene, run.weather, request, silent, Path(result_path).parent, prepared=few.prepared
+    )
     sampling = None
     if part.measure:
-        sampling = measure_sun_sampling(few.scene, run.weather, transfer, request, prepared=few.prepared)
+        sampling = measure_sun_sampling(
+            few.scene, run.weather, transfer, request, prepared=few.prepared
+        )
     own = np.searchsorted(few.surfaces, part.own)
     surfaces = few.scene.surfaces
     told = {
@@ -105,7 +114,9 @@ def trace_part(run_path, part_path, result_path, threads):
         "sun_sampling": sampling,
         "area": float(surfaces.area[surfaces.eligible].sum()),  # [m²]
     }
-    finish_task(Path(result_path), lambda path: write_transfer(path, take_rows(transfer, own)), finite(told))
+    finish_task(
+        Path(result_path), lambda path: write_transfer(path, take_rows(transfer, own)), finite(told)
+    )
     Path(part_path).unlink(missing_ok=True)
     return result_path
 
@@ -126,24 +137,30 @@ def _measure_halo(prepared, seed, part, city):
     Returns
     -------
     dict
-        `sky`, of the sky lower than 2°; `reflected`, of what reflects; cosine-weighted means over the eligible area.
-        Empty without an eligible surface, or where nothing is left out.
+        `sky`, of the sky lower than 2°; `reflected`, of what reflects; cosine-weighted means over
+        the eligible area. Empty without an eligible surface, or where nothing is left out.
     """
     patches, scene = prepared.patches, prepared.scene
-    eligible = np.append(scene.surfaces.eligible, False)[scene.triangle_surface] & patches.receives  # -1: the ground
+    eligible = (
+        np.append(scene.surfaces.eligible, False)[scene.triangle_surface] & patches.receives
+    )  # -1: the ground
     area = np.where(eligible, patches.area, 0.0)
     if part.complete or not area.any():
         return {}
     generator = np.random.default_rng([seed, STREAM])
     start = generator.choice(len(area), RAYS, p=area / area.sum())
     b1, b2, *angles = generator.random((4, RAYS, 1), np.float32)
-    b1, b2 = (np.where(b1 + b2 > 1, 1 - one, one) for one in (b1, b2))  # fold the square into the triangle
+    b1, b2 = (
+        np.where(b1 + b2 > 1, 1 - one, one) for one in (b1, b2)
+    )  # fold the square into the triangle
     origins, directions = rays_from_patches(patches, start, b1, b2, cosine_direction(*angles))
     origins, directions = origins[:, 0], directions[:, 0]
     hit = prepared.plan.ray_scene.trace_closest(origins, directions)
     # Rays that are still above the city where they leave the box.
     with np.errstate(divide="ignore", invalid="ignore"):
-        steps = (np.where(directions[:, :2] > 0, part.inner[1], part.inner[0]) - origins[:, :2]) / directions[:, :2]
+        steps = (
+            np.where(directions[:, :2] > 0, part.inner[1], part.inner[0]) - origins[:, :2]
+        ) / directions[:, :2]
         steps = np.where(np.isfinite(steps), steps, np.inf).min(axis=1)
         places = origins[:, :2] + steps[:, None] * directions[:, :2]
     beyond = ((places > city[0]) & (places < city[1])).all(axis=1) & (hit < 0)
@@ -158,7 +175,8 @@ def _measure_halo(prepared, seed, part, city):
 def bound_hours(shares, albedo, weather, sky, irradiation):
     """What the surroundings leave out, in percent of the irradiation of the eligible surfaces.
 
-    Reflected light is at most that of a face turned to the sun, DNI + DHI, after all reflections, times its albedo.
+    Reflected light is at most that of a face turned to the sun, DNI + DHI, after all reflections,
+    times its albedo.
 
     Parameters
     ----------
@@ -183,7 +201,9 @@ def bound_hours(shares, albedo, weather, sky, irradiation):
         return None
     parts, data = split_sky(weather, sky), weather.data
     low = float(np.mean(parts.dome))
-    low += sum(SOURCES[name].low * max(float(np.mean(light)), 0.0) for name, light in parts.sources.items())
+    low += sum(
+        SOURCES[name].low * max(float(np.mean(light)), 0.0) for name, light in parts.sources.items()
+    )
     brightest = float((data["dni"] + data["dhi"]).mean())
     lost = shares["sky"] * low + shares["reflected"] * albedo * brightest
     return 100 * lost / (1 - albedo) / irradiation

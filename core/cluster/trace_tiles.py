@@ -1,13 +1,15 @@
 """Trace a city tile by tile. Read this first.
 
-    Scene ─► cut_tiles ─► take_part ─► part.pickle ─► trace_part (a worker) ─► tile.nc ─► join_tiles ─► Transfer
+    Scene ─► cut_tiles ─► take_part ─► part.pickle ─► trace_part (a worker) ─► tile.nc ─► join_tiles
+    ─► Transfer
              who reports   triangles    on disk        thins the surroundings,
              and what is   and surfaces                reads and writes files
              around it
 
-What is decided from the whole is the same in each tile: suns, number of reflections, effects, materials, terrain. All
-triangles keep the random numbers that they have in the whole, so that a tile's result depends neither on who traces it
-nor on how the rest is cut; it differs from that of the whole by what its surroundings leave out, see `trace_part`.
+What is decided from the whole is the same in each tile: suns, number of reflections, effects,
+materials, terrain. All triangles keep the random numbers that they have in the whole, so that a
+tile's result depends neither on who traces it nor on how the rest is cut; it differs from that of
+the whole by what its surroundings leave out, see `trace_part`.
 """
 
 import hashlib
@@ -36,7 +38,13 @@ SMALLEST = 20.0  # [m] tiles: twice the patches
 LARGEST = 1_000_000  # triangles that are planned as a whole
 TASK_VERSION = 6  # raised when results of earlier runs are no longer to be used
 KEY_LENGTH = 24
-SETTLED = ("reflections", "far-ground", "perez", "trees", "specular")  # effects that every tile takes over as decided
+SETTLED = (
+    "reflections",
+    "far-ground",
+    "perez",
+    "trees",
+    "specular",
+)  # effects that every tile takes over as decided
 ONE_MACHINE = ("target_error", "time_budget")
 STAGE = "tiles"
 
@@ -64,16 +72,21 @@ def check_cluster_settings(settings, request):
     check_cluster(settings.cluster)
     for name in ONE_MACHINE:
         if getattr(request, name) is not None:
-            raise InputError(option_of(name), "is for runs without tiles", "leave it out, or leave out --cluster")
+            raise InputError(
+                option_of(name), "is for runs without tiles", "leave it out, or leave out --cluster"
+            )
     if request.estimator != "gather":
-        raise InputError("--estimator forward", "traces whole cities only", "use gather, or leave out --cluster")
+        raise InputError(
+            "--estimator forward", "traces whole cities only", "use gather, or leave out --cluster"
+        )
 
 
 def plan_tiles(scene, weather, request, settings, tell):
-    """What tracing a city in tiles calls for: PreparedScene; of a large one without patches, which only its tiles have.
+    """What tracing a city in tiles calls for: PreparedScene; of a large one without patches, which
+    only its tiles have.
 
-    A large city is planned from the tile with most surfaces: patches of the whole would take more memory on one machine
-    than any worker needs for its tile.
+    A large city is planned from the tile with most surfaces: patches of the whole would take more
+    memory on one machine than any worker needs for its tile.
 
     Parameters
     ----------
@@ -108,7 +121,8 @@ def trace_tiles(prepared, weather, request, settings, folder, *, progress=silent
     request : Request
     settings : ClusterSettings
     folder : path-like
-        Exists; tiles are kept there until all are done, and found again by a later run of the same city and settings.
+        Exists; tiles are kept there until all are done, and found again by a later run of the same
+        city and settings.
     progress : callable, optional
     tell : callable, optional
         Takes lines for the user.
@@ -134,7 +148,9 @@ def trace_tiles(prepared, weather, request, settings, folder, *, progress=silent
     kept, found = set(), []
     with open_workers(settings.cluster) as workers:
         tell(workers.words)
-        tasks = make_tasks(scene, squares, (prepared, weather, request, settings), folder, (kept, found))
+        tasks = make_tasks(
+            scene, squares, (prepared, weather, request, settings), folder, (kept, found)
+        )
         progress(STAGE, 0, len(squares), STAGE)
         for done, _ in enumerate(run_tasks(workers, trace_part, tasks), start=1):
             progress(STAGE, len(kept) + done, len(squares), STAGE)
@@ -147,7 +163,9 @@ def trace_tiles(prepared, weather, request, settings, folder, *, progress=silent
 
 
 def _told_of(path):
-    """Figures of a finished tile: dict. InputError where its files are not what its task has written."""
+    """Figures of a finished tile: dict. InputError where its files are not what its task has
+    written.
+    """
     told = read_told(path)
     if told is None:
         problem = "is not what was written for this tile: somebody else has changed it, or the disk"
@@ -171,11 +189,17 @@ def make_tasks(scene, squares, inputs, folder, lists):
     """
     prepared, weather, request, settings = inputs
     pieces, (kept, found) = box_pieces(scene), lists
-    built = slice(0, len(scene.surfaces))  # the ground beyond is lit like the far ground that takes its place
+    built = slice(
+        0, len(scene.surfaces)
+    )  # the ground beyond is lit like the far ground that takes its place
     city = pieces.low[built, :2].min(axis=0), pieces.high[built, :2].max(axis=0)
     plan = prepared.plan  # of which the tiles' own plans take the terrain
-    terrain = TracePlan([plan["terrain-horizon"]], terrain=plan.terrain, hidden_suns=plan.hidden_suns)
-    shared = pickle.dumps(Run(_settle(prepared, request), prepared.suns, weather, city, terrain), protocol=5)
+    terrain = TracePlan(
+        [plan["terrain-horizon"]], terrain=plan.terrain, hidden_suns=plan.hidden_suns
+    )
+    shared = pickle.dumps(
+        Run(_settle(prepared, request), prepared.suns, weather, city, terrain), protocol=5
+    )
     run_path = write_task(folder, "run", shared)
     run_key = f"{__version__} {TASK_VERSION}".encode() + shared
     threads = request.threads if settings.cluster == SERIAL else 1
@@ -188,10 +212,14 @@ def make_tasks(scene, squares, inputs, folder, lists):
         materials = [prepared.materials[row] for row in [*taken.tolist(), -1]]
         inner = tile.box[0][:2], tile.box[1][:2]
         own = np.searchsorted(taken, tile.rows)
-        data = pickle.dumps(Part(part, own, materials, inner, complete, index == fullest), protocol=5)
+        data = pickle.dumps(
+            Part(part, own, materials, inner, complete, index == fullest), protocol=5
+        )
         key = hashlib.sha256(run_key + data).hexdigest()[:KEY_LENGTH]
         result = folder / f"{name}_{key}.nc"
-        found.append((replace(tile, around=tile.around[:0]), result))  # of which it takes a byte for each piece
+        found.append(
+            (replace(tile, around=tile.around[:0]), result)
+        )  # of which it takes a byte for each piece
         if read_told(result) is not None:  # else it is traced again, over what is there
             kept.add(result)
             continue
@@ -201,10 +229,13 @@ def make_tasks(scene, squares, inputs, folder, lists):
 def _settle(prepared, request):
     """The request with what is decided for the whole, so that every tile takes it over: Request.
 
-    A tile alone would find a number of reflections of its own: where none is asked for, all take as many as the
-    brightest albedo calls for.
+    A tile alone would find a number of reflections of its own: where none is asked for, all take as
+    many as the brightest albedo calls for.
     """
-    plan, brightest = prepared.plan, max(float(np.max(found.brdf.albedo)) for found in prepared.materials)
+    plan, brightest = (
+        prepared.plan,
+        max(float(np.max(found.brdf.albedo)) for found in prepared.materials),
+    )
     effects = {key: on for key, on in request.effects.items() if key != "terrain-horizon"}
     effects |= {key: plan[key].on for key in SETTLED}
     bounces = count_surely(brightest) if plan.max_bounces is None else plan.max_bounces
@@ -226,6 +257,8 @@ def _describe_tiles(tiles, figures, settings):
         "triangles": sum(one["triangles"] for one in figures),
         "processor_seconds": sum(one["processor_seconds"] for one in figures),
         "peak_memory_bytes_of_a_worker": max(peaks, default=None),
-        "left_out": {key: float(share @ [one["halo"].get(key, 0.0) for one in figures]) for key in SHARES},
+        "left_out": {
+            key: float(share @ [one["halo"].get(key, 0.0) for one in figures]) for key in SHARES
+        },
         "unit": "m, s, shares of the hemisphere",
     }

@@ -1,4 +1,5 @@
 """The command line, its commands, and the self-check.
 
-In: command line arguments. Out: files, text and an exit status. Read first: command_line.py, then simulate.py.
+In: command line arguments. Out: files, text and an exit status. Read first: command_line.py, then
+simulate.py.
 """

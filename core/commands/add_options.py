@@ -39,8 +39,12 @@ def add_options(parser, *groups, hidden=()):
             if details.option != "":
                 unit = f"[{details.unit}] " if details.unit else ""
                 shown = ("off", "on")[default] if details.kind == "switch" else default
-                stated = details.kind not in ("flag", "names", "pairs", "shares") and default is not None
-                words = (unit + details.words + (f" ({shown})" if stated else "")).replace("%", "%%")
+                stated = (
+                    details.kind not in ("flag", "names", "pairs", "shares") and default is not None
+                )
+                words = (unit + details.words + (f" ({shown})" if stated else "")).replace(
+                    "%", "%%"
+                )
                 words = argparse.SUPPRESS if name in hidden else words
                 # What is not given, method, preset and the defaults tell.
                 named = {"dest": name, "help": words, "default": argparse.SUPPRESS}
@@ -58,11 +62,15 @@ def _argument_of_setting(details):
         "texts": many,
         "names": many,
         "pairs": many | {"type": _keyed(SWITCH.__getitem__, "KEY=on or KEY=off")},
-        "shares": many | {"type": lambda text: [share(part) for part in filter(None, text.split(","))]},
+        "shares": many
+        | {"type": lambda text: [share(part) for part in filter(None, text.split(","))]},
         "place": {"nargs": 2, "type": float, "metavar": ("LATITUDE", "LONGITUDE")},
     }
     kind = {"number": float, "integer": int}.get(details.kind, str)
-    plain = {"type": _or_none(kind, details.none) if details.none else kind, "metavar": details.metavar}
+    plain = {
+        "type": _or_none(kind, details.none) if details.none else kind,
+        "metavar": details.metavar,
+    }
     return shapes.get(details.kind, plain)
 
 
@@ -106,8 +114,12 @@ def join_pairs(option, pairs):
     found = {}
     for key, value in pairs:
         if found.setdefault(key, value) != value:
-            first, second = (("off", "on")[one] if isinstance(one, bool) else one for one in (found[key], value))
-            raise InputError(option, f"{key} is given as {first} and as {second}", "give each key once")
+            first, second = (
+                ("off", "on")[one] if isinstance(one, bool) else one for one in (found[key], value)
+            )
+            raise InputError(
+                option, f"{key} is given as {first} and as {second}", "give each key once"
+            )
     return found
 
 
@@ -126,7 +138,9 @@ def settings_of_options(options):
             if details.kind == "switch":
                 value = SWITCH[value]
             elif details.kind in ("pairs", "shares"):
-                value = join_pairs(option_of(name), value if details.kind == "pairs" else chain(*value))
+                value = join_pairs(
+                    option_of(name), value if details.kind == "pairs" else chain(*value)
+                )
             given[name] = value
     return given
 
@@ -134,15 +148,25 @@ def settings_of_options(options):
 def add_cluster(parser, *, tiles=False):
     """Add `--cluster`, and for a city `--tile`."""
     place = parser.add_argument_group("many machines")
-    words = "work in tasks: local:N workers here, tcp://HOST:PORT of a Dask scheduler, or serial: this process"
+    words = (
+        "work in tasks: local:N workers here, tcp://HOST:PORT of a Dask scheduler, or serial: this "
+        "process"
+    )
     place.add_argument("--cluster", metavar="WORD", help=words)
     if tiles:
-        place.add_argument("--tile", type=float, metavar="M", help="[m] side of the tiles that --cluster traces (1000)")
+        place.add_argument(
+            "--tile",
+            type=float,
+            metavar="M",
+            help="[m] side of the tiles that --cluster traces (1000)",
+        )
 
 
 def add_city(parser):
     """Input files, and options for reading them."""
-    parser.add_argument("city", nargs="+", metavar="CITY", help="CityGML, CityJSON or OBJ files, or folders of them")
+    parser.add_argument(
+        "city", nargs="+", metavar="CITY", help="CityGML, CityJSON or OBJ files, or folders of them"
+    )
     add_options(parser, "city", "surfaces")
 
 
@@ -150,7 +174,9 @@ def add_output(parser, *, exports=False):
     """Output options, and those of files that are written when they are asked for."""
     output = parser.add_argument_group("the results")
     output.add_argument("--out", required=True, metavar="DIR", help="folder to write")
-    output.add_argument("--overwrite", action="store_true", help="replace results in a folder that is not empty")
+    output.add_argument(
+        "--overwrite", action="store_true", help="replace results in a folder that is not empty"
+    )
     output.add_argument("--quiet", action="store_true", help="print errors only")
     for name, words in EXPORTS.items() if exports else ():
         listed = {"action": "append_const", "dest": "exports", "const": name, "default": []}
@@ -163,27 +189,60 @@ def add_world(parser):
     parser.add_argument("environment", nargs="+", metavar="ENVIRONMENT", help=words)
     place = parser.add_argument_group("the world")
     degrees = {"nargs": 2, "type": float}
-    place.add_argument("--way", choices=("exact", "paper"), help="sun of each place, or of Greenwich, shifted (exact)")
-    place.add_argument("--mix", metavar="NAME=SHARE,…", help="weighted mean of environments as a further one")
-    place.add_argument("--step", type=float, metavar="D", help="[°] distance of places (3; files: all points)")
-    place.add_argument("--latitudes", metavar=("SOUTH", "NORTH"), help="[°] range (-60 90; files: all)", **degrees)
-    place.add_argument("--longitudes", metavar=("WEST", "EAST"), help="[°] range (-180 180; files: all)", **degrees)
-    place.add_argument("--years", nargs="+", type=int, default=[], action="extend", metavar="Y", help="averaged (all)")
+    place.add_argument(
+        "--way",
+        choices=("exact", "paper"),
+        help="sun of each place, or of Greenwich, shifted (exact)",
+    )
+    place.add_argument(
+        "--mix", metavar="NAME=SHARE,…", help="weighted mean of environments as a further one"
+    )
+    place.add_argument(
+        "--step", type=float, metavar="D", help="[°] distance of places (3; files: all points)"
+    )
+    place.add_argument(
+        "--latitudes", metavar=("SOUTH", "NORTH"), help="[°] range (-60 90; files: all)", **degrees
+    )
+    place.add_argument(
+        "--longitudes", metavar=("WEST", "EAST"), help="[°] range (-180 180; files: all)", **degrees
+    )
+    place.add_argument(
+        "--years",
+        nargs="+",
+        type=int,
+        default=[],
+        action="extend",
+        metavar="Y",
+        help="averaged (all)",
+    )
     words = "merge surfaces of similar light, to at most N per environment"
     place.add_argument("--surfaces", type=int, metavar="N", help=words)
-    place.add_argument("--off-land", choices=("blank", "climate", "clear-sky"), default="blank", help="at sea")
-    place.add_argument("--pictures", choices=("on", "off"), default="on", help="draw maps and figures (on)")
+    place.add_argument(
+        "--off-land", choices=("blank", "climate", "clear-sky"), default="blank", help="at sea"
+    )
+    place.add_argument(
+        "--pictures", choices=("on", "off"), default="on", help="draw maps and figures (on)"
+    )
 
 
 def add_change(parser):
     """What `citypv variant` changes."""
     place = parser.add_argument_group("the change")
     several = {"nargs": "+", "action": "extend", "default": []}
-    place.add_argument("--add", metavar="FILE", help="buildings or trees, in the base's reference system", **several)
-    place.add_argument("--local", action="store_true", help="files are in metres from the base's local origin")
+    place.add_argument(
+        "--add",
+        metavar="FILE",
+        help="buildings or trees, in the base's reference system",
+        **several,
+    )
+    place.add_argument(
+        "--local", action="store_true", help="files are in metres from the base's local origin"
+    )
     place.add_argument("--remove", metavar="ID", help="buildings, or trees", **several)
     two, one = _keyed(_two_numbers, "ID=NUMBER,NUMBER"), _keyed(float, "ID=NUMBER")
-    place.add_argument("--move", metavar="ID=EAST,NORTH", type=two, help="[m] to true east and north", **several)
+    place.add_argument(
+        "--move", metavar="ID=EAST,NORTH", type=two, help="[m] to true east and north", **several
+    )
     words = "[m] by which all of a building above its foot goes up, or down"
     place.add_argument("--raise", metavar="ID=M", dest="raised", type=one, help=words, **several)
     words = "albedo of all surfaces of a building"

@@ -1,4 +1,6 @@
-"""Whether `--target-error` and `--time-budget` can be kept, by a pilot, before the first round is traced."""
+"""Whether `--target-error` and `--time-budget` can be kept, by a pilot, before the first round is
+traced.
+"""
 
 import math
 import time
@@ -15,7 +17,8 @@ from .refine_run import MOMENT
 
 
 def check_goal(scene, weather, request, log):
-    """Refuse a target below what the choice of suns leaves, and a time in which not even the first round is traced.
+    """Refuse a target below what the choice of suns leaves, and a time in which not even the first
+    round is traced.
 
     Photons have no prices: with them nothing is refused.
 
@@ -37,22 +40,34 @@ def check_goal(scene, weather, request, log):
     prepared = build_tree(prepare_scene(scene, request, weather=weather), request)
     city = price_city(CityYear(scene, prepared, weather, request), (request.suns,), log.progress)
     errors = city.predict_errors(request)
-    # Rounds lower what rays and points leave, but not what the suns do, which is itself an estimate.
+    # Rounds lower what rays and points leave, but not what the suns do, which is itself an
+    # estimate.
     of_suns = errors.at_share(without=[source for source in SOURCES if source != "suns"])
     if request.target_error is not None and CERTAIN * of_suns > request.target_error:
         cure = "hourly" if request.suns == "days:52" else "days:52"
-        problem = f"{request.target_error:g} % is below the {of_suns:.2f} % that --suns {request.suns} leaves"
-        raise InputError("--target-error", problem, f"give --suns {cure}, or a target above {of_suns:.2f}")
+        problem = (
+            f"{request.target_error:g} % is below the {of_suns:.2f} % that --suns {request.suns} "
+            "leaves"
+        )
+        raise InputError(
+            "--target-error", problem, f"give --suns {cure}, or a target above {of_suns:.2f}"
+        )
     if request.time_budget is None:
         return
     tracing, _, writing = city.predict_seconds(request)
     first = tracing + writing + city.checking + 2 * city.pilot.electricity + MOMENT
     spent = time.monotonic() - log.started
     if spent + first > request.time_budget:
-        parts = f"the pilot ends after {describe_duration(spent)}, the first round takes {describe_duration(first)}"
+        parts = (
+            f"the pilot ends after {describe_duration(spent)}, the first round takes "
+            f"{describe_duration(first)}"
+        )
         # Speeds differ from one run to the next.
         least = math.ceil(1.25 * (spent + first))
         cure = f"give --time-budget {least} at least, or --suns with fewer days"
         raise InputError("--time-budget", f"{request.time_budget:g} s are too few: {parts}", cure)
-    told = f"{describe_duration(first)} of {describe_duration(request.time_budget - spent)} for the first round"
+    told = (
+        f"{describe_duration(first)} of {describe_duration(request.time_budget - spent)} for the "
+        "first round"
+    )
     log.write(f"--samples {request.samples} --shadow-samples {request.shadow_samples}: {told}")

@@ -1,4 +1,6 @@
-"""Settings of a run from those that are given: checked, and completed by what method and preset imply."""
+"""Settings of a run from those that are given: checked, and completed by what method and preset
+imply.
+"""
 
 import difflib
 import os
@@ -30,7 +32,8 @@ KINDS |= {"integer": KINDS["number"], "flag": KINDS["switch"], "choice": KINDS["
 
 
 def request_of_settings(settings, *groups, others=()):
-    """Checked settings: those given, before those that method and preset imply, before the defaults.
+    """Checked settings: those given, before those that method and preset imply, before the
+    defaults.
 
     Parameters
     ----------
@@ -69,15 +72,25 @@ def request_of_settings(settings, *groups, others=()):
 
 
 def _implied_settings(given):
-    """Settings that the method, the preset and a time budget imply; those of the method win: dict."""
+    """Settings that the method, the preset and a time budget imply; those of the method
+    win: dict.
+    """
     # The fewer rays the first round has, the shorter a time can be kept: further rounds add them.
-    first_round = {"samples": PRESETS["draft"]["samples"]} if given.get("time_budget") is not None else {}
-    return {**first_round, **PRESETS.get(given.get("preset"), {}), **METHODS.get(given.get("method"), {})}
+    first_round = (
+        {"samples": PRESETS["draft"]["samples"]} if given.get("time_budget") is not None else {}
+    )
+    return {
+        **first_round,
+        **PRESETS.get(given.get("preset"), {}),
+        **METHODS.get(given.get("method"), {}),
+    }
 
 
 def _take(name, value, default, details):
     """A setting in the form that Request has."""
-    if (value is None and (default is None or details.none)) or (details.none and value == details.none):
+    if (value is None and (default is None or details.none)) or (
+        details.none and value == details.none
+    ):
         return None
     words, types = KINDS[details.kind]
     no_number = types is Real and isinstance(value, bool)
@@ -87,7 +100,9 @@ def _take(name, value, default, details):
 
 
 def _take_integer(value):
-    return int(value) if float(value).is_integer() else value  # others are refused by `check_request`
+    return (
+        int(value) if float(value).is_integer() else value
+    )  # others are refused by `check_request`
 
 
 def _take_names(value):
@@ -99,14 +114,27 @@ def _take_texts(value):
     return texts[0] if len(texts) == 1 else texts
 
 
-# The declared type, whatever the caller's: an integer as a latitude, a number of numpy, a pathlib.Path.
-TAKE = {"number": float, "integer": _take_integer, "switch": bool, "flag": bool, "names": _take_names}
-TAKE |= {"texts": _take_texts, "place": lambda value: tuple(map(float, value)), "text": os.fspath, "choice": os.fspath}
+# The declared type, whatever the caller's: an integer as a latitude, a number of numpy, a
+# pathlib.Path.
+TAKE = {
+    "number": float,
+    "integer": _take_integer,
+    "switch": bool,
+    "flag": bool,
+    "names": _take_names,
+}
+TAKE |= {
+    "texts": _take_texts,
+    "place": lambda value: tuple(map(float, value)),
+    "text": os.fspath,
+    "choice": os.fspath,
+}
 TAKE["shares"] = lambda value: {key: float(share) for key, share in value.items()}
 
 
 def take_exports(exports):
-    """Names of files to write as well, of `EXPORTS`: tuple of the one or of the several that are given.
+    """Names of files to write as well, of `EXPORTS`: tuple of the one or of the several that are
+    given.
 
     Raises
     ------
@@ -115,7 +143,9 @@ def take_exports(exports):
     names = (exports,) if isinstance(exports, str) else tuple(exports)
     for name in names:
         if name not in EXPORTS:
-            raise InputError("exports", f"{name!r} is not known", f"give some of {', '.join(EXPORTS)}")
+            raise InputError(
+                "exports", f"{name!r} is not known", f"give some of {', '.join(EXPORTS)}"
+            )
     return names
 
 
@@ -133,7 +163,9 @@ def take_paths(city):
     paths = list(paths)
     for path in paths:
         if not isinstance(path, str | os.PathLike):
-            raise InputError("city", f"{path!r} is no path", "give a file, a folder, or a list of them")
+            raise InputError(
+                "city", f"{path!r} is no path", "give a file, a folder, or a list of them"
+            )
     if not paths:
         raise InputError("city", "is an empty list", "give at least one file or folder")
     return paths

@@ -1,4 +1,6 @@
-"""Closed forms against the tracer: tilted faces, a street canyon, a furnace, view factors, a module's temperature."""
+"""Closed forms against the tracer: tilted faces, a street canyon, a furnace, view factors, a
+module's temperature.
+"""
 
 from functools import cache, partial
 
@@ -22,24 +24,45 @@ from .plain_scenes import join_parts, rectangle, room
 ALBEDO = 0.25
 SINGLE = 1e-6  # rounding in single precision of a number near 1
 
-# Infinite street canyon, height = width, after 0, 1, 2, 3 reflections: mean of a wall and of the street per isotropic
-# sky. The first is exact (crossed strings), the others come from a numeric radiosity of 80 strips per face.
+# Infinite street canyon, height = width, after 0, 1, 2, 3 reflections: mean of a wall and of the
+# street per isotropic sky. The first is exact (crossed strings), the others come from a numeric
+# radiosity of 80 strips per face.
 CANYON = {
     "wall": (0.2928932, 0.353350, 0.362375, 0.363992),
     "street": (0.4142136, 0.451931, 0.461190, 0.462563),
 }
 
-# Between opposite rectangles (Howell C-11) and squares at a right angle (C-14); Helios names the second in its test.
-SQUARE, LONG = rectangle([0, 0, 0], [1, 0, 0], [0, 1, 0]), rectangle([0, 0, 0], [1, 0, 0], [0, 2, 0])
+# Between opposite rectangles (Howell C-11) and squares at a right angle (C-14); Helios names the
+# second in its test.
+SQUARE, LONG = (
+    rectangle([0, 0, 0], [1, 0, 0], [0, 1, 0]),
+    rectangle([0, 0, 0], [1, 0, 0], [0, 2, 0]),
+)
 VIEW_FACTORS = (
-    ("parallel unit squares at distance 1", 0.19982489569838738, SQUARE, ([0, 0, 1], [0, 1, 0], [1, 0, 0])),
-    ("parallel rectangles of 1 by 2 at distance 0.5", 0.5089886690414376, LONG, ([0, 0, 0.5], [0, 2, 0], [1, 0, 0])),
-    ("unit squares at a right angle", 0.20004377607540316, SQUARE, ([0, 0, 0], [0, 1, 0], [0, 0, 1])),
+    (
+        "parallel unit squares at distance 1",
+        0.19982489569838738,
+        SQUARE,
+        ([0, 0, 1], [0, 1, 0], [1, 0, 0]),
+    ),
+    (
+        "parallel rectangles of 1 by 2 at distance 0.5",
+        0.5089886690414376,
+        LONG,
+        ([0, 0, 0.5], [0, 2, 0], [1, 0, 0]),
+    ),
+    (
+        "unit squares at a right angle",
+        0.20004377607540316,
+        SQUARE,
+        ([0, 0, 0], [0, 1, 0], [0, 0, 1]),
+    ),
 )
 
 
 def closed_form_checks():
-    """Name, expected value, allowance for rounding, and a function that finds value and standard error.
+    """Name, expected value, allowance for rounding, and a function that finds value and standard
+    error.
 
     Returns
     -------
@@ -50,19 +73,32 @@ def closed_form_checks():
         cosine = np.cos(np.radians(tilt))
         expected = (1 + cosine) / 2 + ALBEDO * (1 - cosine) / 2  # Eq. 9
         for words, rays in (("closed form", False), ("by rays", True)):
-            checks.append((f"unshaded face at {tilt}°, {words}", expected, SINGLE, partial(unshaded, tilt, rays)))
+            checks.append(
+                (
+                    f"unshaded face at {tilt}°, {words}",
+                    expected,
+                    SINGLE,
+                    partial(unshaded, tilt, rays),
+                )
+            )
     for face, known in CANYON.items():
         for bounces, expected in enumerate(known):
             name = f"street canyon, {face} after {bounces} reflections"
-            checks.append((name, expected, SINGLE, lambda face=face, bounces=bounces: _canyon(bounces)[face]))
+            checks.append(
+                (name, expected, SINGLE, lambda face=face, bounces=bounces: _canyon(bounces)[face])
+            )
     for albedo, bounces in ((0.25, 3), (0.999, 50), (1.0, 50)):
         expected = bounces + 1.0 if albedo == 1 else (1 - albedo ** (bounces + 1)) / (1 - albedo)
         name = f"closed furnace, albedo {albedo:g}, {bounces} reflections"
         checks.append((name, expected, SINGLE * expected, partial(furnace, albedo, bounces)))
     for name, expected, one, other in VIEW_FACTORS:
-        checks.append((f"view factor, {name}", expected, SINGLE, partial(view, one, rectangle(*other))))
+        checks.append(
+            (f"view factor, {name}", expected, SINGLE, partial(view, one, rectangle(*other)))
+        )
     name, thermal = "cell temperature at 900 W/m², 20 °C, 5 m/s [°C]", MOUNTINGS["open-rack"]
-    checks.append((name, 40.291, 5e-4, lambda: (float(sapm_cell(900.0, 20.0, 5.0, **thermal)), 0.0)))
+    checks.append(
+        (name, 40.291, 5e-4, lambda: (float(sapm_cell(900.0, 20.0, 5.0, **thermal)), 0.0))
+    )
     return checks
 
 
@@ -71,12 +107,16 @@ def sun_at(*direction):
     directions = np.array(direction, float)
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     place = np.arange(len(directions), dtype=np.int32)
-    return Suns("hourly", directions, np.full(len(place), 1 / len(place)), np.zeros_like(place), place)
+    return Suns(
+        "hourly", directions, np.full(len(place), 1 / len(place)), np.zeros_like(place), place
+    )
 
 
 def trace(scene, suns=None, **settings):
     """Transfer of a scene, by default under the sun at zenith."""
-    return trace_gather(scene, sun_at([0, 0, 1]) if suns is None else suns, Request(**settings), silent)
+    return trace_gather(
+        scene, sun_at([0, 0, 1]) if suns is None else suns, Request(**settings), silent
+    )
 
 
 def mean_of(transfer, chosen, name="diffuse_relative"):
@@ -96,7 +136,9 @@ def unshaded(tilt, rays):
 
 @cache
 def _canyon(bounces, samples=8192, strips=40):
-    """Mean of the middle of a long street's walls and of its ground, each with its standard error: dict."""
+    """Mean of the middle of a long street's walls and of its ground, each with its standard error:
+    dict.
+    """
     parts = []
     for start, end in ((-100, -10), (-10, 10), (10, 100)):
         length = [end - start, 0, 0]
@@ -112,7 +154,9 @@ def _hemisphere_of(scene, albedo, samples, *, lit_inside=False):
     """Patches of a scene and their hemisphere rays; where it is lit inside, nothing is covered."""
     patches = patches_of_scene(scene, np.full(len(scene.triangles), float(albedo)), 0)
     covered = np.zeros((len(patches), CELL_DIVISIONS**2), bool) if lit_inside else None
-    city = RayCity(ray_scene=RayScene(scene.vertices, scene.triangles), patches=patches, covered=covered)
+    city = RayCity(
+        ray_scene=RayScene(scene.vertices, scene.triangles), patches=patches, covered=covered
+    )
     found = empty_traced(city)
     for part, *_ in trace_rows(city, np.arange(len(patches)), samples):
         found.put(part)
@@ -120,7 +164,8 @@ def _hemisphere_of(scene, albedo, samples, *, lit_inside=False):
 
 
 def furnace(albedo, bounces):
-    """Irradiance inside a closed room whose faces all start with 1: (1 - ρⁿ⁺¹)/(1 - ρ) after n reflections.
+    """Irradiance inside a closed room whose faces all start with 1: (1 - ρⁿ⁺¹)/(1 - ρ) after n
+    reflections.
 
     Returns
     -------
@@ -129,10 +174,14 @@ def furnace(albedo, bounces):
     float
         0: there is no noise if every ray hits a face.
     """
-    patches, hemisphere = _hemisphere_of(join_parts(room((0, 0, 0), (4, 5, 3))), albedo, 1024, lit_inside=True)
+    patches, hemisphere = _hemisphere_of(
+        join_parts(room((0, 0, 0), (4, 5, 3))), albedo, 1024, lit_inside=True
+    )
     first = np.ones((len(patches), 1), np.float32)
     factor = radiosity_factor(patches, hemisphere.covered_share)
-    reflected = solve_radiosity(hemisphere.form_factors, factor, first, np.zeros_like(first), bounces)
+    reflected = solve_radiosity(
+        hemisphere.form_factors, factor, first, np.zeros_like(first), bounces
+    )
     irradiance = (first + reflected).astype(float).ravel()
     return float(irradiance[np.abs(irradiance - irradiance.mean()).argmax()]), 0.0
 
@@ -141,7 +190,9 @@ def view(one, other):
     """View factor from one rectangle to another."""
     scene, own = join_parts([one, other]), len(one[1])
     patches, hemisphere = _hemisphere_of(scene, 1, 1 << 16)
-    shares = np.asarray(hemisphere.form_factors.as_matrix()[: own * HEMISPHERE_REPLICATES].sum(axis=1))
+    shares = np.asarray(
+        hemisphere.form_factors.as_matrix()[: own * HEMISPHERE_REPLICATES].sum(axis=1)
+    )
     shares = shares.reshape(own, HEMISPHERE_REPLICATES)
     share = patches.area[:own] / patches.area[:own].sum()
     error = share**2 @ shares.var(axis=1, ddof=1) / HEMISPHERE_REPLICATES

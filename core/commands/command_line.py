@@ -1,7 +1,7 @@
 """The command line: `citypv`, `python -m citypv` and `blender --command citypv` are this program.
 
-Exit status: 0 success; 2 wrong arguments or invalid input; 130 interrupted, whether or not partial results could be
-kept; 1 any other failure.
+Exit status: 0 success; 2 wrong arguments or invalid input; 130 interrupted, whether or not partial
+results could be kept; 1 any other failure.
 """
 
 import argparse
@@ -31,7 +31,11 @@ class _OneLineParser(argparse.ArgumentParser):
 
     def error(self, message):
         """Exit with status 2."""
-        hint = "give it before options of several values, such as --weather; " if "required: CITY" in message else ""
+        hint = (
+            "give it before options of several values, such as --weather; "
+            if "required: CITY" in message
+            else ""
+        )
         self.exit(2, f"{self.prog}: error: {message}; {hint}see {self.prog} --help\n")
 
 
@@ -43,7 +47,8 @@ def main(arguments=None, draw=None):
     arguments : list of str, optional
         Arguments without the program name; by default those of the process.
     draw : callable, optional
-        `draw(folder, scene, transfer, energy, note, pictures)`: drawing by Blender, for `--blend` and `--preview`.
+        `draw(folder, scene, transfer, energy, note, pictures)`: drawing by Blender, for `--blend`
+        and `--preview`.
 
     Returns
     -------
@@ -52,7 +57,9 @@ def main(arguments=None, draw=None):
     """
     # UTF-8 in files and pipes, as JSON has to be; "?" for what a terminal cannot show.
     for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):  # a program around this one may have put another there, or none
+        if hasattr(
+            stream, "reconfigure"
+        ):  # a program around this one may have put another there, or none
             stream.reconfigure(encoding=None if stream.isatty() else "utf-8", errors="replace")
     given = _join_offset(sys.argv[1:] if arguments is None else arguments)
     parser = build_parser(next((word for word in given if word in COMMANDS), ""))
@@ -67,7 +74,10 @@ def main(arguments=None, draw=None):
         # A time budget begins here: before anything large is imported or compiled.
         # Libraries of the formats, of numbers and of light.
         check_memory(_name_input(options), "a run of any size", 4e8, "give it more memory")
-        options.draw, options.log = draw, RunLog(None if getattr(options, "quiet", False) else sys.stderr)
+        options.draw, options.log = (
+            draw,
+            RunLog(None if getattr(options, "quiet", False) else sys.stderr),
+        )
         return options.run(options) or 0
     except InputError as error:
         return _print_error(str(error), 2)
@@ -94,7 +104,10 @@ def _describe_memory(options):
 
     used = peak_memory()
     words = "needs more memory than there is" + (f": {used / GB:.1f} GB were taken" if used else "")
-    return f"{_name_input(options)}: {words}; give --cluster serial, which traces a part at a time, or more memory"
+    return (
+        f"{_name_input(options)}: {words}; give --cluster serial, which traces a part at a time, "
+        "or more memory"
+    )
 
 
 def _name_input(options):
@@ -112,9 +125,13 @@ def _print_error(message, status):
 
 
 def build_parser(asked=None):
-    """Parser of all commands, whose options are added for the command that is asked for; None: for every one."""
+    """Parser of all commands, whose options are added for the command that is asked for; None: for
+    every one.
+    """
     parser = _OneLineParser(
-        prog="citypv", description="Irradiance and PV yield of the roofs and facades of a city.", epilog=EPILOGUE
+        prog="citypv",
+        description="Irradiance and PV yield of the roofs and facades of a city.",
+        epilog=EPILOGUE,
     )
     parser.add_argument("--version", action="version", version=f"citypv {__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
@@ -131,7 +148,9 @@ def _run_simulate(options):
     pictures = [name for name in ("blend", "preview") if getattr(options, name)]
     for name in pictures:
         if options.draw is None or importlib.util.find_spec("bpy") is None:
-            raise InputError(f"--{name}", "needs Blender's Python module", "type: pip install '.[blender]'")
+            raise InputError(
+                f"--{name}", "needs Blender's Python module", "type: pip install '.[blender]'"
+            )
     with _compile_beside(request := read_request(options)):
         from .simulate import simulate
         from .write_run import Output
@@ -139,7 +158,9 @@ def _run_simulate(options):
         draw = partial(options.draw, pictures=pictures) if pictures else None
         output = Output(overwrite=options.overwrite, exports=options.exports, draw=draw)
         tiles = cluster_settings(options.cluster, options.tile)
-        interrupted = simulate(options.city, options.out, request, output=output, log=options.log, cluster=tiles)
+        interrupted = simulate(
+            options.city, options.out, request, output=output, log=options.log, cluster=tiles
+        )
     if not interrupted:
         return 0
     print(interrupted, file=sys.stderr)
@@ -160,7 +181,11 @@ def _run_world(options):
 
     chosen = {one.name: getattr(options, one.name) for one in fields(WorldSettings)}
     settings = WorldSettings(**chosen | {"pictures": options.pictures == "on"})
-    told = {"overwrite": options.overwrite, "log": options.log, "cluster": cluster_settings(options.cluster)}
+    told = {
+        "overwrite": options.overwrite,
+        "log": options.log,
+        "cluster": cluster_settings(options.cluster),
+    }
     make_world(options.environment, options.out, read_request(options), settings, **told)
 
 
@@ -171,7 +196,11 @@ def _run_variant(options):
 
     move, raised, albedo_of = (
         join_pairs(option, getattr(options, name))
-        for option, name in (("--move", "move"), ("--raise", "raised"), ("--albedo-of", "albedo_of"))
+        for option, name in (
+            ("--move", "move"),
+            ("--raise", "raised"),
+            ("--albedo-of", "albedo_of"),
+        )
     )
     wish = Wish(options.add, options.remove, move, raised, albedo_of, options.local)
     output = Output(overwrite=options.overwrite, exports=options.exports)
@@ -249,7 +278,11 @@ def _print_found(options, found, lines):
     """Print what a command found: as JSON where that is asked for, else as lines of text."""
     from ..results.write_summary import finite
 
-    print_output(json.dumps(finite(found), indent=2, ensure_ascii=False) if options.json else "\n".join(lines))
+    print_output(
+        json.dumps(finite(found), indent=2, ensure_ascii=False)
+        if options.json
+        else "\n".join(lines)
+    )
 
 
 def read_request(options):
@@ -258,21 +291,26 @@ def read_request(options):
 
 
 def _compile_beside(request):
-    """Context in which a second process compiles the loops of the gather estimator, where none are kept."""
+    """Context in which a second process compiles the loops of the gather estimator, where none are
+    kept.
+    """
     from ..rays.compile_ahead import compile_ahead
 
     return compile_ahead(request.threads, wanted=request.estimator == "gather")
 
 
 def _join_offset(arguments):
-    """The arguments, with an offset such as -05:00 joined to its option, which it would seem to follow as another."""
+    """The arguments, with an offset such as -05:00 joined to its option, which it would seem to
+    follow as another.
+    """
     joined = list(arguments)
     for place in [row for row, text in enumerate(joined[:-1]) if text == "--time-axis"][::-1]:
         joined[place : place + 2] = [f"--time-axis={joined[place + 1]}"]
     return joined
 
 
-COMMANDS = {  # name -> (function that runs it, what it does); its options are those of command_options
+# name -> (function that runs it, what it does); its options are those of command_options
+COMMANDS = {
     "simulate": (_run_simulate, "trace a city and write full load hours of every surface"),
     "yield": (_run_yield, "compute the yield of a transfer.nc with other weather or modules"),
     "plot": (_run_plot, "draw the results of a folder: report.html, or the maps of a world"),

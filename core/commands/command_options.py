@@ -1,4 +1,6 @@
-"""The options of each command: arguments that are added to its parser, where it is the one that is asked for."""
+"""The options of each command: arguments that are added to its parser, where it is the one that is
+asked for.
+"""
 
 from .add_options import (
     NOT_FOR_WORLDS,
@@ -23,22 +25,32 @@ def simulate_options(parser):
 
 def yield_options(parser):
     """Electricity of an earlier run."""
-    parser.add_argument("transfer", metavar="TRANSFER", help="folder of an earlier run, or its transfer.nc")
+    parser.add_argument(
+        "transfer", metavar="TRANSFER", help="folder of an earlier run, or its transfer.nc"
+    )
     add_output(parser)
     add_options(parser, "surfaces", "weather", "electricity", "sky", "effects", "run")
 
 
 def plot_options(parser):
     """Pictures of results."""
-    parser.add_argument("folder", metavar="DIR", help="folder that simulate, yield or world has written")
+    parser.add_argument(
+        "folder", metavar="DIR", help="folder that simulate, yield or world has written"
+    )
     parser.add_argument("--quiet", action="store_true", help="print errors only")
 
 
 def site_options(parser):
     """A solar map for the web."""
-    parser.add_argument("folder", nargs="+", metavar="DIR", help="folders that simulate or yield has written")
-    parser.add_argument("--attribution", default="", metavar="TEXT", help="source and licence of the city model")
-    parser.add_argument("--private", action="store_true", help="leave out the ids of buildings and surfaces")
+    parser.add_argument(
+        "folder", nargs="+", metavar="DIR", help="folders that simulate or yield has written"
+    )
+    parser.add_argument(
+        "--attribution", default="", metavar="TEXT", help="source and licence of the city model"
+    )
+    parser.add_argument(
+        "--private", action="store_true", help="leave out the ids of buildings and surfaces"
+    )
     add_output(parser)
 
 
@@ -80,7 +92,9 @@ def effects_options(parser):
 def accuracy_options(parser):
     """What errors cost."""
     effects_options(parser)
-    parser.add_argument("--plot", metavar="FILE", help="write the curve of error against time as a picture")
+    parser.add_argument(
+        "--plot", metavar="FILE", help="write the curve of error against time as a picture"
+    )
 
 
 def selfcheck_options(parser):

@@ -1,4 +1,6 @@
-"""`citypv compare`: who gains and who loses between two states of a city, as tables, sums and a page with maps."""
+"""`citypv compare`: who gains and who loses between two states of a city, as tables, sums and a
+page with maps.
+"""
 
 import importlib.util
 
@@ -24,11 +26,19 @@ STATES = {
     "gone": "Buildings that are gone",
     "all": "All",
 }
-HEAD = ("Before [MWh]", "After [MWh]", "Change [MWh]", "± [MWh]", "on roofs [MWh]", "on facades [MWh]")
+HEAD = (
+    "Before [MWh]",
+    "After [MWh]",
+    "Change [MWh]",
+    "± [MWh]",
+    "on roofs [MWh]",
+    "on facades [MWh]",
+)
 
 
 def compare(before, after, folder, *, overwrite=False):
-    """Compare two result folders, and write surfaces.csv, buildings.csv, summary.json and report.html.
+    """Compare two result folders, and write surfaces.csv, buildings.csv, summary.json and
+    report.html.
 
     Parameters
     ----------
@@ -68,10 +78,15 @@ def describe_comparison(found):
             lines.append(f"  {words}: {change} ({sums['mwh_before']:,.1f} before)")
     # The three neighbours that lose most, and the three that gain most, beyond two standard errors.
     buildings = found.buildings
-    least = (2 * buildings["mwh_change_standard_error"]).clip(lower=0.005)  # what is written as 0.00 is not named
+    least = (2 * buildings["mwh_change_standard_error"]).clip(
+        lower=0.005
+    )  # what is written as 0.00 is not named
     sure = buildings["mwh_change"].abs() >= least
     neighbours = buildings[sure & (buildings["state"] == "existing")].sort_values("mwh_change")
-    losing, gaining = neighbours[neighbours["mwh_change"] < 0], neighbours[neighbours["mwh_change"] > 0]
+    losing, gaining = (
+        neighbours[neighbours["mwh_change"] < 0],
+        neighbours[neighbours["mwh_change"] > 0],
+    )
     for words, rows in (("Lose most", losing[:3]), ("Gain most", gaining[:-4:-1])):
         if len(rows):
             changes = [show_number(change, 2, plus=True) for change in rows["mwh_change"]]
@@ -81,18 +96,27 @@ def describe_comparison(found):
 
 
 def _note_light(found):
-    """That light before was solved again, or that the two were traced with other settings: list of str."""
+    """That light before was solved again, or that the two were traced with other settings: list of
+    str.
+    """
     notes, names = [], ", ".join(found.summary["light_differs_in"])
     if "base_light" in found.summary:
         light = describe_light(found.summary["base_light"])
-        notes.append(f"Before is {found.summary['before']} with the light that {found.later.name} asks for: {light}.")
+        notes.append(
+            f"Before is {found.summary['before']} with the light that {found.later.name} asks for: "
+            f"{light}."
+        )
     if names:
-        notes.append(f"The light was traced with other settings: {names}; part of the change is theirs.")
+        notes.append(
+            f"The light was traced with other settings: {names}; part of the change is theirs."
+        )
     return notes
 
 
 def _compose_page(found):
-    """The page: sums, the later state in 3D, maps, and the buildings whose change is beyond two standard errors."""
+    """The page: sums, the later state in 3D, maps, and the buildings whose change is beyond two
+    standard errors.
+    """
     summary, buildings = found.summary, found.buildings
     sums = [
         (words, f"{one['buildings']:,}", *_numbers_of(one))
@@ -103,7 +127,10 @@ def _compose_page(found):
     listed = sure.reindex(sure["mwh_change"].abs().sort_values(ascending=False).index[:MOST_ROWS])
     listed = listed.sort_values("mwh_change")
     # "–" of what was not there.
-    percent = ["–" if np.isnan(value) else show_number(value, 1, plus=True) for value in listed["percent_change"]]
+    percent = [
+        "–" if np.isnan(value) else show_number(value, 1, plus=True)
+        for value in listed["percent_change"]
+    ]
     listed = zip(listed.to_dict("records"), percent, strict=True)
     rows = [(one["building_id"], one["state"], *_numbers_of(one), share) for one, share in listed]
     maps = []
@@ -114,12 +141,24 @@ def _compose_page(found):
         with plain_style():
             for show, caption in CAPTIONS.items():
                 maps.append(
-                    picture(embed_figure(draw_change(found.surfaces, found.later.outlines, show), "png"), show, caption)
+                    picture(
+                        embed_figure(
+                            draw_change(found.surfaces, found.later.outlines, show), "png"
+                        ),
+                        show,
+                        caption,
+                    )
                 )
     city, data = compose_city(found.later, found.surfaces)
     kept = summary["sums"][EXISTING]
-    lead = f"What stays as it is {'gains' if kept['mwh_change'] > 0 else 'loses'} {abs(kept['mwh_change']):,.1f} ± "
-    lead += f"{kept['mwh_change_standard_error']:.1f} MWh a year, of {kept['mwh_before']:,.1f} MWh before."
+    lead = (
+        f"What stays as it is {'gains' if kept['mwh_change'] > 0 else 'loses'} "
+        f"{abs(kept['mwh_change']):,.1f} ± "
+    )
+    lead += (
+        f"{kept['mwh_change_standard_error']:.1f} MWh a year, of {kept['mwh_before']:,.1f} MWh "
+        "before."
+    )
     body = [
         section(
             "In short",
@@ -127,8 +166,10 @@ def _compose_page(found):
             *(paragraph(note, "warning") for note in _note_light(found)),
             table(("", "Buildings", *HEAD), sums, numbers=range(1, 8)),
             paragraph(
-                "± is the standard error of the change: from the rays that both states share where one is a variant of "
-                "the other, else as if both were independent, which is more. What sees nothing new differs by 0.",
+                "± is the standard error of the change: from the rays that both states share where "
+                "one is a variant of "
+                "the other, else as if both were independent, which is more. What sees nothing new "
+                "differs by 0.",
                 "small",
             ),
         ),
@@ -136,12 +177,19 @@ def _compose_page(found):
         section("Where", *maps) if maps else "",
         section(
             "Who loses, who gains",
-            paragraph(f"{len(sure):,} of {len(buildings):,} buildings change by more than two standard errors."),
+            paragraph(
+                f"{len(sure):,} of {len(buildings):,} buildings change by more than two standard "
+                "errors."
+            ),
             table(("Building", "", *HEAD, "%"), rows, numbers=range(2, 9)),
             paragraph("All are in buildings.csv, all surfaces in surfaces.csv.", "small"),
         ),
     ]
-    return fill_page(f"Comparison: {summary['before']} and {summary['after']}", "\n".join(filter(None, body)), data)
+    return fill_page(
+        f"Comparison: {summary['before']} and {summary['after']}",
+        "\n".join(filter(None, body)),
+        data,
+    )
 
 
 def _numbers_of(one):

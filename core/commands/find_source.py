@@ -18,7 +18,11 @@ from ..world.sources import (
 
 MODELS = ("climate", "clear-sky")
 STEP = 3.0  # [°] of the models' grid
-STATIONS_ONLY = ("time_shift", "weather_place", "weather_without")  # settings that mean nothing for grids
+STATIONS_ONLY = (
+    "time_shift",
+    "weather_place",
+    "weather_without",
+)  # settings that mean nothing for grids
 GRIDS_ONLY = ("step", "latitudes", "longitudes", "years", "off_land")  # and for stations
 
 
@@ -29,7 +33,10 @@ def find_source(request, settings, stack):
             refuse_settings(settings, ("off_land",), request.weather)
         axes = regular_axes(settings.step or STEP, settings.latitudes, settings.longitudes)
         return model_source(grid_places(*axes), request.weather, request, settings.off_land)
-    paths = [Path(one) for one in (request.weather if isinstance(request.weather, list) else [request.weather])]
+    paths = [
+        Path(one)
+        for one in (request.weather if isinstance(request.weather, list) else [request.weather])
+    ]
     kinds = {recognise_weather(path).key for path in paths}
     if kinds == {"era5"}:
         refuse_settings(request, STATIONS_ONLY, "gridded weather")
@@ -42,7 +49,9 @@ def find_source(request, settings, stack):
         )
         places = grid_places(grid.latitude[picked[0]], grid.longitude[picked[1]])
         if not len(places):
-            raise InputError(grid.source, "has no point in these latitudes and longitudes", "give a wider range")
+            raise InputError(
+                grid.source, "has no point in these latitudes and longitudes", "give a wider range"
+            )
         return grid_source(grid, places, picked, request, settings.years)
     if "era5" in kinds:
         raise InputError("--weather", "grids and stations are mixed", "give one or the other")
@@ -54,7 +63,9 @@ def refuse_settings(settings, names, weather):
     """Refuse settings, of a Request or WorldSettings, that mean nothing for the weather."""
     for name in names:
         if getattr(settings, name) != getattr(type(settings)(), name):
-            raise InputError("--" + name.replace("_", "-"), f"means nothing for {weather}", "leave it out")
+            raise InputError(
+                "--" + name.replace("_", "-"), f"means nothing for {weather}", "leave it out"
+            )
 
 
 def _read_stations(paths, request):
@@ -69,7 +80,12 @@ def _read_stations(paths, request):
     single = {path: read_weather(path, *place, **settings) for path in paths}
     stations = {}
     for path, weather in single.items():
-        stations.setdefault((round(weather.latitude, 2), round(weather.longitude, 2)), []).append(path)
-    weathers = [single[own[0]] if len(own) == 1 else read_weather(own, *place, **settings) for own in stations.values()]
+        stations.setdefault((round(weather.latitude, 2), round(weather.longitude, 2)), []).append(
+            path
+        )
+    weathers = [
+        single[own[0]] if len(own) == 1 else read_weather(own, *place, **settings)
+        for own in stations.values()
+    ]
     names = [own[0].name.split(".gz")[0].rsplit(".", 1)[0] for own in stations.values()]
     return station_source(weathers, names)

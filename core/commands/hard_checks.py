@@ -18,7 +18,9 @@ TURN *= np.sign(np.linalg.det(TURN))
 
 
 def hard_checks():
-    """Name, expected value, allowance, and a function that finds value and standard error: list of tuple."""
+    """Name, expected value, allowance, and a function that finds value and standard error: list of
+    tuple.
+    """
     on_horizon = "sun on the horizon: visible share on the wall facing it"
     in_plane = "sun in the plane of two walls: visible share on them"
     return [
@@ -30,7 +32,12 @@ def hard_checks():
         ("shaft 1 m wide, 50 m deep: sky view factor of its floor", 1.2729e-4, 1e-8, shaft),
         ("slivers of aspect ratio 1e6: lowest visible share of the sun", 1.0, SINGLE, _slivers),
         ("face 0.1 µm above another: irradiance of the upper one", 1.0, SINGLE, _laid),
-        ("sun at zenith: visible share on walls", 0.0, 0.0, lambda: _shares([[0, 0, 1]], SOUTH, np.max)),
+        (
+            "sun at zenith: visible share on walls",
+            0.0,
+            0.0,
+            lambda: _shares([[0, 0, 1]], SOUTH, np.max),
+        ),
         (in_plane, 0.0, 0.0, lambda: _shares(SUN_IN_PLANE, SIDE_WALLS, np.max)),
         (on_horizon, 1.0, SINGLE, lambda: _shares(LOW_SUN, SOUTH, np.min)),
         ("one thread minus four: largest difference", 0.0, 0.0, threads),
@@ -38,11 +45,15 @@ def hard_checks():
 
 
 def _moved_town():
-    """Largest difference of any face's light in twelve boxes, at the origin and in the coordinates of a file."""
+    """Largest difference of any face's light in twelve boxes, at the origin and in the coordinates
+    of a file.
+    """
     generator, faces = np.random.default_rng(1), []
     for place in range(12):
         size = np.round(generator.uniform([6, 6, 4], [14, 14, 25]), 3)
-        low = np.append(20.0 * np.array(divmod(place, 4)) + np.round(generator.uniform(0, 5, 2), 3), 0)
+        low = np.append(
+            20.0 * np.array(divmod(place, 4)) + np.round(generator.uniform(0, 5, 2), 3), 0
+        )
         faces += [points[[0, 2, 3, 1]] for points, _ in box(low, low + size)]
     points = np.concatenate(faces)
     count = len(points) // 4
@@ -50,7 +61,9 @@ def _moved_town():
     rings = np.arange(0, 4 * count + 1, 4)
     found = []
     for away in (np.zeros(3), np.array(UTM)):
-        city = City(names, buildings, [""] * count, points + away, rings, np.arange(count + 1), None)
+        city = City(
+            names, buildings, [""] * count, points + away, rings, np.arange(count + 1), None
+        )
         scene = build_scene(city, 52.5, 13.4, ground="auto", patch_size=10.0)
         found.append(trace(scene, sun_at([0.3, -0.8, 0.6], [-0.5, 0.6, 0.4]), samples=64))
     return _largest_difference(*found), 0.0
@@ -59,24 +72,37 @@ def _moved_town():
 def _closed_room():
     """Light on the brightest face."""
     scene = join_parts(room((0, 0, 0), (7, 3, 5)), TURN, (2000, -2000, 500))
-    transfer = trace(scene, sun_at([0.3, -0.8, 0.6], [0, 0, 1]), samples=1 << 15, shadow_samples=1024)
+    transfer = trace(
+        scene, sun_at([0.3, -0.8, 0.6], [0, 0, 1]), samples=1 << 15, shadow_samples=1024
+    )
     return float(max(transfer.diffuse_relative.max(), transfer.visible_share.max())), 0.0
 
 
 def _grazing():
-    """Suns from straight above a face down to 0.1° above its plane, all around it, 10 km from the origin."""
-    angle, around = (grid.ravel() for grid in np.meshgrid(np.radians([90, 10, 1, 0.1]), np.radians(range(0, 360, 15))))
-    local = np.column_stack([np.cos(angle) * np.cos(around), np.cos(angle) * np.sin(around), np.sin(angle)])
+    """Suns from straight above a face down to 0.1° above its plane, all around it, 10 km from the
+    origin.
+    """
+    angle, around = (
+        grid.ravel()
+        for grid in np.meshgrid(np.radians([90, 10, 1, 0.1]), np.radians(range(0, 360, 15)))
+    )
+    local = np.column_stack(
+        [np.cos(angle) * np.cos(around), np.cos(angle) * np.sin(around), np.sin(angle)]
+    )
     directions = local @ TURN.T
     scene = join_parts([rectangle([0, 0, 0], [10, 0, 0], [0, 10, 0], 10)], TURN, (7000, -7000, 100))
     suns = sun_at(*directions[directions[:, 2] > 1e-3])
-    return float(trace(scene, suns, samples=64, shadow_samples=64, effects=RAYS).visible_share.min()), 0.0
+    return float(
+        trace(scene, suns, samples=64, shadow_samples=64, effects=RAYS).visible_share.min()
+    ), 0.0
 
 
 def _coplanar():
     """Sky and far ground of the small faces together."""
     parts = [rectangle([0, -500, 0], [1000, 0, 0], [0, 1000, 0])]
-    parts += [rectangle([-0.01, 0.01 * place, 0], [0.01, 0, 0], [0, 0.01, 0]) for place in range(20)]
+    parts += [
+        rectangle([-0.01, 0.01 * place, 0], [0.01, 0, 0], [0, 0.01, 0]) for place in range(20)
+    ]
     transfer = trace(join_parts(parts, TURN), samples=4096, effects=RAYS)
     return float((transfer.sky_view_factor + transfer.far_ground_view_factor)[2:].min()), 0.0
 
@@ -111,13 +137,20 @@ def _laid():
 
 def _shares(directions, chosen, extreme):
     """Extreme visible share of some faces of the house under some suns."""
-    transfer = trace(join_parts([PLAIN, *HOUSE]), sun_at(*directions), samples=64, shadow_samples=64)
+    transfer = trace(
+        join_parts([PLAIN, *HOUSE]), sun_at(*directions), samples=64, shadow_samples=64
+    )
     return float(extreme(transfer.visible_share[chosen])), 0.0
 
 
 def _largest_difference(one, other):
     """Of any face's light in two Transfers: float."""
-    names = ("diffuse_relative", "visible_share", "direct_reflected", "diffuse_relative_standard_error")
+    names = (
+        "diffuse_relative",
+        "visible_share",
+        "direct_reflected",
+        "diffuse_relative_standard_error",
+    )
     return max(float(np.abs(getattr(one, name) - getattr(other, name)).max()) for name in names)
 
 

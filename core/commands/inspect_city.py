@@ -45,7 +45,9 @@ def inspect_city(paths, request, progress=silent):
         trees = {
             "count": len(crowns),
             "evergreen": int(crowns.evergreen.sum()),
-            "height": [round(float(of(crowns.height)), 2) for of in (np.min, np.mean, np.max)],  # [m]
+            "height": [
+                round(float(of(crowns.height)), 2) for of in (np.min, np.mean, np.max)
+            ],  # [m]
             "crown_volume": round(float(volume_of_crowns(crowns).sum()), 1),  # [m³]
         }
     names = np.array(surfaces.material or [""] * len(surfaces), dtype=object)
@@ -64,16 +66,24 @@ def inspect_city(paths, request, progress=silent):
         "materials": materials,
         "trees": trees,
         "findings": [
-            {"heading": one.heading, "reason": one.reason, "count": len(one.names), "area": one.area, "ids": one.names}
+            {
+                "heading": one.heading,
+                "reason": one.reason,
+                "count": len(one.names),
+                "area": one.area,
+                "ids": one.names,
+            }
             for one in list_findings(scene)
         ],
     }
 
 
 def _describe_reading(city, scene):
-    """What was chosen where files leave it open: order of axes, scale, unit, upward axis, levels of detail.
+    """What was chosen where files leave it open: order of axes, scale, unit, upward axis, levels of
+    detail.
 
-    The scale is that of the files' own system along east and north at the site; 1 where it is true, and without one.
+    The scale is that of the files' own system along east and north at the site; 1 where it is true,
+    and without one.
     """
     site, scale = scene.site, [1.0, 1.0]
     if site.crs is not None and not plane_of(site.crs)[0].is_geographic:
@@ -81,14 +91,23 @@ def _describe_reading(city, scene):
         measured = measure_steps(plane_of(site.crs)[0], middle, "xy")[0]
         scale = [round(float(value), 5) if np.isfinite(value) else None for value in measured]
     levels = scene.report.lods_chosen
-    return {"axes": site.axes, "scale": scale, "unit": city.report.unit, "up": city.report.up, "levels": levels}
+    return {
+        "axes": site.axes,
+        "scale": scale,
+        "unit": city.report.unit,
+        "up": city.report.up,
+        "levels": levels,
+    }
 
 
 def _group_areas(names, area, chosen=None):
     """Count and area by name: {name: {"count": int, "area": m²}}."""
     chosen = np.ones(len(area), bool) if chosen is None else chosen
     table = pd.Series(area[chosen]).groupby(names[chosen].astype(str)).agg(["size", "sum"])
-    return {name: {"count": int(count), "area": round(float(total), 3)} for name, count, total in table.itertuples()}
+    return {
+        name: {"count": int(count), "area": round(float(total), 3)}
+        for name, count, total in table.itertuples()
+    }
 
 
 def describe_city(found):
@@ -122,17 +141,21 @@ def describe_city(found):
         trees = found["trees"]
         low, mean, high = trees["height"]
         lines.append(
-            f"trees        {trees['count']:,}, of these evergreen {trees['evergreen']:,}; heights {low:.1f} to "
+            f"trees        {trees['count']:,}, of these evergreen {trees['evergreen']:,}; heights "
+            f"{low:.1f} to "
             f"{high:.1f} m, mean {mean:.1f} m; crowns {trees['crown_volume']:,.0f} m³"
         )
     if found["materials"]:
         lines.append("materials, and their properties with --materials:")
     lines += [
-        f"  {name:<22} {row['count']:>8,}  {row['area']:>14,.1f} m²  {row['taken_as'] or 'unknown: --albedo is used'}"
+        f"  {name:<22} {row['count']:>8,}  {row['area']:>14,.1f} m²  "
+        f"{row['taken_as'] or 'unknown: --albedo is used'}"
         for name, row in found["materials"].items()
     ]
     for finding in found["findings"]:
         area = "" if finding["area"] is None else f", {finding['area']:,.1f} m²"
         ids = list_some(finding["ids"])
-        lines.append(f"{finding['heading']} {finding['count']:,}: {finding['reason']}{area} ({ids})")
+        lines.append(
+            f"{finding['heading']} {finding['count']:,}: {finding['reason']}{area} ({ids})"
+        )
     return [*lines, *report["notes"]]

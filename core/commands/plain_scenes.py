@@ -5,7 +5,9 @@ import numpy as np
 from ..city.classify import classify, measure_tilt
 from ..city.scene import Scene, Site, Surfaces
 
-NOWHERE = Site(latitude=None, longitude=None, altitude=0.0, convergence=0.0, crs=None, origin=(0.0, 0.0, 0.0))
+NOWHERE = Site(
+    latitude=None, longitude=None, altitude=0.0, convergence=0.0, crs=None, origin=(0.0, 0.0, 0.0)
+)
 
 
 def rectangle(start, along, across, strips=1):
@@ -66,8 +68,12 @@ def join_parts(parts, turn=None, away=(0, 0, 0)):
     """
     counts = np.cumsum([0, *(len(points) for points, _ in parts)])
     vertices = np.concatenate([points for points, _ in parts])
-    vertices = (vertices if turn is None else vertices @ np.transpose(turn)) + np.asarray(away, float)
-    triangles = np.concatenate([faces + count for (_, faces), count in zip(parts, counts, strict=False)])
+    vertices = (vertices if turn is None else vertices @ np.transpose(turn)) + np.asarray(
+        away, float
+    )
+    triangles = np.concatenate(
+        [faces + count for (_, faces), count in zip(parts, counts, strict=False)]
+    )
     corners, count = vertices[triangles], len(triangles)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(normal, axis=1)
@@ -75,6 +81,10 @@ def join_parts(parts, turn=None, away=(0, 0, 0)):
     nothing, names = np.zeros(count, bool), [f"triangle {index}" for index in range(count)]
     tilt, azimuth = measure_tilt(normal)
     groups = classify(length / 2, tilt, azimuth, [""] * count)
-    surfaces = Surfaces(names, [""] * count, [""] * count, *groups, length / 2, tilt, azimuth, normal)
+    surfaces = Surfaces(
+        names, [""] * count, [""] * count, *groups, length / 2, tilt, azimuth, normal
+    )
     own = np.arange(count, dtype=np.int32)
-    return Scene(vertices, triangles.astype(np.int32), own, nothing, nothing.copy(), surfaces, NOWHERE)
+    return Scene(
+        vertices, triangles.astype(np.int32), own, nothing, nothing.copy(), surfaces, NOWHERE
+    )

@@ -1,4 +1,5 @@
-"""CityPV in Python: the functions of the package `citypv`, with the settings, checks and files of the command line.
+"""CityPV in Python: the functions of the package `citypv`, with the settings, checks and files of
+the command line.
 
 result = citypv.simulate("berlin.gml", weather="era5.nc", preset="draft")
 result.faces, result.groups, result.buildings, result.timeseries, result.summary
@@ -19,7 +20,11 @@ from ..settings.progress import silent
 from ..settings.request import declared_settings
 from .choose_settings import cluster_settings, request_of_settings, take_exports, take_paths
 
-LIGHT_FREE = ("surfaces", "electricity", "sky")  # groups of settings that another weather leaves as they are
+LIGHT_FREE = (
+    "surfaces",
+    "electricity",
+    "sky",
+)  # groups of settings that another weather leaves as they are
 
 
 class Result:
@@ -46,7 +51,9 @@ class Result:
 
     @cached_property
     def groups(self):
-        """Groups of surfaces by kind and orientation, a row for each period: pandas.DataFrame of groups.csv."""
+        """Groups of surfaces by kind and orientation, a row for each period: pandas.DataFrame of
+        groups.csv.
+        """
         return self._read("groups.csv")
 
     @cached_property
@@ -87,7 +94,8 @@ class Result:
         return Result(folder)
 
     def with_weather(self, weather, *, out=None, overwrite=False, progress=silent, **settings):
-        """The same light with another weather: Result. Module, system and sky stay as they were unless given.
+        """The same light with another weather: Result. Module, system and sky stay as they were
+        unless given.
 
         Parameters
         ----------
@@ -106,7 +114,9 @@ class Result:
 
         path, before = self.folder / "transfer.nc", self.summary["settings"]
         if not path.exists():
-            raise InputError(path, "the run wrote no light to weigh again", 'simulate with exports=("transfer",)')
+            raise InputError(
+                path, "the run wrote no light to weigh again", 'simulate with exports=("transfer",)'
+            )
         known = {name for name, *_ in declared_settings(*LIGHT_FREE)}
         kept = {name: value for name, value in before.items() if name in known}
         effects = {key: on for key, on in before.get("effects", {}).items() if key in ELECTRIC}
@@ -124,8 +134,8 @@ class Result:
         out, overwrite, exports, progress
             As in `simulate`; with "editable" among the exports it can be edited again.
         **change
-            Fields of `variant.Wish`: add (files), remove (ids), move {id: (east, north)} [m], raised {id: metres},
-            albedo_of {id: albedo}, local.
+            Fields of `variant.Wish`: add (files), remove (ids), move {id: (east, north)} [m],
+            raised {id: metres}, albedo_of {id: albedo}, local.
 
         Raises
         ------
@@ -142,7 +152,9 @@ class Result:
             raise InputError(sorted(unknown)[0], "is no change of a city", f"give some of {words}")
         with _folder_for(out) as folder:
             output = Output(overwrite=overwrite, exports=take_exports(exports))
-            make_variant(self.folder, folder, Wish(**change), output=output, log=RunLog(None, progress))
+            make_variant(
+                self.folder, folder, Wish(**change), output=output, log=RunLog(None, progress)
+            )
             return Result(folder, temporary=out is None)
 
     def plot(self):
@@ -154,18 +166,31 @@ class Result:
     def _read(self, name):
         from ..results.read_results import FACE_TEXTS, GROUP_TEXTS, read_table
 
-        texts = {"faces.csv": FACE_TEXTS, "groups.csv": GROUP_TEXTS, "buildings.csv": ("building_id",)}
+        texts = {
+            "faces.csv": FACE_TEXTS,
+            "groups.csv": GROUP_TEXTS,
+            "buildings.csv": ("building_id",),
+        }
         return read_table(self.folder / name, texts[name], ())
 
     def __repr__(self):
         totals = self.summary["totals"]
-        return f"<citypv.Result {self.folder}: {totals['kwp']:,.0f} kWp, {totals['mwh_per_year']:,.0f} MWh a year>"
+        return (
+            f"<citypv.Result {self.folder}: {totals['kwp']:,.0f} kWp, "
+            f"{totals['mwh_per_year']:,.0f} MWh a year>"
+        )
 
     def _repr_html_(self):
-        """The roofs from above, where matplotlib and outlines are there, and groups, for notebooks."""
+        """The roofs from above, where matplotlib and outlines are there, and groups, for
+        notebooks.
+        """
         from ..results.read_results import read_results as read_folder
 
-        annual, found, image = self.groups[self.groups["period"] == "annual"], read_folder(self.folder), ""
+        annual, found, image = (
+            self.groups[self.groups["period"] == "annual"],
+            read_folder(self.folder),
+            "",
+        )
         if importlib.util.find_spec("matplotlib") is not None and found.outlines is not None:
             from ..results.draw_plan import draw_plan
             from ..results.picture import embed_figure
@@ -177,7 +202,9 @@ class Result:
 
 @contextmanager
 def _folder_for(out):
-    """A folder for results: the one that is given, or one that a Result deletes; deleted here after an error."""
+    """A folder for results: the one that is given, or one that a Result deletes; deleted here after
+    an error.
+    """
     if out is not None:
         yield Path(out)
         return
@@ -189,7 +216,17 @@ def _folder_for(out):
         raise
 
 
-def simulate(city, *, out=None, overwrite=False, exports=(), cluster=None, tile=None, progress=silent, **settings):
+def simulate(
+    city,
+    *,
+    out=None,
+    overwrite=False,
+    exports=(),
+    cluster=None,
+    tile=None,
+    progress=silent,
+    **settings,
+):
     """Trace a city and compute its full load hours.
 
     Parameters
@@ -251,7 +288,8 @@ def read_results(folder):
 
 
 def compare(before, after, *, out=None, overwrite=False):
-    """Who gains and who loses between two states of a city: Comparison, with surfaces, buildings and summary.
+    """Who gains and who loses between two states of a city: Comparison, with surfaces, buildings
+    and summary.
 
     Parameters
     ----------
@@ -270,7 +308,9 @@ def compare(before, after, *, out=None, overwrite=False):
 
 
 def inspect(city, **settings):
-    """What is read of a city, repaired and left out, and where it is: dict, as ``citypv inspect --json``."""
+    """What is read of a city, repaired and left out, and where it is: dict, as ``citypv inspect
+    --json``.
+    """
     from .inspect_city import inspect_city
 
     return inspect_city(take_paths(city), request_of_settings(settings, "city", "surfaces"))
@@ -301,7 +341,9 @@ def world(environments, *, out=None, overwrite=False, cluster=None, progress=sil
     from .world import WorldSettings, make_world
 
     own = {one.name for one in fields(WorldSettings)}
-    chosen = {name: value for name, value in settings.items() if name in own} | ({} if out else {"pictures": False})
+    chosen = {name: value for name, value in settings.items() if name in own} | (
+        {} if out else {"pictures": False}
+    )
     others = {name: value for name, value in settings.items() if name not in own}
     request = request_of_settings(others, "weather", "electricity", "sky", "run", others=own)
     texts = [environments] if isinstance(environments, str) else [str(one) for one in environments]

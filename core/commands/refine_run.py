@@ -32,14 +32,22 @@ def refine_run(run, log, progress, folder):
     started = time.monotonic()
     energy = compute_energy(transfer, weather, request)
     finishing = time.monotonic() - started + 2 * transfer.visible_share.nbytes / WRITING + MOMENT
-    deadline = None if request.time_budget is None else log.started + request.time_budget - finishing
+    deadline = (
+        None if request.time_budget is None else log.started + request.time_budget - finishing
+    )
 
     def judge(one):
         nonlocal energy
         log.show(one)
         errors = split_errors(one, weather, energy)
-        if one is not transfer and request.target_error is not None and errors.at_share() <= request.target_error:
-            energy = compute_energy(one, weather, request)  # hours have changed as well since they were computed
+        if (
+            one is not transfer
+            and request.target_error is not None
+            and errors.at_share() <= request.target_error
+        ):
+            energy = compute_energy(
+                one, weather, request
+            )  # hours have changed as well since they were computed
             errors = split_errors(one, weather, energy)
         return errors
 
@@ -50,4 +58,6 @@ def refine_run(run, log, progress, folder):
         log.write(words)
 
     goal = Goal(target, deadline, largest_round(request))
-    return refine(run, judge, goal, lambda run, size: trace_round(run, size, progress, folder), log.write)
+    return refine(
+        run, judge, goal, lambda run, size: trace_round(run, size, progress, folder), log.write
+    )

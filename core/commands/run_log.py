@@ -46,14 +46,16 @@ def print_output(text):
     try:
         print(show_signs(text), flush=True)
     except BrokenPipeError:
-        # Otherwise the interpreter flushes the buffer once more at its end, and reports the error there.
+        # Otherwise the interpreter flushes the buffer once more at its end, and reports the error
+        # there.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:
         raise OSError(error.errno, error.strerror, "standard output") from error
 
 
 def report_outcome(log, folder, energy, totals, report=None):
-    """Report the groups' full load hours, the totals (of summary.json) and the folder of the results.
+    """Report the groups' full load hours, the totals (of summary.json) and the folder of the
+    results.
 
     An ImportReport, where there is one, tells the buildings that have none.
     """
@@ -64,32 +66,52 @@ def report_outcome(log, folder, energy, totals, report=None):
     groups = zip(energy.groups, hours, energy.group_count, energy.group_area, strict=True)
     for (kind, orientation), full_load_hours, count, area in groups:
         name = f"{kind} {orientation}".removesuffix(" none")
-        log.write(f"  {name}: {full_load_hours:.0f} h, {count_of(count, 'surface')}, {area:,.0f} m²")
+        log.write(
+            f"  {name}: {full_load_hours:.0f} h, {count_of(count, 'surface')}, {area:,.0f} m²"
+        )
     if not len(energy.groups):
-        log.write("  no surface is eligible for modules: groups.csv is empty; faces.csv has the hours of every surface")
+        log.write(
+            "  no surface is eligible for modules: groups.csv is empty; faces.csv has the hours of "
+            "every surface"
+        )
     for name, one in {"all": totals, **totals["kinds"]}.items():
         if one["kwp"] > 0:
             power = f"{one['kwp']:,.0f} kWp, {one['mwh_per_year']:,.0f} MWh a year"
-            log.write(f"  {name}: {one['full_load_hours']:.0f} h, {count_of(one['count'], 'surface')}, {power}")
+            log.write(
+                f"  {name}: {one['full_load_hours']:.0f} h, {count_of(one['count'], 'surface')}, "
+                f"{power}"
+            )
     for reason, one in totals["without_modules"].items():
         if not one["count"] and one["area"] < 1:
             continue
-        log.write(f"  without modules: {count_of(one['count'], 'surface')}, {one['area']:,.0f} m² {reason}")
+        log.write(
+            f"  without modules: {count_of(one['count'], 'surface')}, {one['area']:,.0f} m² "
+            f"{reason}"
+        )
     if (dark := totals["dark"])["count"]:
-        log.write(f"  in the dark all year, counted: {count_of(dark['count'], 'surface')}, {dark['area']:,.0f} m²")
+        log.write(
+            f"  in the dark all year, counted: {count_of(dark['count'], 'surface')}, "
+            f"{dark['area']:,.0f} m²"
+        )
     for reason, names in report.skipped.items() if report else ():
         if reason.startswith(SHAPELESS):
             told = list_some(names, NAMED)
-            log.write(f"  {count_of(len(names), 'building')}, {reason.removeprefix('building ')}: {told}")
+            log.write(
+                f"  {count_of(len(names), 'building')}, {reason.removeprefix('building ')}: {told}"
+            )
     log.write(f"Written to {folder} in {describe_duration(sum(log.clock.seconds.values()))}")
 
 
 def describe_overrun(request, log):
-    """That the time budget was exceeded, by what, and what would take less: lines of text, none if it was kept."""
+    """That the time budget was exceeded, by what, and what would take less: lines of text, none if
+    it was kept.
+    """
     took = time.monotonic() - log.started
     if request.time_budget is None or took <= request.time_budget:
         return []
-    words = ", ".join(f"{seconds:.1f} s for {stage}" for stage, seconds in log.clock.seconds.items())
+    words = ", ".join(
+        f"{seconds:.1f} s for {stage}" for stage, seconds in log.clock.seconds.items()
+    )
     return [
         f"--time-budget {request.time_budget:g} was exceeded: the run took {took:.1f} s, {words}",
         "  a larger --patch-size or fewer --suns take less",
@@ -101,16 +123,24 @@ def describe_scene(scene):
     from ..city.scene import surface_of_triangles
 
     report, site = scene.report, scene.site
-    kinds = ", ".join(f"{(scene.surfaces.kind == kind).sum():,} {kind}" for kind in sorted(set(scene.surfaces.kind)))
+    kinds = ", ".join(
+        f"{(scene.surfaces.kind == kind).sum():,} {kind}"
+        for kind in sorted(set(scene.surfaces.kind))
+    )
     lines = [
         f"{count_of(report.building_count, 'building')}, {count_of(report.part_count, 'part')}, "
         f"{count_of(len(scene.surfaces), 'surface')}: {kinds}",
-        f"{len(scene.triangles):,} triangles, {(surface_of_triangles(scene) < 0).sum():,} of them ground",
-        f"latitude {show_number(site.latitude, 4)}°, longitude {show_number(site.longitude, 4)}°, grid north at "
+        f"{len(scene.triangles):,} triangles, {(surface_of_triangles(scene) < 0).sum():,} of them "
+        "ground",
+        f"latitude {show_number(site.latitude, 4)}°, longitude {show_number(site.longitude, 4)}°, "
+        "grid north at "
         f"{show_number(site.convergence, 3, plus=True)}°",
     ]
     lines += [f"skipped {len(ids):,}: {reason}" for reason, ids in report.skipped.items()]
-    lines += [f"repaired {count_of(len(ids), 'surface')}: {reason}" for reason, ids in report.repaired.items()]
+    lines += [
+        f"repaired {count_of(len(ids), 'surface')}: {reason}"
+        for reason, ids in report.repaired.items()
+    ]
     return lines + list(report.notes)
 
 
@@ -122,7 +152,10 @@ def describe_extent(city):
         return []
     hints = [note for note in city.report.notes if "--unit" in note or "--up" in note]
     words = f"{width[0]:,.0f} × {width[1]:,.0f} km: a scene this wide takes minutes."
-    return [f"{words} If the city is smaller, check --unit and where its outermost buildings stand.", *hints]
+    return [
+        f"{words} If the city is smaller, check --unit and where its outermost buildings stand.",
+        *hints,
+    ]
 
 
 def describe_weather(weather, site):
@@ -134,12 +167,22 @@ def describe_weather(weather, site):
 
 
 def describe_interruption(record):
-    """The suns on which an interrupted Transfer is based, and the resulting error; "" for a complete one."""
+    """The suns on which an interrupted Transfer is based, and the resulting error; "" for a
+    complete one.
+    """
     if record.interrupted is None:
         return ""
     line = "Interrupted: kept {suns_traced:,} of {of:,} suns".format(**record.interrupted)
-    line += f" and {record.rounds:,} times the samples of the first round" if record.rounds > 1 else ""
+    line += (
+        f" and {record.rounds:,} times the samples of the first round" if record.rounds > 1 else ""
+    )
     if record.sun_sampling:
-        bias, rms = show_number(record.sun_sampling["bias"], 2, plus=True), record.sun_sampling["rms"]
-        line += f"; this changes full load hours by {bias} %, those of single surfaces by {rms:.2f} % (rms)"
+        bias, rms = (
+            show_number(record.sun_sampling["bias"], 2, plus=True),
+            record.sun_sampling["rms"],
+        )
+        line += (
+            f"; this changes full load hours by {bias} %, those of single surfaces by {rms:.2f} % "
+            "(rms)"
+        )
     return line

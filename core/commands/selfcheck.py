@@ -8,7 +8,9 @@ from ..settings.version import __version__
 from .closed_form_checks import closed_form_checks
 from .hard_checks import hard_checks
 
-ERRORS_ALLOWED = 4  # standard errors; seeds are fixed, so that a check that passed once never fails by chance
+ERRORS_ALLOWED = (
+    4  # standard errors; seeds are fixed, so that a check that passed once never fails by chance
+)
 
 
 @dataclass
@@ -48,7 +50,9 @@ def selfcheck(report=None):
         except Exception as error:  # counts as failure
             found, standard_error, problem = None, None, f"{type(error).__name__}: {error}"
         seconds = time.perf_counter() - started
-        own = _Check(name, float(expected), found, standard_error, float(allowance), seconds, passed, problem)
+        own = _Check(
+            name, float(expected), found, standard_error, float(allowance), seconds, passed, problem
+        )
         done.append(own)
         if report:
             report(own)
@@ -61,7 +65,9 @@ def describe_check(check):
     line = f"{word}  {check.name:<65} expected {check.expected:<11.7g}"
     if check.found is None:
         return f"{line} error: {check.problem}"
-    return f"{line} found {check.found:<11.7g} ± {check.standard_error:<8.1g} {check.seconds:5.2f} s"
+    return (
+        f"{line} found {check.found:<11.7g} ± {check.standard_error:<8.1g} {check.seconds:5.2f} s"
+    )
 
 
 def report_checks(checks):

@@ -1,4 +1,6 @@
-"""`citypv effects`, `citypv accuracy` and `citypv plot`: what is shown without a run, or after it."""
+"""`citypv effects`, `citypv accuracy` and `citypv plot`: what is shown without a run, or
+after it.
+"""
 
 import importlib.util
 import time
@@ -16,7 +18,8 @@ from ..sun.sky_models import choose_sky
 
 
 def list_effects(paths, request, progress):
-    """Plan of a city: each effect with reason and bound, and what it changes and takes in a small run.
+    """Plan of a city: each effect with reason and bound, and what it changes and takes in a small
+    run.
 
     Parameters
     ----------
@@ -38,7 +41,9 @@ def list_effects(paths, request, progress):
     prepared = build_tree(prepare_study(scene, weather, request), request)
     transfer = measure_effects(CityYear(scene, prepared, weather, request), progress)
     settings = {"threads": request.threads, "sky": choose_sky(request, transfer)}
-    for key, share in shares_of_effects(transfer, weather, build_system(request), **settings).items():
+    for key, share in shares_of_effects(
+        transfer, weather, build_system(request), **settings
+    ).items():
         effect = prepared.plan[key]
         effect.share = share
         if not effect.on:
@@ -65,7 +70,9 @@ def show_accuracy(paths, request, plot=None):
     InputError
     """
     if plot and not str(plot).endswith(PICTURES):
-        raise InputError("--plot", f"{plot} is not a picture", f"give a name that ends in {', '.join(PICTURES)}")
+        raise InputError(
+            "--plot", f"{plot} is not a picture", f"give a name that ends in {', '.join(PICTURES)}"
+        )
     check_tracing(request)
     started, progress = time.perf_counter(), TerminalProgress(lasting=False)
     scene = read_scene(paths, request, progress)
@@ -79,12 +86,14 @@ def show_accuracy(paths, request, plot=None):
 
 
 def plot_results(folder):
-    """Draw the results in a folder and write report.html beside them; of a world, draw its pictures.
+    """Draw the results in a folder and write report.html beside them; of a world, draw its
+    pictures.
 
     Parameters
     ----------
     folder : path-like
-        Of `citypv simulate`, `citypv yield` or `citypv world`. A report or pictures of an earlier call are replaced.
+        Of `citypv simulate`, `citypv yield` or `citypv world`. A report or pictures of an earlier
+        call are replaced.
 
     Returns
     -------
@@ -97,14 +106,22 @@ def plot_results(folder):
         matplotlib is not installed, or the folder holds no results.
     """
     if importlib.util.find_spec("matplotlib") is None:
-        raise InputError("citypv plot", "needs matplotlib, which is not installed", "type: pip install matplotlib")
+        raise InputError(
+            "citypv plot",
+            "needs matplotlib, which is not installed",
+            "type: pip install matplotlib",
+        )
     path = Path(folder) / "world.nc"
     if path.is_file():
         from ..world.draw_world import draw_world
 
         names = draw_world(path, path.parent)
         if not names:
-            raise InputError(path, "holds single places, of which there are no pictures", "give a world on a grid")
+            raise InputError(
+                path,
+                "holds single places, of which there are no pictures",
+                "give a world on a grid",
+            )
         return [path.parent / name for name in names]
     from ..results.read_results import read_results
     from ..results.write_report import write_report

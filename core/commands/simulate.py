@@ -1,4 +1,6 @@
-"""The commands that write results: trace a city and compute its energy, or recompute energy from a Transfer."""
+"""The commands that write results: trace a city and compute its energy, or recompute energy from a
+Transfer.
+"""
 
 from dataclasses import replace
 from pathlib import Path
@@ -78,9 +80,15 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
     check_tracing(request)
     check_cluster_settings(cluster, request)
     if cluster and "editable" in output.exports:
-        raise InputError("--editable", "is for runs without tiles", "leave it out, or leave out --cluster")
+        raise InputError(
+            "--editable", "is for runs without tiles", "leave it out, or leave out --cluster"
+        )
     if request.wants_rounds and "editable" in output.exports:
-        raise InputError("--editable", "an editable run has one round", "leave out --target-error and --time-budget")
+        raise InputError(
+            "--editable",
+            "an editable run has one round",
+            "leave out --target-error and --time-budget",
+        )
     with whole_folder(folder, output.overwrite) as work:
         log.write(f"Reading {', '.join(str(path) for path in paths)}")
         city = read_buildings(paths, request, log.progress)
@@ -88,7 +96,9 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
             log.write(f"  {line}")
         scene = place_city(city, request)
         log.clock.lap("read city")
-        find_surfaces(scene.surfaces.surface_id, request.series)  # refuses unknown names before anything takes long
+        find_surfaces(
+            scene.surfaces.surface_id, request.series
+        )  # refuses unknown names before anything takes long
         log.write("\n".join(f"  {line}" for line in describe_scene(scene)))
         weather = read_year(scene.site, request, keep=(work / ASKED, Path(folder) / ASKED))
         log.write(describe_weather(weather, scene.site))
@@ -101,7 +111,11 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
         else:
             prepared = prepare_study(scene, weather, request)
         log.write("\n".join(f"  {line}" for line in describe_plan(prepared.plan)))
-        log.write("Tracing" if is_compiled() else "Tracing; compiling first, which this machine needs once")
+        log.write(
+            "Tracing"
+            if is_compiled()
+            else "Tracing; compiling first, which this machine needs once"
+        )
         tiles = None
         if cluster:
             with keeping(kept := kept_beside(folder), log.write):
@@ -112,9 +126,13 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
             transfer = base.transfer
             write_rays(work / RAYS, base, city)
         else:
-            transfer = trace_until_interrupted(scene, weather, request, log, work.parent.parent, prepared=prepared)
+            transfer = trace_until_interrupted(
+                scene, weather, request, log, work.parent.parent, prepared=prepared
+            )
         log.clock.lap("trace")
-        results = write_results(work, Results(city, scene, transfer, None, weather), request, output, log)
+        results = write_results(
+            work, Results(city, scene, transfer, None, weather), request, output, log
+        )
         totals = write_run(work, results, request, log, tiles)
         write_exports(work, results, request, output.exports, log.progress)
     transfer, energy = results.transfer, results.energy
@@ -125,17 +143,22 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
 
 
 def _trace_to_edit(scene, weather, request, log, *, prepared):
-    """Trace a city so that `citypv variant` can edit it: EditableCity, with its error of sun sampling."""
+    """Trace a city so that `citypv variant` can edit it: EditableCity, with its error of sun
+    sampling.
+    """
     base = trace_base(scene, weather, request, log.progress, prepared=prepared)
     transfer = base.transfer
-    sampling = measure_sun_sampling(scene, weather, transfer, request, log.progress, prepared=prepared)
+    sampling = measure_sun_sampling(
+        scene, weather, transfer, request, log.progress, prepared=prepared
+    )
     leaf = base.city.states[0]
     leaf.transfer = replace(leaf.transfer, record=replace(transfer.record, sun_sampling=sampling))
     return base
 
 
 def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
-    """Transfer of a scene with its error of sun sampling; after Ctrl-C, of the suns that were traced until then.
+    """Transfer of a scene with its error of sun sampling; after Ctrl-C, of the suns that were
+    traced until then.
 
     Parameters
     ----------
@@ -159,15 +182,21 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
     with Interruption(log.progress, log.stream) as heard:
         if request.wants_rounds:
             if request.shadow_samples < CELLS:
-                log.write(f"Rounds have {CELLS} shadow points, so that light on patches is resolved finely enough")
+                log.write(
+                    f"Rounds have {CELLS} shadow points, so that light on patches is resolved "
+                    "finely enough"
+                )
                 request = replace(request, shadow_samples=CELLS)
             prepared = replace(build_tree(prepared, request), rounds=True)
         run = trace_run(scene, weather, request, heard, folder, prepared=prepared)
         transfer = run.transfer
-        # This takes seconds: after an interruption it is the only estimate of the error from missing suns.
+        # This takes seconds: after an interruption it is the only estimate of the error from
+        # missing suns.
         progress = log.progress if heard.asked else heard
         try:
-            sampling = measure_sun_sampling(scene, weather, transfer, request, progress, prepared=prepared)
+            sampling = measure_sun_sampling(
+                scene, weather, transfer, request, progress, prepared=prepared
+            )
             transfer = replace(transfer, record=replace(transfer.record, sun_sampling=sampling))
         except CancelledError:
             log.write("The error of sun sampling was not measured")
@@ -183,28 +212,43 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
 def recompute(transfer_path, folder, request, *, overwrite=False, log=None):
     """Compute the energy of an earlier Transfer with another weather or module.
 
-    `transfer_path` is the file, or the result folder that holds it; further parameters and errors as in `simulate`.
+    `transfer_path` is the file, or the result folder that holds it; further parameters and errors
+    as in `simulate`.
     """
     if Path(transfer_path).is_dir():
         transfer_path = Path(transfer_path) / "transfer.nc"
         if not transfer_path.is_file():
-            raise InputError(transfer_path, "the run wrote no light to weigh again", "simulate with --transfer")
+            raise InputError(
+                transfer_path, "the run wrote no light to weigh again", "simulate with --transfer"
+            )
     log = log or RunLog(None)
     check_settings(request)
-    implied = METHODS.get(request.method, {}).get("effects", {})  # as other settings of light, without effect here
+    implied = METHODS.get(request.method, {}).get(
+        "effects", {}
+    )  # as other settings of light, without effect here
     for key in request.effects:
         if key not in (*ELECTRIC, *implied):
-            raise InputError("--effects", f"{key} was decided when the city was traced", f"use {', '.join(ELECTRIC)}")
+            raise InputError(
+                "--effects",
+                f"{key} was decided when the city was traced",
+                f"use {', '.join(ELECTRIC)}",
+            )
     with whole_folder(folder, overwrite) as work:
         stored = read_transfer(transfer_path)
         transfer = classify_again(stored, request.sectors)
         if transfer is not stored:
-            log.write(f"Surfaces are classified again for --sectors {request.sectors}. Those that did not count when")
+            log.write(
+                f"Surfaces are classified again for --sectors {request.sectors}. Those that did "
+                "not count when"
+            )
             log.write("  they were traced may have a quarter of the rays, and larger errors")
         for note in transfer.notes:
             log.write(f"{transfer_path}: {note}")
         if transfer.record and transfer.record.interrupted:
-            log.write(f"{transfer_path} is from an interrupted run. {describe_interruption(transfer.record)}")
+            log.write(
+                f"{transfer_path} is from an interrupted run. "
+                f"{describe_interruption(transfer.record)}"
+            )
         kept = work / ASKED, Path(folder) / ASKED, Path(transfer_path).parent / ASKED
         weather = read_year(transfer.site, request, transfer.suns, kept)
         log.write(describe_weather(weather, transfer.site))

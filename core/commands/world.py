@@ -67,7 +67,9 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
     check_settings(request)
     settings = replace(settings, years=tuple(sorted(set(settings.years))))
     _check_world_settings(request, settings)
-    settings = replace(settings, way=settings.way or ("paper" if request.method == "paper" else "exact"))
+    settings = replace(
+        settings, way=settings.way or ("paper" if request.method == "paper" else "exact")
+    )
     request = modules_alone(request)
     if cluster:
         check_cluster(cluster.cluster)
@@ -90,7 +92,9 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
             told = {"sky": sky, "threads": request.threads, "progress": log.progress}
             world = compute_world(environments, source, system, settings.way, **told)
         if not world.weather.any():
-            raise InputError("--weather", "has no values at any of the places", "give other places or weather")
+            raise InputError(
+                "--weather", "has no values at any of the places", "give other places or weather"
+            )
         world = add_mix(world, weights) if weights else world
         log.clock.lap("world")
         write_world(work / "world.nc", world)
@@ -103,7 +107,8 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
                 log.write(f"  {name}")
         log.clock.lap("write")
         write_summary(
-            work / "summary.json", _summarise_world(world, environments, request, settings, log.clock.seconds)
+            work / "summary.json",
+            _summarise_world(world, environments, request, settings, log.clock.seconds),
         )
     drop_kept(folder, cluster)
     log.write(f"Written to {folder} in {describe_duration(sum(log.clock.seconds.values()))}")
@@ -113,20 +118,32 @@ def _check_world_settings(request, settings):
     """Refuse settings that mean nothing for a world."""
     grid, implied = request.weather in MODELS, METHODS.get(request.method, {})
     unused = (*NOT_FOR_WORLDS, *(STATIONS_ONLY if grid else ()))
-    own = [name for name in unused if name not in implied or getattr(request, name) != implied[name]]
+    own = [
+        name for name in unused if name not in implied or getattr(request, name) != implied[name]
+    ]
     refuse_settings(request, own, "this world")
     if settings.step is not None and not 0 < settings.step <= 90:
-        raise InputError("--step", f"{settings.step:g}° is no step", "give degrees above 0 and up to 90")
+        raise InputError(
+            "--step", f"{settings.step:g}° is no step", "give degrees above 0 and up to 90"
+        )
     if settings.surfaces is not None and settings.surfaces < FEWEST:
         raise InputError("--surfaces", f"{settings.surfaces} is too few", f"give {FEWEST} or more")
     if grid and settings.years:
-        raise InputError("--years", f"--weather {request.weather} has one typical year", "give --year Y")
+        raise InputError(
+            "--years", f"--weather {request.weather} has one typical year", "give --year Y"
+        )
     if isinstance(request.weather, str) and parse_asked(request.weather):
-        raise InputError("--weather", f"{request.weather} is for single places", "give climate, clear-sky or files")
+        raise InputError(
+            "--weather",
+            f"{request.weather} is for single places",
+            "give climate, clear-sky or files",
+        )
 
 
 def modules_alone(request):
-    """Settings of a world: DC without losses, on open racks unless another mounting is asked for: Request."""
+    """Settings of a world: DC without losses, on open racks unless another mounting is asked for:
+    Request.
+    """
     mounting = "open-rack" if request.mounting == "auto" else request.mounting
     return replace(request, mounting=mounting, losses=0.0, inverter=None)
 
@@ -139,9 +156,16 @@ def _describe_world(environments, source, sky):
         merged = "" if computed == count else f" merged into {computed:,}"
         area = f"{one.group_area.sum():,.0f} m²"
         lines.append(
-            f"{one.name}: {count:,} eligible surfaces{merged}, {area}, {one.sky.count:,} directions ({one.source})"
+            f"{one.name}: {count:,} eligible surfaces{merged}, {area}, {one.sky.count:,} "
+            f"directions ({one.source})"
         )
-    return [*lines, f"Sky: {sky}", f"Weather: {source.label}", *source.notes, f"{len(source.places):,} places"]
+    return [
+        *lines,
+        f"Sky: {sky}",
+        f"Weather: {source.label}",
+        *source.notes,
+        f"{len(source.places):,} places",
+    ]
 
 
 def _summarise_world(world, environments, request, settings, seconds):

@@ -2,8 +2,8 @@
 
     bands of places × environments ─► compute_band (a worker) ─► band.npz, on disk ─► World
 
-A task opens the weather itself. Every place, hour and surface is computed as without tasks, so that the world is the
-same bit by bit.
+A task opens the weather itself. Every place, hour and surface is computed as without tasks, so that
+the world is the same bit by bit.
 """
 
 import hashlib
@@ -32,7 +32,12 @@ from .find_source import find_source
 
 PLACES = 256  # of a band, about
 STAGE = "world"
-OF_GROUPS = ("full_load_hours", "standard_error", "gain_error", "without_reflections")  # fields of World
+OF_GROUPS = (
+    "full_load_hours",
+    "standard_error",
+    "gain_error",
+    "without_reflections",
+)  # fields of World
 
 
 def compute_in_tasks(environments, source, request, settings, cluster, *, folder, log):
@@ -79,14 +84,19 @@ def compute_in_tasks(environments, source, request, settings, cluster, *, folder
 
 
 def _list_tasks(environments, bands, request, settings, folder):
-    """Write what tasks read: list of an environment's number, and `path`, `band` and `result` of `_compute_band`."""
+    """Write what tasks read: list of an environment's number, and `path`, `band` and `result` of
+    `_compute_band`.
+    """
     request = replace(request, weather=_absolute_weather(request.weather), threads=None)
     stamps, tasks = stamp_files(request.weather), []
     for number, environment in enumerate(environments):
         data = pickle.dumps((environment, request, replace(settings, mix=None)), protocol=5)
         key = hashlib.sha256(__version__.encode() + stamps + data).hexdigest()[:24]
         path = write_task(folder, key, data)
-        tasks += [(number, (str(path), band, str(folder / f"{key}_{k:05d}.npz"))) for k, band in enumerate(bands)]
+        tasks += [
+            (number, (str(path), band, str(folder / f"{key}_{k:05d}.npz")))
+            for k, band in enumerate(bands)
+        ]
     return tasks
 
 
@@ -98,10 +108,18 @@ def _absolute_weather(weather):
 
 
 def stamp_files(weather):
-    """Size and time of change of weather files, so that results with other contents are not taken for theirs: bytes."""
+    """Size and time of change of weather files, so that results with other contents are not taken
+    for theirs: bytes.
+    """
     found = [Path(one) for one in (weather if isinstance(weather, list) else [weather])]
-    files = [file for path in found for file in (sorted(path.iterdir()) if path.is_dir() else [path])]
-    changed = [(str(file.absolute()), file.stat().st_size, file.stat().st_mtime_ns) for file in files if file.exists()]
+    files = [
+        file for path in found for file in (sorted(path.iterdir()) if path.is_dir() else [path])
+    ]
+    changed = [
+        (str(file.absolute()), file.stat().st_size, file.stat().st_mtime_ns)
+        for file in files
+        if file.exists()
+    ]
     return repr(changed).encode()
 
 
@@ -124,11 +142,17 @@ def _compute_band(path, band, result, threads):
         places = np.concatenate([source.chunks[one] for one in band])
         ends = np.cumsum([len(source.chunks[one]) for one in band])
         chunks = np.split(np.arange(len(places)), ends[:-1])
-        part = replace(source, places=places, chunks=chunks, read=lambda chunk: source.read(places[chunk]))
+        part = replace(
+            source, places=places, chunks=chunks, read=lambda chunk: source.read(places[chunk])
+        )
         chosen = {"way": settings.way, "sky": request.sky, "threads": threads}
         world = compute_world([environment], part, build_system(request), **chosen)
 
     arrays = {name: getattr(world, name) for name in OF_GROUPS}
-    np.savez(stored := io.BytesIO(), places=places, weather=world.weather, years=world.years, **arrays)
-    finish_task(Path(result), lambda file: file.write_bytes(stored.getvalue()), {"places": len(places)})
+    np.savez(
+        stored := io.BytesIO(), places=places, weather=world.weather, years=world.years, **arrays
+    )
+    finish_task(
+        Path(result), lambda file: file.write_bytes(stored.getvalue()), {"places": len(places)}
+    )
     return result

@@ -33,7 +33,9 @@ class Output:
 
     overwrite: bool = False  # replace the results in a folder that is not empty
     exports: tuple = ()  # of choose_settings.EXPORTS
-    draw: Callable | None = None  # `draw(folder, scene, transfer, energy, note)` writes pictures of the results
+    draw: Callable | None = (
+        None  # `draw(folder, scene, transfer, energy, note)` writes pictures of the results
+    )
 
 
 class Results(NamedTuple):
@@ -47,7 +49,8 @@ class Results(NamedTuple):
 
 
 def write_results(work, found, request, output, log):
-    """Compute the Energy of a run, and write its tables and pictures: Results, with the city as its surfaces are cut.
+    """Compute the Energy of a run, and write its tables and pictures: Results, with the city as its
+    surfaces are cut.
 
     Parameters
     ----------
@@ -61,7 +64,9 @@ def write_results(work, found, request, output, log):
     city, scene, transfer, _, weather = found
     city = draw_city(city, scene, request)
     transfer = replace(transfer, outlines=outline_surfaces(city, scene.surfaces, scene.site))
-    keep = not is_on_disk(transfer.visible_share) or bool({"transfer", "editable"} & set(output.exports))
+    keep = not is_on_disk(transfer.visible_share) or bool(
+        {"transfer", "editable"} & set(output.exports)
+    )
     energy = write_energy(work, transfer, weather, request, log, keep=keep)
     if output.draw:
         log.write("Blender")
@@ -81,21 +86,27 @@ def write_energy(work, transfer, weather, request, log, *, keep=True):
     if keep:
         write_transfer(work / "transfer.nc", transfer, log.progress)
     else:
-        log.write(f"transfer.nc would have {transfer.visible_share.shape[1]:,} suns for each surface: not written")
+        log.write(
+            f"transfer.nc would have {transfer.visible_share.shape[1]:,} suns for each surface: "
+            "not written"
+        )
         log.write("  (--transfer writes it)")
     log.clock.lap("write tables")
     return energy
 
 
 def _write_before(path, transfer, weather, request):
-    """Write the hours of a city before its edit, by light that was solved again, with their errors."""
+    """Write the hours of a city before its edit, by light that was solved again, with their
+    errors.
+    """
     energy = compute_energy(transfer, weather, replace(request, series=()))
     columns = {name: np.asarray(getattr(energy, name)) for name in BEFORE_COLUMNS}
     write_table(path, pd.DataFrame({"surface_id": transfer.surfaces.surface_id} | columns))
 
 
 def write_run(work, results, request, log, tiles=None, *, beside=None):
-    """Measure what effects of the modules and the sky's model change, and write summary.json: its totals.
+    """Measure what effects of the modules and the sky's model change, and write summary.json: its
+    totals.
 
     `beside` are further sections of it.
     """
@@ -104,7 +115,9 @@ def write_run(work, results, request, log, tiles=None, *, beside=None):
     chosen = {"sky": energy.sky, "threads": request.threads}
     shares = state_effects(summary, transfer, weather, build_system(request), **chosen)
     if shares:
-        told = (f"{key} {show_number(100 * share, 1, plus=True)} %" for key, share in shares.items())
+        told = (
+            f"{key} {show_number(100 * share, 1, plus=True)} %" for key, share in shares.items()
+        )
         log.write(f"  in full load hours: {', '.join(told)}")
     if words := describe_edge(summary):
         log.write(f"  {words}")
@@ -145,14 +158,25 @@ def draw_city(city, scene, request):
 
 
 def _state_bound(tiles, transfer, energy, weather):
-    """Figures of the tiles with what they leave out at most, in percent of the eligible surfaces' irradiation: dict."""
+    """Figures of the tiles with what they leave out at most, in percent of the eligible surfaces'
+    irradiation: dict.
+    """
     chosen = energy.eligible & np.isfinite(energy.poa_global_annual)
     area = transfer.surfaces.area[chosen]
     hours = len(weather.data) / energy.years
-    mean = 1000 * float(np.average(energy.poa_global_annual[chosen], weights=area)) / hours if area.any() else 0.0
+    mean = (
+        1000 * float(np.average(energy.poa_global_annual[chosen], weights=area)) / hours
+        if area.any()
+        else 0.0
+    )
     mean /= weather.interval.total_seconds() / 3600
-    bound = bound_hours(tiles["left_out"], transfer.record.brightest_albedo, weather, energy.sky, mean)
-    return tiles | {"bound": bound, "unit": f"{tiles['unit']}; bound in percent of the eligible surfaces' irradiation"}
+    bound = bound_hours(
+        tiles["left_out"], transfer.record.brightest_albedo, weather, energy.sky, mean
+    )
+    return tiles | {
+        "bound": bound,
+        "unit": f"{tiles['unit']}; bound in percent of the eligible surfaces' irradiation",
+    }
 
 
 def describe_bound(tiles):
@@ -161,5 +185,8 @@ def describe_bound(tiles):
         beyond = "no bound is known for what lies beyond"
     else:
         beyond = f"what lies beyond changes at most {tiles['bound']:.2f} % of the irradiation"
-    reach = f"up to {tiles['near']:,.0f} m in full, and what rises above 2° up to {tiles['farthest']:,.0f} m"
+    reach = (
+        f"up to {tiles['near']:,.0f} m in full, and what rises above 2° up to "
+        f"{tiles['farthest']:,.0f} m"
+    )
     return f"surroundings of the tiles: {reach}; {beyond}"

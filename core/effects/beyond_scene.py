@@ -1,9 +1,10 @@
 """`terrain-horizon`, `far-ground` and `perez`: what lies beyond the scene.
 
-Terrain far from it hides suns and sky. The open ground beyond it, up to the horizon, reflects light as if nothing
-shaded it. Where the near ground ends, buildings still shade it a little: at a distance of r building heights a long row
-of them hides (1 - cos β)/2 of its sky, with tan β = 1/r, and suns below β on one side. The sky of Perez is brighter
-around the sun and at the horizon, instead of an even one.
+Terrain far from it hides suns and sky. The open ground beyond it, up to the horizon, reflects light
+as if nothing shaded it. Where the near ground ends, buildings still shade it a little: at a
+distance of r building heights a long row of them hides (1 - cos β)/2 of its sky, with tan β = 1/r,
+and suns below β on one side. The sky of Perez is brighter around the sun and at the horizon,
+instead of an even one.
 """
 
 from dataclasses import replace
@@ -23,7 +24,9 @@ TERRAIN = "terrain-horizon"
 POINTS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
 STEP = 5.0  # [°] to which tilts and azimuths are rounded
 COVERED = 49_000.0  # [m] to which heights should reach in all directions
-MARGIN = 1.0  # [°] so far below the horizon a sun must stand in all intervals that it represents, not to be traced
+# [°] so far below the horizon a sun must stand in all intervals that it represents, not to be
+# traced
+MARGIN = 1.0
 
 
 def decide_terrain(inputs):
@@ -32,15 +35,23 @@ def decide_terrain(inputs):
         return Effect(TERRAIN, False, "none", "no --horizon is given: the horizon is level", None)
     horizon, corners = inputs.horizons
     highest, azimuth = horizon.elevation.max(), horizon.azimuth[horizon.elevation.argmax()]
-    where = f"{highest:.1f}° in the {_name_point(azimuth)} (azimuth {azimuth:.0f}°){_seen_from(horizon)}"
+    where = (
+        f"{highest:.1f}° in the {_name_point(azimuth)} (azimuth "
+        f"{azimuth:.0f}°){_seen_from(horizon)}"
+    )
     if inputs.terrain is None:
         low = f"no higher than the {MINIMUM_ELEVATION:g}° below which no sun is traced"
         words = "switched off" if inputs.asked(TERRAIN) is False else low
-        bound = _largest_share(inputs, lambda year, normal, albedo: light_behind(year, normal, horizon, albedo))
+        bound = _largest_share(
+            inputs, lambda year, normal, albedo: light_behind(year, normal, horizon, albedo)
+        )
         return Effect(TERRAIN, False, "none", f"{words}: it rises to {where}", bound)
-    # The horizons of buildings lie between those of the corners: between their lowest and their highest edge.
+    # The horizons of buildings lie between those of the corners: between their lowest and their
+    # highest edge.
     edges = [one.elevation for one in (horizon, *corners)]
-    lowest, top = (replace(horizon, elevation=edge.reduce(edges)) for edge in (np.minimum, np.maximum))
+    lowest, top = (
+        replace(horizon, elevation=edge.reduce(edges)) for edge in (np.minimum, np.maximum)
+    )
 
     def between(year, normal, albedo):
         low, high = (np.array(light_behind(year, normal, one, albedo)) for one in (lowest, top))
@@ -57,7 +68,10 @@ def decide_terrain(inputs):
     extent = f"hides {lost_sky(UP, horizon)[0]:.1%} of the sky"
     if inputs.weather is not None:
         year = _year_of(inputs)
-        behind, whole = (sum_direct(year, UP, some)[0] for some in (~is_above(horizon, year.towards), slice(None)))
+        behind, whole = (
+            sum_direct(year, UP, some)[0]
+            for some in (~is_above(horizon, year.towards), slice(None))
+        )
         extent += f" and {behind / max(whole, 1e-9):.1%} of the sunlight of level ground"
     return Effect(TERRAIN, True, extent, reason, bound)
 
@@ -68,19 +82,24 @@ def _name_point(azimuth):
 
 
 def _seen_from(horizon):
-    """Height of the ground from which a raster's terrain is seen, and where its heights end too early, in words."""
+    """Height of the ground from which a raster's terrain is seen, and where its heights end too
+    early, in words.
+    """
     if horizon.eye is None:
         return ""
     least = int(horizon.known.argmin())
     distance, point = horizon.known[least], _name_point(horizon.azimuth[least])
-    far = f"; heights end {distance / 1000:.1f} km away in the {point}" if distance < COVERED else ""
+    far = (
+        f"; heights end {distance / 1000:.1f} km away in the {point}" if distance < COVERED else ""
+    )
     return f" from ground at {horizon.eye:.0f} m{far}"
 
 
 def _find_hidden(inputs, horizon):
     """Suns that represent no interval of the year with the sun above the horizon: (k, 3) float32.
 
-    A sun just behind the horizon is needed where intervals in the open lie between it and the next one.
+    A sun just behind the horizon is needed where intervals in the open lie between it and the next
+    one.
     """
     suns, weather = inputs.suns, inputs.weather
     if suns is None or weather is None or not len(suns):
@@ -89,7 +108,9 @@ def _find_hidden(inputs, horizon):
     match = match_suns(suns, *weather.axis, position=data)
     lower = replace(horizon, elevation=np.maximum(horizon.elevation - MARGIN, 0))
     open_sky = is_above(lower, sun_direction(data["apparent_zenith"], data["solar_azimuth"]))
-    used = np.bincount(match.index[open_sky].ravel(), np.abs(match.weight[open_sky]).ravel(), len(suns))
+    used = np.bincount(
+        match.index[open_sky].ravel(), np.abs(match.weight[open_sky]).ravel(), len(suns)
+    )
     return suns.direction[(used == 0) & ~is_above(lower, suns.direction)].astype(np.float32)
 
 
@@ -100,9 +121,11 @@ def _year_of(inputs):
 
 
 def _largest_share(inputs, change, behind=None):
-    """Largest change of the light on a plane that a receiver lies in, or on level ground, which reflects.
+    """Largest change of the light on a plane that a receiver lies in, or on level ground, which
+    reflects.
 
-    Shares of what the plane receives unobstructed: shade makes the change smaller, and the light as well.
+    Shares of what the plane receives unobstructed: shade makes the change smaller, and the light as
+    well.
 
     Parameters
     ----------
@@ -130,14 +153,17 @@ def _largest_share(inputs, change, behind=None):
 def _planes_of(surfaces, members):
     """Normals of some surfaces, alike ones once: (k, 3) float64."""
     angles = np.stack([surfaces.surface_tilt, surfaces.surface_azimuth]).astype(float)[:, members]
-    return sun_direction(*np.unique(STEP * np.round(angles / STEP), axis=1))  # it stands above its plane as a sun does
+    return sun_direction(
+        *np.unique(STEP * np.round(angles / STEP), axis=1)
+    )  # it stands above its plane as a sun does
 
 
 FAR_GROUND = "far-ground"
 
 
 def decide_far_ground(inputs):
-    """On if anything reflects; the error at the edge of the near ground is its bound where nothing else shades.
+    """On if anything reflects; the error at the edge of the near ground is its bound where nothing
+    else shades.
 
     The bound is the closed form of the kind and orientation that sees most of the far ground.
     """
@@ -149,23 +175,29 @@ def decide_far_ground(inputs):
         words = "it only shines by reflection, and nothing is reflected"
         return Effect(FAR_GROUND, False, "none", words, 0.0, share=0.0)
     plan.far_ground, plan.reach = True, measure_reach(inputs.scene, inputs.patches)
-    words = f"rays that leave downwards meet unshaded ground, {plan.reach:.1f} building heights away"
+    words = (
+        f"rays that leave downwards meet unshaded ground, {plan.reach:.1f} building heights away"
+    )
     bound = _share_left_out(inputs) if inputs.unshaded else None
     if bound is not None:
-        # Of the year of the weather and, as the same trace may be weighed with it, of an overcast one: of an even sky.
+        # Of the year of the weather and, as the same trace may be weighed with it, of an overcast
+        # one: of an even sky.
         surfaces = inputs.scene.surfaces
         normal = np.asarray(surfaces.normal, float)[counted_surfaces(surfaces)]
         reflected = inputs.request.ground_albedo * ground_view_of_tilt(normal, inputs.terrain)
         light = np.maximum(reflected + sky_view_of_tilt(normal, inputs.terrain), 1e-9)
-        bound = max(bound, float((reflected / light).max())) * max(shade_at_edge(plan.reach, inputs.suns))
+        bound = max(bound, float((reflected / light).max())) * max(
+            shade_at_edge(plan.reach, inputs.suns)
+        )
     return Effect(FAR_GROUND, True, "once reflected", words, bound)
 
 
 def _share_left_out(inputs):
-    """Share of the light of any kind and orientation that a dark far ground takes at most; None without weather.
+    """Share of the light of any kind and orientation that a dark far ground takes at most; None
+    without weather.
 
-    Unshaded surfaces see (1 - cos tilt)/2 of it, and terrain below a horizon. Of light that other surfaces pass on it
-    makes no larger share than of theirs.
+    Unshaded surfaces see (1 - cos tilt)/2 of it, and terrain below a horizon. Of light that other
+    surfaces pass on it makes no larger share than of theirs.
     """
     terrain = inputs.terrain
 
@@ -190,12 +222,15 @@ def measure_reach(scene, patches):
     ground, city = corners[patches.ground].reshape(-1, 3), corners[~patches.ground].reshape(-1, 3)
     if not len(ground) or not len(city) or city[:, 2].max() <= np.median(ground[:, 2]):
         return 0.0
-    room = np.minimum((city - ground.min(axis=0)).min(axis=0), (ground.max(axis=0) - city).min(axis=0))[:2]
+    room = np.minimum(
+        (city - ground.min(axis=0)).min(axis=0), (ground.max(axis=0) - city).min(axis=0)
+    )[:2]
     return float(max(room.min(), 0.0) / (city[:, 2].max() - np.median(ground[:, 2])))
 
 
 def shade_at_edge(reach, suns):
-    """Shares of the sky and of the suns' light that a long row of buildings hides from ground at some distance.
+    """Shares of the sky and of the suns' light that a long row of buildings hides from ground at
+    some distance.
 
     Parameters
     ----------
@@ -221,24 +256,35 @@ LEVEL = 1.0  # [°] of tilt up to which both skies give the same
 
 
 def decide_perez(inputs):
-    """The sky of Perez where inclined surfaces count; every weather has the direct and diffuse light that it needs."""
+    """The sky of Perez where inclined surfaces count; every weather has the direct and diffuse
+    light that it needs.
+    """
     sky, asked, surfaces = inputs.request.sky, inputs.asked(PEREZ), inputs.scene.surfaces
     counted = surfaces_that_count(surfaces)
     area = float(np.asarray(surfaces.area)[counted].sum())
     change, words = np.zeros(0), ""
     if inputs.weather is not None and counted.any():
-        change = change_unshaded(inputs.weather, _planes_of(surfaces, counted), inputs.request.ground_albedo)
+        change = change_unshaded(
+            inputs.weather, _planes_of(surfaces, counted), inputs.request.ground_albedo
+        )
         low, high = (show_number(100 * one, 1, plus=True) for one in (change.min(), change.max()))
         words = f"; it changes unshaded ones by {low} to {high} %"
     by_scene = sky == "auto" and asked is None
     if sky_of_surfaces(inputs.request, surfaces) == PEREZ:
         reason = f"{area:,.0f} m² of inclined surfaces count" if by_scene else "as asked"
         inputs.plan.sky = PEREZ
-        if inputs.weather is not None and inputs.plan.receivers is not None:  # else all surfaces get all rays
+        if (
+            inputs.weather is not None and inputs.plan.receivers is not None
+        ):  # else all surfaces get all rays
             # Rays of a replicate, as a power of two no larger: further rounds go on in such steps.
             rays = 1 << max(inputs.request.samples // HEMISPHERE_REPLICATES, 1).bit_length() - 1
-            inputs.plan.rays_share = min(choose_share(split_sky(inputs.weather, PEREZ)), max(RAYS_SHARE, rays))
-        extent = f"dome, circumsolar light and horizon, one horizon ray for {inputs.plan.rays_share} of the dome"
+            inputs.plan.rays_share = min(
+                choose_share(split_sky(inputs.weather, PEREZ)), max(RAYS_SHARE, rays)
+            )
+        extent = (
+            f"dome, circumsolar light and horizon, one horizon ray for {inputs.plan.rays_share} of "
+            "the dome"
+        )
         return Effect(PEREZ, True, extent, reason + words, 0.0)
     reason = "no inclined surface counts" if by_scene else "as asked"
     bound = bound_change(inputs.weather, change) if len(change) else 0.0 if area == 0 else None
@@ -254,7 +300,9 @@ def sky_of_surfaces(request, surfaces):
 
 
 def surfaces_that_count(surfaces):
-    """Inclined surfaces that are eligible or, where none is, all that light of the sky reaches: (n,) bool."""
+    """Inclined surfaces that are eligible or, where none is, all that light of the sky reaches:
+    (n,) bool.
+    """
     eligible = np.asarray(surfaces.eligible, bool)
     wanted = eligible if eligible.any() else np.isin(surfaces.kind, LIT)
     return wanted & (np.asarray(surfaces.surface_tilt) > LEVEL)
@@ -263,12 +311,15 @@ def surfaces_that_count(surfaces):
 def bound_change(weather, change):
     """Share of light that the isotropic sky leaves out, or finds too much, at most.
 
-    What Perez's sky changes on unshaded planes, or takes from a wall that never sees the sun: all but its dome's part
-    of DHI. Both as shares of the light under Perez's sky, like those of all effects that are switched off.
+    What Perez's sky changes on unshaded planes, or takes from a wall that never sees the sun: all
+    but its dome's part of DHI. Both as shares of the light under Perez's sky, like those of all
+    effects that are switched off.
     """
     parts = split_sky(weather, PEREZ)
     dome, circumsolar = float(parts.dome.sum()), float(parts.circumsolar_horizontal.sum())
-    return max(circumsolar / max(dome, 1e-9), *(abs(one) / max(1 + one, 1e-9) for one in change.tolist()))
+    return max(
+        circumsolar / max(dome, 1e-9), *(abs(one) / max(1 + one, 1e-9) for one in change.tolist())
+    )
 
 
 def change_unshaded(weather, normal, ground_albedo):
@@ -287,5 +338,7 @@ def change_unshaded(weather, normal, ground_albedo):
     """
     years = [sunlit_year(weather, split_sky(weather, sky)) for sky in ("isotropic", PEREZ)]
     reflected = ground_albedo * (1 - normal[:, 2]) / 2
-    isotropic, perez = (first_light(year, normal) + reflected * first_light(year, UP) for year in years)
+    isotropic, perez = (
+        first_light(year, normal) + reflected * first_light(year, UP) for year in years
+    )
     return np.divide(perez - isotropic, isotropic, out=np.zeros(len(normal)), where=isotropic > 0)

@@ -13,7 +13,9 @@ from ..settings.errors import UNIT, check_array
 from ..sun.horizon import lost_sky
 
 NORMAL_STEPS = 1e6  # in which components of normals are told apart
-NUMBERED = np.array([1 << 42, 1 << 21, 1])  # times steps from -10⁶ to 10⁶: numbers that differ where normals do
+NUMBERED = np.array(
+    [1 << 42, 1 << 21, 1]
+)  # times steps from -10⁶ to 10⁶: numbers that differ where normals do
 
 
 def find_unobstructed(patches, vertices):
@@ -36,7 +38,8 @@ def find_unobstructed(patches, vertices):
         outermost = vertices[ConvexHull(vertices).vertices]
     except QhullError:  # all points lie in one plane
         outermost = vertices
-    # One number for each normal, since rows are sorted much more slowly; that of the opposite one has the other sign.
+    # One number for each normal, since rows are sorted much more slowly; that of the opposite one
+    # has the other sign.
     steps = np.rint(patches.normal.astype(float) * NORMAL_STEPS).astype(np.int64)
     numbers, first, which = np.unique(steps @ NUMBERED, return_index=True, return_inverse=True)
     normals = steps[first] / NORMAL_STEPS  # (k, 3) float64, each once
@@ -45,7 +48,8 @@ def find_unobstructed(patches, vertices):
     reach = np.concatenate([(part @ outermost.T).max(axis=1) for part in slices])
     own = np.einsum("ij,ij->i", normals[which], patches.corner.astype(float))
     slack = 2 * patches.offset + 1e-6 * np.abs(own)
-    # Extent along each normal of the patches that face the opposite way: a floor lies on such ground.
+    # Extent along each normal of the patches that face the opposite way: a floor lies on such
+    # ground.
     nearest = np.full(len(normals), np.inf)
     np.minimum.at(nearest, which, own)
     opposite = np.minimum(np.searchsorted(numbers, -numbers), len(numbers) - 1)
@@ -66,6 +70,8 @@ def sky_view_of_tilt(normal, horizon=None):
 
 
 def ground_view_of_tilt(normal, horizon=None):
-    """Ground view factor of an unobstructed surface: (1 - cos tilt)/2, and terrain up to a horizon.   # Eq 7"""
+    """Ground view factor of an unobstructed surface: (1 - cos tilt)/2, and terrain up to a horizon.
+    # Eq 7
+    """
     whole = (1 - check_array("normal", normal, ("n", 3), least=-1 - UNIT, most=1 + UNIT)[:, 2]) / 2
     return whole if horizon is None else whole + lost_sky(normal, horizon)

@@ -1,4 +1,6 @@
-"""One decision of the plan, what all of them together mean for tracing, and what they are made from."""
+"""One decision of the plan, what all of them together mean for tracing, and what they are made
+from.
+"""
 
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
@@ -24,33 +26,47 @@ class Effect:
     on: bool
     extent: str  # how far it goes: "3 bounces", "812 of 20,133 patches"
     reason: str
-    bound: float | None  # share of full load hours that is left out at most; None: not known before the run
+    bound: (
+        float | None
+    )  # share of full load hours that is left out at most; None: not known before the run
     seconds: float | None = None  # predicted cost [s]; None: not known
-    outcome: dict | None = None  # after the run: what it left out as measured, and whether the bound holds
+    outcome: dict | None = (
+        None  # after the run: what it left out as measured, and whether the bound holds
+    )
     share: float | None = None  # of full load hours that the effect adds or takes; None: not known
     share_standard_error: float | None = None
 
 
 @dataclass
 class TracePlan:
-    """What will be traced: what each rule decides for the estimators, and in words; `plan[key]` is an Effect."""
+    """What will be traced: what each rule decides for the estimators, and in words; `plan[key]` is
+    an Effect.
+    """
 
     effects: list = field(default_factory=list)  # of Effect, in the order of the table
-    notes: list = field(default_factory=list)  # sentences for the user on settings that mean nothing any more
+    notes: list = field(
+        default_factory=list
+    )  # sentences for the user on settings that mean nothing any more
     ray_scene: Any = None  # FacingScene, if it was made already
     foliage: Any = None  # city.foliage.Foliage; None: no tree is traced
     unobstructed: np.ndarray | None = None  # (p,) bool, patches that see the sky in closed form
     open_to_suns: np.ndarray | None = None  # (p,) bool, patches that see every sun in front of them
-    suns_behind: bool = False  # whether shadow rays are sent to suns behind a patch, to see that this changes nothing
+    # whether shadow rays are sent to suns behind a patch, to see that this changes nothing
+    suns_behind: bool = False
     terrain: Any = None  # TerrainHorizon of distant terrain; None where it is level
-    hidden_suns: np.ndarray = field(default_factory=NO_SUNS.copy)  # (k, 3) float32, never above the terrain: not traced
+    hidden_suns: np.ndarray = field(
+        default_factory=NO_SUNS.copy
+    )  # (k, 3) float32, never above the terrain: not traced
     receivers: np.ndarray | None = None  # (p,) bool, patches that get all rays; None: all
     max_bounces: int | None = 0  # number of reflections; None: until what is left is small
     far_ground: bool = False  # whether rays that leave downwards meet lit ground
     reach: float = np.inf  # how far away it begins, in building heights
     sky: str = "isotropic"  # model of the sky
-    rays_share: int = RAYS_SHARE  # hemisphere rays for each ray towards a source of light in the sky
-    brdfs: Any = None  # TriangleBrdfs of what photons follow; None: every face reflects by Lambert's law, or is black
+    rays_share: int = (
+        RAYS_SHARE  # hemisphere rays for each ray towards a source of light in the sky
+    )
+    # TriangleBrdfs of what photons follow; None: every face reflects by Lambert's law, or is black
+    brdfs: Any = None
 
     def __getitem__(self, key):
         return next(effect for effect in self.effects if effect.key == key)
@@ -66,7 +82,9 @@ class TracePlan:
         return sources_of(self.sky)
 
     def lit(self, directions):
-        """Which suns, (s, 3) float32, are traced: all but those behind the terrain in all that they represent."""
+        """Which suns, (s, 3) float32, are traced: all but those behind the terrain in all that they
+        represent.
+        """
         return ~(directions[:, None] == self.hidden_suns).all(axis=2).any(axis=1)
 
 
@@ -80,7 +98,9 @@ class Inputs:
     request: Request
     weather: Any = None  # weather.Weather, where it is known
     suns: Any = None  # sun.Suns, where they are known
-    plan: TracePlan = field(default_factory=TracePlan)  # with the decisions of the lines of the table above
+    plan: TracePlan = field(
+        default_factory=TracePlan
+    )  # with the decisions of the lines of the table above
 
     def asked(self, key, default=None):
         """Whether the user has switched an effect on or off; `default` if neither."""
@@ -88,21 +108,31 @@ class Inputs:
 
     @cached_property
     def horizons(self):
-        """Horizon of the terrain as seen from the site, and from the corners of the scene; None where none is given."""
+        """Horizon of the terrain as seen from the site, and from the corners of the scene; None
+        where none is given.
+        """
         path = self.request.horizon
         return None if path is None else read_horizon(path, self.scene)
 
     @property
     def terrain(self):
-        """Horizon that hides suns and sky; None where it is level, too low to count, or switched off."""
+        """Horizon that hides suns and sky; None where it is level, too low to count, or switched
+        off.
+        """
         if self.horizons is None:
             return None
         horizon = self.horizons[0]
-        return horizon if self.asked("terrain-horizon", horizon.elevation.max() > MINIMUM_ELEVATION) else None
+        return (
+            horizon
+            if self.asked("terrain-horizon", horizon.elevation.max() > MINIMUM_ELEVATION)
+            else None
+        )
 
     @cached_property
     def unshaded(self) -> bool:
-        """Whether every receiver is in closed form: then only the far ground reflects onto it, once."""
+        """Whether every receiver is in closed form: then only the far ground reflects onto it,
+        once.
+        """
         wanted = np.append(counted_surfaces(self.scene.surfaces), False)
         receivers = wanted[self.scene.triangle_surface] & self.patches.receives
         return bool(self.plan.unobstructed[receivers].all())
@@ -110,7 +140,9 @@ class Inputs:
 
 def counted_surfaces(surfaces):
     """Surfaces whose light counts: the eligible ones, or all where none is: (n,) bool."""
-    return np.asarray(surfaces.eligible if surfaces.eligible.any() else np.ones(len(surfaces), bool), bool)
+    return np.asarray(
+        surfaces.eligible if surfaces.eligible.any() else np.ones(len(surfaces), bool), bool
+    )
 
 
 @dataclass
@@ -119,14 +151,19 @@ class Measured:
 
     last_bounce: float  # share of the last reflection
     far_ground: float  # share of the far ground, reflected once
-    passed_on: float = 0.0  # standard error from light that others pass on, in the mean of the worst group
-    beyond: float | None = None  # share of light that would be reflected more often; None: as the last one tells
+    passed_on: float = (
+        0.0  # standard error from light that others pass on, in the mean of the worst group
+    )
+    beyond: float | None = (
+        None  # share of light that would be reflected more often; None: as the last one tells
+    )
 
 
 def judge_effects(plan, measured):
     """Effects after a run, with an outcome where the run itself knows what was left out.
 
-    Light falls by the same factor from reflection to reflection, so that the last one tells what lies beyond.
+    Light falls by the same factor from reflection to reflection, so that the last one tells what
+    lies beyond.
 
     Parameters
     ----------
@@ -138,7 +175,9 @@ def judge_effects(plan, measured):
     list of dict
         Fields of Effect by name.
     """
-    hidden = (1 - np.cos(np.arctan2(1.0, plan.reach))) / 2  # of the sky, from where the far ground begins
+    hidden = (
+        1 - np.cos(np.arctan2(1.0, plan.reach))
+    ) / 2  # of the sky, from where the far ground begins
     left_out = {
         "receivers": measured.passed_on,
         "far-ground": float(measured.far_ground * hidden),

@@ -1,7 +1,8 @@
-"""Which effects a scene calls for, decided before the first ray, each with a reason, and a bound where one is known.
+"""Which effects a scene calls for, decided before the first ray, each with a reason, and a bound
+where one is known.
 
-Rules of effects that are on where there is something for them stand here: `trees`, `specular`, and three of the
-modules. What these change is measured, not estimated.
+Rules of effects that are on where there is something for them stand here: `trees`, `specular`, and
+three of the modules. What these change is measured, not estimated.
 """
 
 import math
@@ -20,23 +21,42 @@ from .effect import Effect, Inputs
 from .rays import decide_rays, decide_receivers, decide_reflections
 from .table import PLANNING, RETIRED, TABLE, check_effects
 
-OF_MODULES = {  # key -> what is computed without the effect, how far it goes (aoi: one of LAWS), and why
+# key -> what is computed without the effect, how far it goes (aoi: one of LAWS), and why
+OF_MODULES = {
     "aoi": ("as at normal incidence", "", "light that falls in at an angle is lost to reflection"),
-    "spectrum": ("as under the standard spectrum", "Sandia's f₁ by air mass", "current depends on the colour of light"),
-    "temperature": ("cells always at 25 °C", "cells warmed by air and light", "power falls as cells get warm"),
+    "spectrum": (
+        "as under the standard spectrum",
+        "Sandia's f₁ by air mass",
+        "current depends on the colour of light",
+    ),
+    "temperature": (
+        "cells always at 25 °C",
+        "cells warmed by air and light",
+        "power falls as cells get warm",
+    ),
 }
-LAWS = {"module": "by the module's own law", "physical": "by Fresnel's equations", "ashrae": "by ASHRAE's law"}
+LAWS = {
+    "module": "by the module's own law",
+    "physical": "by Fresnel's equations",
+    "ashrae": "by ASHRAE's law",
+}
 
 
 def _decide_trees(inputs):
-    """On where the model has vegetation: crowns that let part of the light through, in leaf and bare."""
+    """On where the model has vegetation: crowns that let part of the light through, in leaf and
+    bare.
+    """
     crowns, request = inputs.scene.trees, inputs.request
     if crowns is None:
         return Effect("trees", False, "none", "there is no vegetation in the model", 0.0)
     if not inputs.asked("trees", True):
         return Effect("trees", False, f"none of {len(crowns):,} trees", "switched off", None)
     foliage = inputs.plan.foliage = choose_foliage(crowns, request, inputs.scene.site.latitude)
-    months = f"leaves in months {', '.join(map(str, foliage.months))}" if foliage.seasonal else "one state all year"
+    months = (
+        f"leaves in months {', '.join(map(str, foliage.months))}"
+        if foliage.seasonal
+        else "one state all year"
+    )
     reason = "the model has vegetation; light that leaves scatter is left out"
     return Effect("trees", True, f"{len(crowns):,} trees, {months}", reason, None)
 
@@ -48,7 +68,9 @@ def _decide_specular(inputs):
     if not others:
         return Effect(key, False, none, "every material reflects diffusely", 0.0)
     if inputs.request.estimator == "forward":
-        return Effect(key, True, "in every photon's path", "the forward estimator reflects by any law", 0.0)
+        return Effect(
+            key, True, "in every photon's path", "the forward estimator reflects by any law", 0.0
+        )
     if not inputs.plan.reflections:
         return Effect(key, False, none, "nothing is reflected", 0.0)
     if not inputs.asked(key, True):
@@ -83,7 +105,9 @@ RULES = {
 }
 
 
-def plan_effects(scene, patches, request, *, materials=(), weather=None, suns=None, progress=silent):
+def plan_effects(
+    scene, patches, request, *, materials=(), weather=None, suns=None, progress=silent
+):
     """Decide what to trace.
 
     Parameters
@@ -105,13 +129,15 @@ def plan_effects(scene, patches, request, *, materials=(), weather=None, suns=No
     Raises
     ------
     InputError
-        If `request.effects` names an effect that does not exist or that lacks what it needs, or an array of the scene
-        cannot be used.
+        If `request.effects` names an effect that does not exist or that lacks what it needs, or an
+        array of the scene cannot be used.
     """
     check_effects(request)
     inputs = Inputs(scene, patches, materials, request, weather, suns)
     retired = [key for key in request.effects if key in RETIRED]
-    inputs.plan.notes = [f"--effects {key} is no more, and changes nothing: {RETIRED[key]}" for key in retired]
+    inputs.plan.notes = [
+        f"--effects {key} is no more, and changes nothing: {RETIRED[key]}" for key in retired
+    ]
     for done, key in enumerate(TABLE):
         progress(PLANNING, done, len(TABLE), "effects")
         inputs.plan.effects.append(RULES[key](inputs))
@@ -124,14 +150,21 @@ def describe_plan(plan):
     for effect in plan.effects:
         words = [describe_bound(effect.bound, effect.on)]
         if effect.share is not None:
-            error = math.ceil(1e4 * (effect.share_standard_error or 0)) / 100  # [%] no error is told as 0.00
+            error = (
+                math.ceil(1e4 * (effect.share_standard_error or 0)) / 100
+            )  # [%] no error is told as 0.00
             doubt = f" ± {error:.2f}" if error else ""
-            words.append(f"contributes {show_number(100 * effect.share, 2, plus=True)}{doubt} % of full load hours")
+            words.append(
+                f"contributes {show_number(100 * effect.share, 2, plus=True)}{doubt} % of full "
+                "load hours"
+            )
         if effect.seconds is not None:
             verb = "takes" if effect.seconds >= 0 else "saves"
             words.append(f"{verb} {describe_duration(abs(effect.seconds))}")
         state = "on " if effect.on else "off"
-        lines.append(f"{effect.key:<15} {state}  {effect.extent}: {effect.reason} ({'; '.join(words)})")
+        lines.append(
+            f"{effect.key:<15} {state}  {effect.extent}: {effect.reason} ({'; '.join(words)})"
+        )
     return lines + plan.notes
 
 

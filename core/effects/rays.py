@@ -1,8 +1,9 @@
 """Which patches send how many rays, `sky-rays`, `shadow-rays` and `receivers`, and `reflections`.
 
-Patches with nothing in front of their plane send no hemisphere rays, since what they see has a closed form
-(`closed_form`); they see every sun in front of it. Suns behind the plane are never seen. Surfaces whose numbers are
-wanted get all rays, the others as many as the reflections need of them.
+Patches with nothing in front of their plane send no hemisphere rays, since what they see has a
+closed form (`closed_form`); they see every sun in front of it. Suns behind the plane are never
+seen. Surfaces whose numbers are wanted get all rays, the others as many as the reflections need of
+them.
 """
 
 import numpy as np
@@ -33,13 +34,25 @@ def decide_rays(inputs, key):
         plan.open_to_suns, plan.suns_behind = free, bool(asked) and not forward
         to, seen = " to the suns", "shadow is cast"
     if forward:
-        return Effect(key, True, "photons on all patches", "the forward estimator follows light from its source", 0.0)
+        return Effect(
+            key,
+            True,
+            "photons on all patches",
+            "the forward estimator follows light from its source",
+            0.0,
+        )
     if asked is False:
         return Effect(key, False, f"no rays: no {seen}", "switched off", None)
     some = int(count - free.sum())
-    front = "nothing stands in front of the others" if some < count else "something stands in front of each of them"
+    front = (
+        "nothing stands in front of the others"
+        if some < count
+        else "something stands in front of each of them"
+    )
     reason = "switched on" if asked else front if some else "nothing stands in front of any patch"
-    return Effect(key, some > 0 or bool(asked), f"rays from {some:,} of {count:,} patches{to}", reason, 0.0)
+    return Effect(
+        key, some > 0 or bool(asked), f"rays from {some:,} of {count:,} patches{to}", reason, 0.0
+    )
 
 
 RECEIVERS, REFLECTIONS = "receivers", "reflections"
@@ -52,7 +65,9 @@ def decide_receivers(inputs):
     """All rays for eligible surfaces, flat roofs and racks; a quarter of them for all others."""
     request, count = inputs.request, len(inputs.patches)
     if request.estimator == "forward":
-        return Effect(RECEIVERS, False, "photons on all surfaces", "photons fall wherever they fall", 0.0)
+        return Effect(
+            RECEIVERS, False, "photons on all surfaces", "photons fall wherever they fall", 0.0
+        )
     every = f"all rays from all {count:,} patches"
     if not inputs.asked(RECEIVERS, request.report == "eligible"):
         return Effect(RECEIVERS, False, every, "all are reported in full", 0.0)
@@ -64,7 +79,10 @@ def decide_receivers(inputs):
     if not others or not (full & inputs.patches.receives).any():
         return Effect(RECEIVERS, False, every, "they are of one kind", 0.0)
     inputs.plan.receivers = full
-    extent = f"{fewer_rays(request.samples)} of {request.samples} rays from {others:,} of {count:,} patches"
+    extent = (
+        f"{fewer_rays(request.samples)} of {request.samples} rays from {others:,} of {count:,} "
+        "patches"
+    )
     reason = "they are ground, downward or not eligible, and only pass light on"
     # Nothing is passed on to receivers that nothing stands in front of.
     return Effect(RECEIVERS, True, extent, reason, 0.0 if inputs.unshaded else None)
@@ -84,7 +102,9 @@ NO_BOUNCE = "no bounce, no matrix"
 def decide_reflections(inputs):
     """How many bounces: as asked, or None: until the solver finds that next to no light is left."""
     request = inputs.request
-    ground = request.ground_albedo if inputs.asked("far-ground", request.far_ground) else 0.0  # beyond the scene
+    ground = (
+        request.ground_albedo if inputs.asked("far-ground", request.far_ground) else 0.0
+    )  # beyond the scene
     brightest = max(float(inputs.patches.albedo.max(initial=0)), ground)
     count = request.max_bounces
     if brightest == 0 and not inputs.asked(REFLECTIONS):
@@ -95,13 +115,21 @@ def decide_reflections(inputs):
         return Effect(REFLECTIONS, False, NO_BOUNCE, "switched off", _bound_beyond(0, brightest))
     inputs.plan.max_bounces = count or None
     if count:
-        return Effect(REFLECTIONS, True, count_of(count, "bounce"), "as asked", _bound_beyond(count, brightest))
+        return Effect(
+            REFLECTIONS,
+            True,
+            count_of(count, "bounce"),
+            "as asked",
+            _bound_beyond(count, brightest),
+        )
     words = f"until what is left is below {100 * WHOLE_LIMIT:g} %"
     return Effect(REFLECTIONS, True, words, "the light that is still on its way tells", GROUP_LIMIT)
 
 
 def _bound_beyond(count, brightest):
-    """The largest share of light beyond a number of bounces: ρⁿ⁺¹/(1 - ρ) of the first light; None: no bound exists."""
+    """The largest share of light beyond a number of bounces: ρⁿ⁺¹/(1 - ρ) of the first light; None:
+    no bound exists.
+    """
     return brightest ** (count + 1) / (1 - brightest) if brightest < 1 else None
 
 
@@ -109,4 +137,7 @@ def count_surely(brightest):
     """The fewest bounces beyond which that bound is below WHOLE_LIMIT, at most MOST_BOUNCES."""
     if brightest >= 1:
         return MOST_BOUNCES
-    return next((n for n in range(1, MOST_BOUNCES) if _bound_beyond(n, brightest) <= WHOLE_LIMIT), MOST_BOUNCES)
+    return next(
+        (n for n in range(1, MOST_BOUNCES) if _bound_beyond(n, brightest) <= WHOLE_LIMIT),
+        MOST_BOUNCES,
+    )

@@ -1,4 +1,6 @@
-"""The table of effects: one line each, in the order in which they are decided (`plan_effects.RULES`)."""
+"""The table of effects: one line each, in the order in which they are decided
+(`plan_effects.RULES`).
+"""
 
 from typing import NamedTuple
 
@@ -20,21 +22,36 @@ TABLE = {
     "sky-rays": Row("Sky rays", "What stands between the surfaces and the sky"),
     "shadow-rays": Row("Shadow rays", "What stands between the surfaces and the suns"),
     "terrain-horizon": Row("Terrain horizon", "Terrain far from the city that hides suns and sky"),
-    "receivers": Row("Receivers", "Fewer rays for surfaces whose numbers are not wanted", forward=False),
+    "receivers": Row(
+        "Receivers", "Fewer rays for surfaces whose numbers are not wanted", forward=False
+    ),
     "reflections": Row("Reflections", "How often light is followed from surface to surface"),
-    "far-ground": Row("Far ground", "Light from the open ground beyond the city, up to the horizon"),
-    "perez": Row("Perez sky", "A sky that is brighter around the sun and at the horizon, instead of an even one"),
+    "far-ground": Row(
+        "Far ground", "Light from the open ground beyond the city, up to the horizon"
+    ),
+    "perez": Row(
+        "Perez sky",
+        "A sky that is brighter around the sun and at the horizon, instead of an even one",
+    ),
     "specular": Row("Specular", "Mirrors, glossy faces, glass and water"),
-    "aoi": Row("Incidence angle", "Direct light that the glass of the modules reflects at flat angles"),
+    "aoi": Row(
+        "Incidence angle", "Direct light that the glass of the modules reflects at flat angles"
+    ),
     "spectrum": Row("Spectrum", "The influence of the spectrum on the current of the modules"),
     "temperature": Row("Temperature", "Modules lose power as they get warm"),
 }
-RETIRED = {"reflectors": "all ground reflects"}  # key of version 0.2 -> what holds whatever it is set to
-RAYS = ("sky-rays", "shadow-rays")  # photons need none of them, so that forward cannot leave them out
+RETIRED = {
+    "reflectors": "all ground reflects"
+}  # key of version 0.2 -> what holds whatever it is set to
+RAYS = (
+    "sky-rays",
+    "shadow-rays",
+)  # photons need none of them, so that forward cannot leave them out
 
 
 def check_effects(request):
-    """Refuse effects that do not exist, that the estimator cannot have or leave out, or that lack what they need.
+    """Refuse effects that do not exist, that the estimator cannot have or leave out, or that lack
+    what they need.
 
     Retired ones are passed over: `plan_effects` notes them.
 
@@ -51,6 +68,8 @@ def check_effects(request):
         possible = TABLE[key].forward if on else key not in RAYS
         if request.estimator == "forward" and not possible:
             words = key if on else f"{key}=off"
-            raise InputError("--effects", f"{words} is for gather only", "leave it out or use --estimator gather")
+            raise InputError(
+                "--effects", f"{words} is for gather only", "leave it out or use --estimator gather"
+            )
     if request.effects.get("terrain-horizon") and request.horizon is None:
         raise InputError("--effects", "terrain-horizon needs a horizon", "give --horizon FILE")

@@ -10,7 +10,13 @@ from ..sun.suns import check_suns
 from ..weather.check_weather import LIMITS
 
 ANGLES = ("apparent_zenith", "solar_azimuth")
-ERROR_PARTS = ("diffuse_passed_on", "direct_passed_on", "diffuse_discretisation", "direct_discretisation", "covariance")
+ERROR_PARTS = (
+    "diffuse_passed_on",
+    "direct_passed_on",
+    "diffuse_discretisation",
+    "direct_discretisation",
+    "covariance",
+)
 SHARES = ("covered_share", "sky_view_factor", "far_ground_view_factor")
 POSITIVE, SHARE = {"least": 0}, {"least": 0, "most": 1 + UNIT}
 
@@ -35,7 +41,11 @@ def check_transfer(transfer):
     check_array("eligible", surfaces.eligible, (count,), kind="b")
     for name in ("kind", "orientation"):
         if np.shape(getattr(surfaces, name)) != (count,):
-            raise InputError(name, f"shape {np.shape(getattr(surfaces, name))}", f"give an array of shape ({count},)")
+            raise InputError(
+                name,
+                f"shape {np.shape(getattr(surfaces, name))}",
+                f"give an array of shape ({count},)",
+            )
     single, of_suns = (count,), (count, len(transfer.suns))
     found = {
         "area": (surfaces.area, single, POSITIVE),
@@ -48,11 +58,19 @@ def check_transfer(transfer):
         found[name] = np.nan_to_num(getattr(transfer, name), posinf=np.inf), single, POSITIVE
     for name, light in transfer.sources.items():
         for field, values in vars(light).items():
-            found[SOURCES[name].variable(field)] = values, single, SHARE if field == "view_factor" else POSITIVE
+            found[SOURCES[name].variable(field)] = (
+                values,
+                single,
+                SHARE if field == "view_factor" else POSITIVE,
+            )
     if transfer.no_room is not None:
         found["no_room"] = transfer.no_room, (count, len(transfer.clearances)), SHARE
     for name in ERROR_PARTS if transfer.error_parts is not None else ():
-        found[name] = getattr(transfer.error_parts, name), (count, "r") if name.endswith("passed_on") else single, {}
+        found[name] = (
+            getattr(transfer.error_parts, name),
+            (count, "r") if name.endswith("passed_on") else single,
+            {},
+        )
     for name, (values, shape, bounds) in found.items():
         check_array(name, values, shape, **bounds)
     if not 0 <= transfer.ground_albedo <= 1:
@@ -60,16 +78,21 @@ def check_transfer(transfer):
 
 
 def check_sky(transfer, sky, source="the Transfer"):
-    """Refuse a model of the sky that needs light that was not traced; `source` is the Transfer's, for the message.
+    """Refuse a model of the sky that needs light that was not traced; `source` is the Transfer's,
+    for the message.
 
     Raises
     ------
     InputError
     """
-    missing = " and ".join(part.title for part in sources_of(sky) if part.name not in transfer.sources)
+    missing = " and ".join(
+        part.title for part in sources_of(sky) if part.name not in transfer.sources
+    )
     if missing:
         problem = f"{source} was traced without the light of {missing}"
-        raise InputError(f"--sky {sky}", problem, "trace the city again with this sky, or give --sky isotropic")
+        raise InputError(
+            f"--sky {sky}", problem, "trace the city again with this sky, or give --sky isotropic"
+        )
 
 
 def check_hours(weather):

@@ -21,18 +21,29 @@ from .standard_errors import errors_of_energy, state_errors
 from .sum_block import BlockSums, direct_part, run_model, sum_block, take_block
 from .time_axis import lay_on_axis
 
-BLOCK = 1024  # surfaces at a time: enough that threads wait little for the interpreter, few enough for the cache
-PLAIN_LIMIT = 1e6  # surface-hours up to which pvlib itself is called; for more, tables take half of its time or less
+# surfaces at a time: enough that threads wait little for the interpreter, few enough for the cache
+BLOCK = 1024
+# surface-hours up to which pvlib itself is called; for more, tables take half of its time or less
+PLAIN_LIMIT = 1e6
 YEAR = pd.Timedelta(days=365)
-AREAS = ("eligible", "flat_roof", "open_area", "counted_area", "module_area")  # of CountedArea, also of Energy
+AREAS = (
+    "eligible",
+    "flat_roof",
+    "open_area",
+    "counted_area",
+    "module_area",
+)  # of CountedArea, also of Energy
 
 
-def compute_energy(transfer, weather, system=None, threads=None, progress=silent, *, series=(), sky="isotropic"):
+def compute_energy(
+    transfer, weather, system=None, threads=None, progress=silent, *, series=(), sky="isotropic"
+):
     """Irradiance, full load hours and capacity factors of a traced scene under one weather.
 
-    Angles of incidence and light from the far ground are computed for every hour; visible shares and reflections are
-    those of the traced suns that represent it. Reflected light counts as diffuse. Few surfaces are computed by pvlib
-    itself, many by tables made with pvlib (accurate to 10⁻⁵ of full load hours).
+    Angles of incidence and light from the far ground are computed for every hour; visible shares
+    and reflections are those of the traced suns that represent it. Reflected light counts as
+    diffuse. Few surfaces are computed by pvlib itself, many by tables made with pvlib (accurate to
+    10⁻⁵ of full load hours).
 
     Parameters
     ----------
@@ -52,7 +63,8 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=silent
     Returns
     -------
     Energy
-        Full load hours are NaN for surfaces of kind ground and downward, unless overhangs count as facades.
+        Full load hours are NaN for surfaces of kind ground and downward, unless overhangs count as
+        facades.
 
     Raises
     ------
@@ -67,9 +79,14 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=silent
     system = dc_system() if system is None else system
     counted = find_counted_area(transfer, system)
     groups = find_groups(counted, transfer.surfaces.area)
-    electric = ~np.isin(np.asarray(transfer.surfaces.kind), ("ground", "downward")) | counted.eligible
+    electric = (
+        ~np.isin(np.asarray(transfer.surfaces.kind), ("ground", "downward")) | counted.eligible
+    )
     rows, years, count = np.asarray(series, int), count_years(weather), len(weather.data)
-    capacity_factor, found = np.zeros((count, len(groups.names))), HourlySeries(rows, *np.zeros((3, count, len(rows))))
+    capacity_factor, found = (
+        np.zeros((count, len(groups.names))),
+        HourlySeries(rows, *np.zeros((3, count, len(rows)))),
+    )
     sums, sunny = {}, []
     for state, own in states:  # trees carry leaves in some months and not in the others
         year = weather if own.all() else darken_hours(weather, ~own)
@@ -84,7 +101,10 @@ def compute_energy(transfer, weather, system=None, threads=None, progress=silent
     by_month = np.where(electric[:, None], sums["by_month"] * hour / years, np.nan)
     dc, poa = sums["dc"] * hour / years, sums["poa_global"] * hour / years / 1000.0
     full_load_hours = by_month.sum(axis=1)
-    direct_errors = [share * one.direct_annual_standard_error for share, (one, _) in zip(sunny, states, strict=True)]
+    direct_errors = [
+        share * one.direct_annual_standard_error
+        for share, (one, _) in zip(sunny, states, strict=True)
+    ]
     energy = Energy(
         direct_relative_annual=sums["direct_relative"] / max(sum(sunny), 1.0),
         direct_relative_annual_standard_error=sum(direct_errors) / max(sum(sunny), 1.0),
@@ -115,9 +135,14 @@ def _lay_series(energy, zone):
     axis, share = lay_on_axis(energy.times, energy.interval, zone)
     series = energy.series
     if series is not None:
-        laid = {name: share @ getattr(series, name) for name in ("poa_direct", "poa_diffuse", "capacity_factor")}
+        laid = {
+            name: share @ getattr(series, name)
+            for name in ("poa_direct", "poa_diffuse", "capacity_factor")
+        }
         series = replace(series, **laid)
-    return replace(energy, times=axis, capacity_factor=share @ energy.capacity_factor, series=series)
+    return replace(
+        energy, times=axis, capacity_factor=share @ energy.capacity_factor, series=series
+    )
 
 
 @dataclass
@@ -135,21 +160,31 @@ class _Task:
 
     def block(self, rows, group_weight):
         """Data of some surfaces, rows (m,) int, with their weights in the groups, (m, g): Block."""
-        own = {"iam": self.iam[:, rows].astype(self.hours.dni.dtype), "mounting": self.mounting[rows]}
+        own = {
+            "iam": self.iam[:, rows].astype(self.hours.dni.dtype),
+            "mounting": self.mounting[rows],
+        }
         own |= {"lit_share": self.lit_share[rows], "sky": self.sky}
         return take_block(self.transfer, rows, group_weight=group_weight, **own)
 
 
 def _prepare_task(transfer, weather, system, electric, sky):
-    """Data shared by all blocks: Task. Up to PLAIN_LIMIT surface-hours are computed by pvlib itself, more by tables."""
+    """Data shared by all blocks: Task. Up to PLAIN_LIMIT surface-hours are computed by pvlib
+    itself, more by tables.
+    """
     hours = prepare_hours(transfer.suns, weather, system, sky, transfer.terrain)
     plain = electric.sum() * len(hours) < PLAIN_LIMIT
-    single = {name: one.astype(np.float32) if one.dtype.kind == "f" else one for name, one in vars(hours).items()}
+    single = {
+        name: one.astype(np.float32) if one.dtype.kind == "f" else one
+        for name, one in vars(hours).items()
+    }
     return _Task(
         transfer,
         hours if plain else Hours(**single),
         PvlibCurves(system) if plain else tabulate_power(system),
-        diffuse_incidence_factors(transfer.surfaces.surface_tilt, system, [SOURCES[name] for name in sky.sources]),
+        diffuse_incidence_factors(
+            transfer.surfaces.surface_tilt, system, [SOURCES[name] for name in sky.sources]
+        ),
         system.mounting_of(transfer.surfaces.kind),
         find_lit_share(transfer, system),
         electric,
@@ -189,10 +224,11 @@ def _sum_surfaces(task, group_weight, threads, progress):
 
 
 def _sum_blocks(task, blocks, weigh, threads):
-    """Process blocks of surfaces on all threads: yields the rows and BlockSums of each, in their order.
+    """Process blocks of surfaces on all threads: yields the rows and BlockSums of each, in their
+    order.
 
-    The surfaces of a block, rows (m,) int, have full load hours all or none; `weigh(rows)` gives their weights in the
-    groups, (m, g).
+    The surfaces of a block, rows (m,) int, have full load hours all or none; `weigh(rows)` gives
+    their weights in the groups, (m, g).
     """
 
     def run(rows):
@@ -243,8 +279,14 @@ def compute_building_power(transfer, weather, energy, system, threads=None):
     power : (T, b) numpy.ndarray, float32
         [kW] mean over each interval; 0 for buildings without modules.
     """
-    names, building = np.unique(np.array(transfer.surfaces.building_id, dtype=object).astype(str), return_inverse=True)
-    kwp = np.where(energy.eligible, kwp_of_hours(np.asarray(transfer.surfaces.area, float), energy, system), 0.0)
+    names, building = np.unique(
+        np.array(transfer.surfaces.building_id, dtype=object).astype(str), return_inverse=True
+    )
+    kwp = np.where(
+        energy.eligible,
+        kwp_of_hours(np.asarray(transfer.surfaces.area, float), energy, system),
+        0.0,
+    )
     rows = np.flatnonzero(kwp)
     rows = rows[np.argsort(building[rows], kind="stable")]
     blocks = [rows[first : first + BLOCK] for first in range(0, len(rows), BLOCK)]
@@ -259,5 +301,7 @@ def compute_building_power(transfer, weather, energy, system, threads=None):
         for block, sums in _sum_blocks(task, blocks, share_out, threads):
             power[np.ix_(task.hours.interval, np.unique(building[block]))] += sums.capacity_factor
     if weather.zone is not None:
-        power = (lay_on_axis(weather.data.index, weather.interval, weather.zone)[1] @ power).astype(np.float32)
+        power = (lay_on_axis(weather.data.index, weather.interval, weather.zone)[1] @ power).astype(
+            np.float32
+        )
     return names, power

@@ -1,4 +1,6 @@
-"""Which surfaces carry modules, on how much of their area, in which group they count, and why others carry none."""
+"""Which surfaces carry modules, on how much of their area, in which group they count, and why
+others carry none.
+"""
 
 from dataclasses import dataclass, replace
 
@@ -11,9 +13,14 @@ from ..city.racks import RACK, find_racked_roofs, orient_racks
 from ..settings.errors import InputError
 from .pv_system import KINDS
 
-MOST_COVERED = 0.5  # share of a surface: if more of it is covered or has no room, it carries no modules
+MOST_COVERED = (
+    0.5  # share of a surface: if more of it is covered or has no room, it carries no modules
+)
 SMALLEST_LIT_SHARE = 1 / 64  # below it the light of a surface is too uncertain to be divided by it
-GROUND, COVERED = "ground, or under a building", "covered by a neighbour, or inside a building"  # without modules
+GROUND, COVERED = (
+    "ground, or under a building",
+    "covered by a neighbour, or inside a building",
+)  # without modules
 PARTS = "covered, or without room, of surfaces that carry modules on the rest"
 STEEPEST_UNDERSIDE = 165.0  # [°] of tilt; beyond it a surface is a ceiling, without an orientation
 
@@ -25,9 +32,13 @@ class _CountedArea:
     kind: np.ndarray  # (n,) str; facade also where overhangs count as such
     orientation: np.ndarray  # (n,) str
     eligible: np.ndarray  # (n,) bool
-    flat_roof: np.ndarray  # (n,) bool: without racks; with the paper's sectors not among the eligible
+    flat_roof: (
+        np.ndarray
+    )  # (n,) bool: without racks; with the paper's sectors not among the eligible
     open_area: np.ndarray  # (n,) [m²] not inside or under buildings, with room for modules
-    counted_area: np.ndarray  # (n,) [m²] open area of eligible surfaces and flat roofs, or all of it; 0 of others
+    counted_area: (
+        np.ndarray
+    )  # (n,) [m²] open area of eligible surfaces and flat roofs, or all of it; 0 of others
     module_area: np.ndarray  # (n,) [m²] of it, without windows and edges (usable share)
 
 
@@ -38,7 +49,8 @@ def find_counted_area(transfer, system):
     ----------
     transfer : Transfer
     system : PvSystem
-        Its settings `hidden_walls`, `clearance`, `overhangs`, `sectors` (of overhangs) and `usable` are used.
+        Its settings `hidden_walls`, `clearance`, `overhangs`, `sectors` (of overhangs) and `usable`
+        are used.
 
     Returns
     -------
@@ -50,7 +62,11 @@ def find_counted_area(transfer, system):
         The Transfer knows the room for modules for other clearances.
     """
     surfaces = transfer.surfaces
-    kind, orientation, eligible = np.array(surfaces.kind), np.array(surfaces.orientation), np.array(surfaces.eligible)
+    kind, orientation, eligible = (
+        np.array(surfaces.kind),
+        np.array(surfaces.orientation),
+        np.array(surfaces.eligible),
+    )
     if system.overhangs:  # walls that lean outward are facades, as in the paper
         tilt, thematic = np.asarray(surfaces.surface_tilt), np.asarray(surfaces.thematic, str)
         chosen = (kind == "downward") & (tilt < STEEPEST_UNDERSIDE) & (thematic != "GroundSurface")
@@ -62,32 +78,45 @@ def find_counted_area(transfer, system):
     taken = np.minimum(covered + _share_without_room(transfer, system), 1.0)
     open_area = area * (1.0 - taken)
     whole = system.hidden_walls == "count"
-    free = ~find_racked_roofs(surfaces.surface_id, surfaces.kind) & ((taken <= MOST_COVERED) | whole)
+    free = ~find_racked_roofs(surfaces.surface_id, surfaces.kind) & (
+        (taken <= MOST_COVERED) | whole
+    )
     flat_roof = free & (kind == "flat") & (np.asarray(surfaces.thematic, str) != "ClosureSurface")
     flat_roof &= (area >= SMALLEST_ELIGIBLE_AREA) if system.sectors == PAPER else eligible
     eligible &= free
     counted_area = np.where(eligible | flat_roof, area if whole else open_area, 0.0)
     share = np.array([system.usable.get(name, 1.0) for name in kind.tolist()])
-    return _CountedArea(kind, orientation, eligible, flat_roof, open_area, counted_area, counted_area * share)
+    return _CountedArea(
+        kind, orientation, eligible, flat_roof, open_area, counted_area, counted_area * share
+    )
 
 
 def _share_without_room(transfer, system):
-    """Share of surfaces that is open but has no room for a module: (n,); 0 where nothing is known of it."""
+    """Share of surfaces that is open but has no room for a module: (n,); 0 where nothing is known
+    of it.
+    """
     if transfer.no_room is None:
         return np.zeros(len(transfer.surfaces))
     if system.clearance not in transfer.clearances:
-        cure = f"give {' or '.join(f'{length:g}' for length in transfer.clearances)}, or trace the city again"
+        cure = (
+            f"give {' or '.join(f'{length:g}' for length in transfer.clearances)}, or trace the "
+            "city again"
+        )
         raise InputError("--clearance", f"{system.clearance:g} m was not traced", cure)
     return transfer.no_room[:, transfer.clearances.index(system.clearance)]
 
 
 def find_lit_share(transfer, system):
-    """Share of each surface that its light falls on, and by which the sums of power are multiplied: (n,).
+    """Share of each surface that its light falls on, and by which the sums of power are multiplied:
+    (n,).
 
-    Modules on the open part of a surface get its light: the mean over the whole surface divided by this share. Modules
-    that are counted where it is covered, or has no room, are dark.
+    Modules on the open part of a surface get its light: the mean over the whole surface divided by
+    this share. Modules that are counted where it is covered, or has no room, are dark.
     """
-    covered, cramped = np.asarray(transfer.covered_share, float), _share_without_room(transfer, system)
+    covered, cramped = (
+        np.asarray(transfer.covered_share, float),
+        _share_without_room(transfer, system),
+    )
     # Much of the light of a surface that is mostly without room is that in the gap before it.
     dark = np.where(covered + cramped <= MOST_COVERED, covered + cramped, covered)
     return np.maximum(1.0 - dark, SMALLEST_LIT_SHARE)
@@ -96,8 +125,8 @@ def find_lit_share(transfer, system):
 def sum_left_out(transfer, system):
     """Surfaces that carry no modules, and their area [m²], each under the first reason that holds.
 
-    With the counted area they add up to the area of all surfaces: what is covered or has no room of surfaces that carry
-    modules on the rest stands apart.
+    With the counted area they add up to the area of all surfaces: what is covered or has no room of
+    surfaces that carry modules on the rest stands apart.
 
     Parameters
     ----------
@@ -110,9 +139,16 @@ def sum_left_out(transfer, system):
         Reason -> count, area.
     """
     surfaces, counted = transfer.surfaces, find_counted_area(transfer, system)
-    kind, thematic, area = counted.kind, np.asarray(surfaces.thematic, str), np.asarray(surfaces.area, float)
+    kind, thematic, area = (
+        counted.kind,
+        np.asarray(surfaces.thematic, str),
+        np.asarray(surfaces.area, float),
+    )
     leaves, covered = system.hidden_walls == "leave-out", np.asarray(transfer.covered_share, float)
-    cramped, no_room = _share_without_room(transfer, system), f"no room: another face within {system.clearance:g} m"
+    cramped, no_room = (
+        _share_without_room(transfer, system),
+        f"no room: another face within {system.clearance:g} m",
+    )
     large, tilt = np.full(len(area), SMALLEST_ELIGIBLE_AREA), np.asarray(surfaces.surface_tilt)
     upright = np.where(kind == "facade", 90.0, tilt)  # overhangs that count
     facing = classify(large, upright, surfaces.surface_azimuth, thematic, system.sectors)[2]
@@ -142,10 +178,12 @@ def sum_left_out(transfer, system):
 
 
 def classify_again(transfer, sectors):
-    """The Transfer for other sectors than it was traced for: by tilt, azimuth and class, as those of its surfaces were.
+    """The Transfer for other sectors than it was traced for: by tilt, azimuth and class, as those
+    of its surfaces were.
 
-    Ground and racks stay what they are. Surfaces drawn twice are found by the outlines, where they were kept. Those
-    that become eligible may have been traced with a quarter of the rays, and keep their own errors.
+    Ground and racks stay what they are. Surfaces drawn twice are found by the outlines, where they
+    were kept. Those that become eligible may have been traced with a quarter of the rays, and keep
+    their own errors.
 
     Parameters
     ----------
@@ -173,13 +211,21 @@ def classify_again(transfer, sectors):
     orientation, eligible = np.where(ground, "none", orientation), eligible & ~ground
     known = classify(*shapes, before)[2]
     eligible = np.where(known, eligible & old.eligible, eligible & ~_find_drawn_twice(transfer))
-    orientation = np.where(rack, orient_racks(old.surface_tilt, old.surface_azimuth, sectors), orientation)
+    orientation = np.where(
+        rack, orient_racks(old.surface_tilt, old.surface_azimuth, sectors), orientation
+    )
     surfaces = replace(old, orientation=orientation, eligible=eligible | rack)
-    return replace(transfer, surfaces=surfaces, bare=transfer.bare and replace(transfer.bare, surfaces=surfaces))
+    return replace(
+        transfer,
+        surfaces=surfaces,
+        bare=transfer.bare and replace(transfer.bare, surfaces=surfaces),
+    )
 
 
 def _find_drawn_twice(transfer):
-    """Surfaces that lie on others which face the same way: (n,) bool; none where no outlines were kept."""
+    """Surfaces that lie on others which face the same way: (n,) bool; none where no outlines were
+    kept.
+    """
     surfaces, outlines = transfer.surfaces, transfer.outlines
     kind, twins = np.asarray(surfaces.kind), np.zeros(len(surfaces), bool)
     if outlines is not None:
@@ -204,8 +250,8 @@ class _Groups:
 def find_groups(counted, area):
     """Group the eligible surfaces by kind and orientation.
 
-    Results are means over whole polygons, with zero for covered parts; weighted with A / Σ open area they
-    become means over the open area of the group.
+    Results are means over whole polygons, with zero for covered parts; weighted with A / Σ open
+    area they become means over the open area of the group.
 
     Parameters
     ----------
@@ -218,7 +264,10 @@ def find_groups(counted, area):
     Groups
     """
     kind, orientation, eligible = counted.kind, counted.orientation, counted.eligible
-    pairs = sorted(set(zip(kind[eligible].tolist(), orientation[eligible].tolist(), strict=True)), key=rank_group)
+    pairs = sorted(
+        set(zip(kind[eligible].tolist(), orientation[eligible].tolist(), strict=True)),
+        key=rank_group,
+    )
     members = [eligible & (kind == name) & (orientation == side) for name, side in pairs]
     total = np.array([counted.counted_area[member].sum() for member in members])
     weight = np.zeros((len(kind), len(pairs)))
@@ -233,6 +282,8 @@ def name_group(kind, orientation):
 
 
 def rank_group(pair):
-    """Kinds in their order, then orientations clockwise from north; other names follow in the alphabet's order."""
+    """Kinds in their order, then orientations clockwise from north; other names follow in the
+    alphabet's order.
+    """
     kind, orientation = pair
     return [*KINDS, kind].index(kind), [*ORIENTATIONS, orientation].index(orientation), pair

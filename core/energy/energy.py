@@ -1,4 +1,6 @@
-"""Results of a Transfer with one weather and one PV system: what surfaces and groups get and give, and its totals."""
+"""Results of a Transfer with one weather and one PV system: what surfaces and groups get and give,
+and its totals.
+"""
 
 from dataclasses import dataclass, replace
 
@@ -43,17 +45,26 @@ class Energy:
     eligible: np.ndarray  # (n,) bool: carries modules
     flat_roof: np.ndarray  # (n,) bool: not eligible only because it is flat
     open_area: np.ndarray  # (n,) [m²] not inside or under buildings, with room for modules
-    counted_area: np.ndarray  # (n,) [m²] counted area of eligible surfaces and flat roofs; 0 for others
+    counted_area: (
+        np.ndarray
+    )  # (n,) [m²] counted area of eligible surfaces and flat roofs; 0 for others
     module_area: np.ndarray  # (n,) [m²] of it that carries modules
-    full_load_hours_standard_error: np.ndarray | None = None  # (n,) [h] from rays, patch sizes and suns
-    group_standard_error: np.ndarray | None = None  # (g,) [h] of the mean full load hours of each group
-    sampling_error: float = np.nan  # [h] of the mean over the counted area of all groups, from rays only
+    full_load_hours_standard_error: np.ndarray | None = (
+        None  # (n,) [h] from rays, patch sizes and suns
+    )
+    group_standard_error: np.ndarray | None = (
+        None  # (g,) [h] of the mean full load hours of each group
+    )
+    sampling_error: float = (
+        np.nan
+    )  # [h] of the mean over the counted area of all groups, from rays only
     sky: str = "isotropic"  # model of the diffuse sky
     series: HourlySeries | None = None  # of the requested surfaces
 
 
 def states_of_year(transfer, times, interval):
-    """States of a Transfer's trees, and in which intervals each holds, by the month of their middle.
+    """States of a Transfer's trees, and in which intervals each holds, by the month of their
+    middle.
 
     Parameters
     ----------
@@ -71,11 +82,15 @@ def states_of_year(transfer, times, interval):
     if transfer.bare is None:
         return [(transfer, np.ones(len(times), bool))]
     in_leaf = np.isin((times + interval / 2).month, transfer.leaf_months)
-    return [(replace(transfer, bare=None), in_leaf), (replace(transfer.bare, record=transfer.record), ~in_leaf)]
+    return [
+        (replace(transfer, bare=None), in_leaf),
+        (replace(transfer.bare, record=transfer.record), ~in_leaf),
+    ]
 
 
 def kwp_of_hours(area, energy, system):
-    """Nominal power by which the hours of whole polygons count, as their modules lie on the counted area: (n,) [kWp].
+    """Nominal power by which the hours of whole polygons count, as their modules lie on the counted
+    area: (n,) [kWp].
 
     Parameters
     ----------
@@ -97,8 +112,9 @@ def kwp_of_hours(area, energy, system):
 def exceeded_energy(by_year):
     """Energy that is exceeded in half (P50) and in nine of ten (P90) of the given years.
 
-    The k-th lowest of y years is not reached in a share k/(y + 1), whatever the distribution (Weibull's plotting
-    position); in between lies a straight line. With fewer than nine years P90 is the lowest of them.
+    The k-th lowest of y years is not reached in a share k/(y + 1), whatever the distribution
+    (Weibull's plotting position); in between lies a straight line. With fewer than nine years P90
+    is the lowest of them.
 
     Parameters
     ----------
@@ -111,7 +127,10 @@ def exceeded_energy(by_year):
     """
     if len(by_year) < 2:
         return {}
-    return {f"p{share}": np.quantile(by_year, 1 - share / 100, axis=0, method="weibull") for share in (50, 90)}
+    return {
+        f"p{share}": np.quantile(by_year, 1 - share / 100, axis=0, method="weibull")
+        for share in (50, 90)
+    }
 
 
 def sum_potential(rows, area, energy, system):
@@ -129,16 +148,22 @@ def sum_potential(rows, area, energy, system):
     Returns
     -------
     dict of str to float
-        eligible_area (counted) and module_area [m²], kwp [kWp], full_load_hours [h] (energy over power) and
-        mwh_per_year [MWh], and the same of DC: full_load_hours_dc, mwh_dc_per_year. Hours are None without modules.
+        eligible_area (counted) and module_area [m²], kwp [kWp], full_load_hours [h] (energy over
+        power) and mwh_per_year [MWh], and the same of DC: full_load_hours_dc, mwh_dc_per_year.
+        Hours are None without modules.
     """
     rows = np.arange(len(area))[rows]
     rows = rows[np.isfinite(energy.full_load_hours[rows]) & (energy.counted_area[rows] > 0)]
     modules = energy.module_area[rows].sum()
     total = {"eligible_area": energy.counted_area[rows].sum(), "module_area": modules}
     total["kwp"] = modules / area_of_kwp(system.module)
-    for name, sum_name in (("full_load_hours", "mwh_per_year"), ("full_load_hours_dc", "mwh_dc_per_year")):
-        total[sum_name] = kwp_of_hours(area, energy, system)[rows] @ getattr(energy, name)[rows] / 1000
+    for name, sum_name in (
+        ("full_load_hours", "mwh_per_year"),
+        ("full_load_hours_dc", "mwh_dc_per_year"),
+    ):
+        total[sum_name] = (
+            kwp_of_hours(area, energy, system)[rows] @ getattr(energy, name)[rows] / 1000
+        )
         total[name] = 1000 * total[sum_name] / total["kwp"] if modules else None
     return {name: None if value is None else float(value) for name, value in total.items()}
 
@@ -157,7 +182,8 @@ def split_years(times, interval):
     Returns
     -------
     list of (int, numpy.ndarray)
-        Calendar year that contains most of it, and its intervals (k,) int; incomplete years are skipped.
+        Calendar year that contains most of it, and its intervals (k,) int; incomplete years are
+        skipped.
     """
     years, first = [], times[0]
     for number in range(times[-1].year - first.year + 1):
@@ -170,5 +196,12 @@ def split_years(times, interval):
 
 def sum_years(energy):
     """Full load hours [h] of each group, (g,), by calendar year; empty for a single one."""
-    years, length = split_years(energy.times, energy.interval), energy.interval / pd.Timedelta(hours=1)
-    return {year: energy.capacity_factor[own].sum(axis=0) * length for year, own in years} if len(years) > 1 else {}
+    years, length = (
+        split_years(energy.times, energy.interval),
+        energy.interval / pd.Timedelta(hours=1),
+    )
+    return (
+        {year: energy.capacity_factor[own].sum(axis=0) * length for year, own in years}
+        if len(years) > 1
+        else {}
+    )

@@ -20,19 +20,31 @@ class Hours:
     """The h intervals with any light, ordered by month; one row each."""
 
     interval: np.ndarray  # (h,) int, index into the weather's time axis
-    month: np.ndarray  # (h,) int, 0 to 11, of mid-interval, in UTC or the calendar of `weather.zone`
-    year: np.ndarray  # (h,) int, among the whole years if the weather has several; -1 outside of them
+    month: (
+        np.ndarray
+    )  # (h,) int, 0 to 11, of mid-interval, in UTC or the calendar of `weather.zone`
+    year: (
+        np.ndarray
+    )  # (h,) int, among the whole years if the weather has several; -1 outside of them
     direction: np.ndarray  # (h, 3) towards the sun at mid-interval
     sunny: np.ndarray  # (h, 1) 1.0 if the sun is at least 2° high, else 0.0
-    open: np.ndarray  # (h, 1) 1.0 if the sun stands above the horizon of distant terrain, else 0.0; no DNI then
+    open: (
+        np.ndarray
+    )  # (h, 1) 1.0 if the sun stands above the horizon of distant terrain, else 0.0; no DNI then
     dni: np.ndarray  # (h, 1) [Wm⁻²]
-    sunward: np.ndarray  # (h, 1) [Wm⁻²] normal irradiance from the place of the sun: DNI and circumsolar light
+    sunward: (
+        np.ndarray
+    )  # (h, 1) [Wm⁻²] normal irradiance from the place of the sun: DNI and circumsolar light
     dome: np.ndarray  # (h, 1) [Wm⁻²] part of DHI that comes evenly from the whole sky
-    sources: np.ndarray  # (h, k) [Wm⁻²] by each traced source, in its unit; negative where it is darker than the dome
+    sources: (
+        np.ndarray
+    )  # (h, k) [Wm⁻²] by each traced source, in its unit; negative where it is darker than the dome
     level: np.ndarray  # (h, 1) [Wm⁻²] of unshaded ground by DNI and circumsolar light
     temp_air: np.ndarray  # (h, 1) [°C] cell temperature without irradiance
     spectral_factor: np.ndarray  # (h, 1) f₁ of the Sandia model, see `spectral_factor`
-    heating: np.ndarray  # (h, m) [Km²W⁻¹] cell above air temperature, per POA irradiance, of each mounting
+    heating: (
+        np.ndarray
+    )  # (h, m) [Km²W⁻¹] cell above air temperature, per POA irradiance, of each mounting
     match: np.ndarray  # (h, k) int, traced suns that represent the hour
     match_weight: np.ndarray  # (h, k) float
 
@@ -48,7 +60,9 @@ class Hours:
         change = np.flatnonzero((np.diff(self.month) != 0) | (np.diff(self.year) != 0)) + 1
         bounds = [0, *change.tolist(), len(self)]
         return [
-            (start, min(start + CHUNK, last)) for first, last in pairwise(bounds) for start in range(first, last, CHUNK)
+            (start, min(start + CHUNK, last))
+            for first, last in pairwise(bounds)
+            for start in range(first, last, CHUNK)
         ]
 
     @property
@@ -69,18 +83,22 @@ def prepare_hours(suns, weather, system, sky, terrain=None):
     sky : SkyParts
         Of the weather.
     terrain : TerrainHorizon, optional
-        Of distant terrain: no light from the sun and its surroundings while that of mid-interval stands behind it.
+        Of distant terrain: no light from the sun and its surroundings while that of mid-interval
+        stands behind it.
 
     Returns
     -------
     Hours
-        In float64. Cell heating is the Sandia model of the system's mountings, :doi:`10.2172/919131`.
+        In float64. Cell heating is the Sandia model of the system's mountings,
+        :doi:`10.2172/919131`.
     """
     data = weather.data
     sunny = is_sunny(data["apparent_zenith"])
     used = np.flatnonzero((data["ghi"] > 0) | (data["dni"] > 0) | sunny)
     middle = data.index + weather.interval / 2
-    month = (middle if weather.zone is None else middle.tz_convert(weather.zone)).month.to_numpy()[used] - 1
+    month = (middle if weather.zone is None else middle.tz_convert(weather.zone)).month.to_numpy()[
+        used
+    ] - 1
     used = used[np.argsort(month, kind="stable")]
     year, years = np.full(len(data), -1), split_years(data.index, weather.interval)
     for number, (_, inside) in enumerate(years if len(years) > 1 else []):
@@ -90,7 +108,9 @@ def prepare_hours(suns, weather, system, sky, terrain=None):
     # No sun below 2° was traced: if light comes from there, the nearest one represents it.
     lowest = 0.0 if (sunward[~sunny] > 0).any() else MINIMUM_ELEVATION
     match = match_suns(suns, *weather.axis._replace(times=data.index), lowest=lowest, position=data)
-    relative = pvlib.atmosphere.get_relative_airmass(data["apparent_zenith"].to_numpy(), "kastenyoung1989")
+    relative = pvlib.atmosphere.get_relative_airmass(
+        data["apparent_zenith"].to_numpy(), "kastenyoung1989"
+    )
     airmass = pvlib.atmosphere.get_absolute_airmass(relative, data["pressure"].to_numpy())
     dark, heating = cell_heating(data["temp_air"].to_numpy(), data["wind_speed"].to_numpy(), system)
     dni = data["dni"].to_numpy()[:, None]

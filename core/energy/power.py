@@ -1,16 +1,18 @@
-"""Power of a module from the light on it: one arithmetic, whose curves are pvlib's own or tables made with pvlib.
+"""Power of a module from the light on it: one arithmetic, whose curves are pvlib's own or tables
+made with pvlib.
 
     direct × IAM(aoi) + FD × diffuse     × f₁ (spectrum)  = effective irradiance ─┐
     air temperature + heating × (direct + diffuse)        = cell temperature     ─┴► DC power ─► losses, inverter ─► AC
 
-Few surfaces are computed by pvlib itself, many by tables, which give the same numbers ten times as fast: at a given
-effective irradiance power is a smooth function of cell temperature, so that a polynomial through three (Sandia) or five
-(CEC) temperatures is accurate, and power over irradiance changes so slowly that the nearest node is close enough.
+Few surfaces are computed by pvlib itself, many by tables, which give the same numbers ten times as
+fast: at a given effective irradiance power is a smooth function of cell temperature, so that a
+polynomial through three (Sandia) or five (CEC) temperatures is accurate, and power over irradiance
+changes so slowly that the nearest node is close enough.
 
 References
 ----------
-D. L. King, W. E. Boyson, J. A. Kratochvil (2004), Photovoltaic array performance model, SAND2004-3535.
-:doi:`10.2172/919131`
+D. L. King, W. E. Boyson, J. A. Kratochvil (2004), Photovoltaic array performance model,
+SAND2004-3535. :doi:`10.2172/919131`
 """
 
 from dataclasses import dataclass
@@ -21,29 +23,40 @@ from scipy.interpolate import PchipInterpolator
 
 from .pv_system import MOUNTINGS, PVWATTS, SANDIA, PvSystem
 
-HIGHEST_AIRMASS = 10.0  # up to which the coefficients of f₁ were fitted; beyond it the polynomials diverge
+HIGHEST_AIRMASS = (
+    10.0  # up to which the coefficients of f₁ were fitted; beyond it the polynomials diverge
+)
 STANDARD_TEMPERATURE = 25.0  # [°C] of cells at standard test conditions
 INCIDENCE_LAWS = {"physical": pvlib.iam.physical, "ashrae": pvlib.iam.ashrae}
 EFFICIENCY = 0.96  # of PVWatts' inverter at full load (Dobos 2014, NREL/TP-6A20-62641)
-TILT_STEP = 3.0  # [°] between the tilts whose diffuse IAM is integrated; cubic interpolation in between
+TILT_STEP = (
+    3.0  # [°] between the tilts whose diffuse IAM is integrated; cubic interpolation in between
+)
 
 HIGHEST = 3000.0  # [Wm⁻²] of effective irradiance
-IRRADIANCE_NODES = 16384  # uniform in its square root: dense at low light, where efficiency changes fast
+IRRADIANCE_NODES = (
+    16384  # uniform in its square root: dense at low light, where efficiency changes fast
+)
 COLDEST, HOTTEST = -40.0, 90.0  # [°C] of cells
 MIDDLE, HALF = (COLDEST + HOTTEST) / 2, (HOTTEST - COLDEST) / 2
-TERMS = {SANDIA: 3}  # of the polynomial in cell temperature; power of the Sandia model is almost one of degree two
+TERMS = {
+    SANDIA: 3
+}  # of the polynomial in cell temperature; power of the Sandia model is almost one of degree two
 MOST_TERMS = 5
-ANGLE_NODES = 65536  # uniform in √(1 - cosine), which is proportional to the angle near normal incidence
+ANGLE_NODES = (
+    65536  # uniform in √(1 - cosine), which is proportional to the angle near normal incidence
+)
 
 
 # -- the curves of a system, by pvlib --
 
 
 def diffuse_incidence_factors(surface_tilt, system, sources=()):
-    """IAM of the light from the sky, of reflected light, and of the light of traced parts of the sky.
+    """IAM of the light from the sky, of reflected light, and of the light of traced parts of the
+    sky.
 
-    Sky and ground are assumed to be uniform (Marion 2017, :doi:`10.1016/j.solener.2017.02.027`) and unobstructed; light
-    reflected by walls is treated like light from the ground.
+    Sky and ground are assumed to be uniform (Marion 2017, :doi:`10.1016/j.solener.2017.02.027`) and
+    unobstructed; light reflected by walls is treated like light from the ground.
 
     Parameters
     ----------
@@ -64,12 +77,15 @@ def diffuse_incidence_factors(surface_tilt, system, sources=()):
     own = {"module": system.module.parameters} if system.incidence == "sapm" else {}
     factors = pvlib.iam.marion_diffuse(system.incidence, tilt, **own)
     regions = ("sky", "ground", *(source.incidence for source in sources))
-    shares = np.nan_to_num([factors[region] for region in regions])  # (2 + k, t); 0 where one is not visible
+    shares = np.nan_to_num(
+        [factors[region] for region in regions]
+    )  # (2 + k, t); 0 where one is not visible
     return PchipInterpolator(tilt, shares, axis=1)(np.clip(surface_tilt, 0.0, 180.0))
 
 
 def spectral_factor(airmass, system):
-    """Sandia's f₁, the influence of the spectrum on the current; 1 for modules of the CEC library, which has none.
+    """Sandia's f₁, the influence of the spectrum on the current; 1 for modules of the CEC library,
+    which has none.
 
     Parameters
     ----------
@@ -80,13 +96,16 @@ def spectral_factor(airmass, system):
     Returns
     -------
     numpy.ndarray
-        0 with the sun below the horizon, as in pvlib. Held constant beyond an air mass of 10 (sun below 5.4°).
+        0 with the sun below the horizon, as in pvlib. Held constant beyond an air mass of 10 (sun
+        below 5.4°).
     """
     if system.module.library != SANDIA:
         return np.ones_like(airmass)
     if not system.spectrum:
         return np.where(np.isnan(airmass), 0.0, 1.0)
-    return pvlib.spectrum.spectral_factor_sapm(np.minimum(airmass, HIGHEST_AIRMASS), system.module.parameters)
+    return pvlib.spectrum.spectral_factor_sapm(
+        np.minimum(airmass, HIGHEST_AIRMASS), system.module.parameters
+    )
 
 
 def cell_heating(temp_air, wind_speed, system):
@@ -101,13 +120,19 @@ def cell_heating(temp_air, wind_speed, system):
     Returns
     -------
     dark : numpy.ndarray
-        [°C] without irradiance: that of the air; that of standard test conditions with the effect switched off.
+        [°C] without irradiance: that of the air; that of standard test conditions with the effect
+        switched off.
     slope : numpy.ndarray, (h, m)
         [Km²W⁻¹] per irradiance on the plane, of each of the system's `mountings`.
     """
     if not system.temperature:
-        return np.full_like(temp_air, STANDARD_TEMPERATURE), np.zeros((len(temp_air), len(system.mountings)))
-    slopes = [pvlib.temperature.sapm_cell(1.0, 0.0, wind_speed, **MOUNTINGS[name]) for name in system.mountings]
+        return np.full_like(temp_air, STANDARD_TEMPERATURE), np.zeros(
+            (len(temp_air), len(system.mountings))
+        )
+    slopes = [
+        pvlib.temperature.sapm_cell(1.0, 0.0, wind_speed, **MOUNTINGS[name])
+        for name in system.mountings
+    ]
     return temp_air, np.stack(slopes, axis=1)
 
 
@@ -131,24 +156,32 @@ def dc_power(effective, temp_cell, module):
     if module.library == SANDIA:
         return pvlib.pvsystem.sapm(effective, temp_cell, own)["p_mp"] / module.nominal_power
     names = ("alpha_sc", "a_ref", "I_L_ref", "I_o_ref", "R_sh_ref", "R_s", "Adjust")
-    diode = pvlib.pvsystem.calcparams_cec(effective, temp_cell, **{name: own[name] for name in names})
+    diode = pvlib.pvsystem.calcparams_cec(
+        effective, temp_cell, **{name: own[name] for name in names}
+    )
     return pvlib.pvsystem.max_power_point(*diode, method="newton")["p_mp"] / module.nominal_power
 
 
 def ac_power(power, system):
-    """AC power after losses and the inverter, both over nominal DC power; DC power itself without either.
+    """AC power after losses and the inverter, both over nominal DC power; DC power itself without
+    either.
 
-    An inverter has as many modules as its size requires, and its nominal input voltage: strings are assumed to fit.
-    Consumption at night is neglected.
+    An inverter has as many modules as its size requires, and its nominal input voltage: strings are
+    assumed to fit. Consumption at night is neglected.
     """
     inverter = system.inverter
-    power = np.maximum(power, 0) * (1.0 - system.losses / 100.0) if system.losses or inverter else power
+    power = (
+        np.maximum(power, 0) * (1.0 - system.losses / 100.0) if system.losses or inverter else power
+    )
     if inverter is None:
         return power
     if inverter.name == PVWATTS:
         fed = pvlib.inverter.pvwatts(power, 1.0 / inverter.dc_ac_ratio / EFFICIENCY, EFFICIENCY)
     else:
-        own, size = inverter.parameters, inverter.parameters["Paco"] * inverter.dc_ac_ratio  # [W] of modules
+        own, size = (
+            inverter.parameters,
+            inverter.parameters["Paco"] * inverter.dc_ac_ratio,
+        )  # [W] of modules
         fed = np.maximum(pvlib.inverter.sandia(own["Vdco"], power * size, own), 0.0) / size
     return fed.astype(power.dtype, copy=False)
 
@@ -181,7 +214,9 @@ def dc_factor(curves, direct, diffuse, diffuse_taken, aoi_projection, *, hours, 
     effective *= direct
     effective += np.multiply(diffuse_taken, curves.diffuse_share, out=aoi_projection)
     effective *= hours.spectral_factor
-    np.maximum(effective, 0, out=effective)  # visible shares between days may overshoot a little below 0
+    np.maximum(
+        effective, 0, out=effective
+    )  # visible shares between days may overshoot a little below 0
     temp_cell = np.add(direct, diffuse, out=aoi_projection)
     temp_cell *= np.take(hours.heating, mounting, axis=1)
     temp_cell += hours.temp_air
@@ -196,14 +231,18 @@ class PvlibCurves:
 
     @property
     def diffuse_share(self):
-        """Share FD of diffuse light that the module uses: below 1 for concentrators of the Sandia library."""
+        """Share FD of diffuse light that the module uses: below 1 for concentrators of the Sandia
+        library.
+        """
         module = self.system.module
         return module.parameters["FD"] if module.library == SANDIA else 1.0
 
     def incidence_at(self, aoi_projection):
-        """IAM of direct light, by the cosine of the angle of incidence; 1 with the effect switched off.
+        """IAM of direct light, by the cosine of the angle of incidence; 1 with the effect switched
+        off.
 
-        Sandia's polynomial f₂ of the module, Fresnel's equations for a pane (De Soto et al. 2006), or ASHRAE's law.
+        Sandia's polynomial f₂ of the module, Fresnel's equations for a pane (De Soto et al. 2006),
+        or ASHRAE's law.
         """
         if not self.system.aoi:
             return np.ones_like(aoi_projection)
@@ -223,8 +262,12 @@ class PvlibCurves:
 class PowerTables:
     """The curves of a system as tables; values are those of the nearest node."""
 
-    incidence: np.ndarray  # (a,) float32, IAM of direct light, over √(1 - cosine of the angle of incidence)
-    efficiency: np.ndarray  # (c, e) float32 [W⁻¹m²], DC power per effective irradiance: 1, T, T² … (T scaled)
+    incidence: (
+        np.ndarray
+    )  # (a,) float32, IAM of direct light, over √(1 - cosine of the angle of incidence)
+    efficiency: (
+        np.ndarray
+    )  # (c, e) float32 [W⁻¹m²], DC power per effective irradiance: 1, T, T² … (T scaled)
     diffuse_share: np.float32  # FD, the share of diffuse light that the module uses
     system: PvSystem
 
@@ -235,7 +278,9 @@ class PowerTables:
         return _look_up(self.incidence, aoi_projection, np.float32(ANGLE_NODES - 1))[0]
 
     def power_at(self, effective, temp_cell):
-        """DC power over nominal power: irradiance times a polynomial in the cell temperature, which is overwritten."""
+        """DC power over nominal power: irradiance times a polynomial in the cell temperature, which
+        is overwritten.
+        """
         temp_cell -= np.float32(MIDDLE)
         temp_cell /= np.float32(HALF)
         scale = np.float32((IRRADIANCE_NODES - 1) / np.sqrt(HIGHEST))
@@ -252,9 +297,13 @@ def tabulate_power(system):
     exact = PvlibCurves(system)
     incidence = exact.incidence_at(1.0 - np.linspace(0.0, 1.0, ANGLE_NODES) ** 2)
     root = np.linspace(0.0, np.sqrt(HIGHEST), IRRADIANCE_NODES)
-    irradiance = np.maximum(root, root[1] / 2) ** 2  # the first node represents all values below half a step
+    irradiance = (
+        np.maximum(root, root[1] / 2) ** 2
+    )  # the first node represents all values below half a step
     terms = TERMS.get(system.module.library, MOST_TERMS)
-    nodes = np.cos(np.pi * (np.arange(terms) + 0.5) / terms)  # Chebyshev nodes, for the smallest error in between
+    nodes = np.cos(
+        np.pi * (np.arange(terms) + 0.5) / terms
+    )  # Chebyshev nodes, for the smallest error in between
     temperature = np.broadcast_to(MIDDLE + HALF * nodes[:, None], (terms, IRRADIANCE_NODES))
     power = dc_power(np.broadcast_to(irradiance, temperature.shape), temperature, system.module)
     efficiency = np.linalg.solve(np.vander(nodes, terms, increasing=True), power / irradiance)

@@ -1,6 +1,7 @@
 """The PV system: modules, mounting, losses, inverter, and the area that carries modules.
 
-Modules and inverters are found in pvlib's copies of the libraries of Sandia and of the CEC by a name or a part of it.
+Modules and inverters are found in pvlib's copies of the libraries of Sandia and of the CEC by a
+name or a part of it.
 """
 
 import difflib
@@ -20,13 +21,40 @@ from ..settings.system_settings import CLEARANCES, PAPER_MODULE
 SANDIA, CEC = "SandiaMod", "CECMod"
 NEEDED = {
     SANDIA: (
-        *("Area", "Cells_in_Series", "Isco", "Voco", "Impo", "Vmpo", "Aisc", "Aimp", "C0", "C1", "C2", "C3"),
+        *(
+            "Area",
+            "Cells_in_Series",
+            "Isco",
+            "Voco",
+            "Impo",
+            "Vmpo",
+            "Aisc",
+            "Aimp",
+            "C0",
+            "C1",
+            "C2",
+            "C3",
+        ),
         *("Bvoco", "Mbvoc", "Bvmpo", "Mbvmp", "N", "FD"),
         *("A0", "A1", "A2", "A3", "A4", "B0", "B1", "B2", "B3", "B4", "B5"),
     ),
-    CEC: ("A_c", "alpha_sc", "a_ref", "I_L_ref", "I_o_ref", "R_sh_ref", "R_s", "Adjust", "I_mp_ref", "V_mp_ref"),
+    CEC: (
+        "A_c",
+        "alpha_sc",
+        "a_ref",
+        "I_L_ref",
+        "I_o_ref",
+        "R_sh_ref",
+        "R_s",
+        "Adjust",
+        "I_mp_ref",
+        "V_mp_ref",
+    ),
 }
-POSITIVE = {SANDIA: ("Area", "Impo", "Vmpo"), CEC: ("A_c", "I_mp_ref", "V_mp_ref")}  # area, current, voltage
+POSITIVE = {
+    SANDIA: ("Area", "Impo", "Vmpo"),
+    CEC: ("A_c", "I_mp_ref", "V_mp_ref"),
+}  # area, current, voltage
 PVWATTS = "pvwatts"
 OF_INVERTER = ("Paco", "Pdco", "Vdco", "Pso", "C0", "C1", "C2", "C3", "Pnt")
 SHOWN = 5  # names that an error lists
@@ -41,7 +69,13 @@ MOUNTINGS = {  # a, b and deltaT of Sandia's cell temperature (King et al. 2004,
 AUTO = ("close-mount", "open-rack")  # of the mounting `auto`: on walls and pitched roofs, and
 STANDING = ("flat", "rack")  # on these kinds
 OF_LIBRARY = {SANDIA: "sapm", CEC: "physical"}  # library -> law of "module"
-SAME = ("mounting", "losses", "hidden_walls", "clearance", "sectors")  # of a Request and of a PvSystem
+SAME = (
+    "mounting",
+    "losses",
+    "hidden_walls",
+    "clearance",
+    "sectors",
+)  # of a Request and of a PvSystem
 ELECTRIC = ("aoi", "spectrum", "temperature")  # effects that may be switched off
 KINDS = (*BEARING, RACK)  # that carry modules, in the order of tables
 
@@ -54,7 +88,9 @@ class Module:
     library: str  # SandiaMod: Sandia array performance model; CECMod: single-diode model
     parameters: dict  # name -> float, in the units of the model
     area: float  # [m²]
-    nominal_power: float  # [W] at reference conditions, current times voltage at the maximum power point
+    nominal_power: (
+        float  # [W] at reference conditions, current times voltage at the maximum power point
+    )
 
 
 @dataclass(frozen=True)
@@ -77,13 +113,21 @@ class PvSystem:
     losses: float = 0.0  # [%] of DC energy: soiling, mismatch, wiring …
     inverter: _Inverter | None = None
     hidden_walls: str = "leave-out"  # or count: whether covered area carries modules
-    clearance: float = CLEARANCES[1]  # [m] to a face turned against a module, below which there is no room for it
+    clearance: float = CLEARANCES[
+        1
+    ]  # [m] to a face turned against a module, below which there is no room for it
     sectors: str = "8"  # or paper: azimuths that count
-    overhangs: bool = False  # whether walls that lean outward by more than 1° are facades, as in the paper
-    usable: dict = field(default_factory=dict)  # kind -> share of its area without windows and edges
+    overhangs: bool = (
+        False  # whether walls that lean outward by more than 1° are facades, as in the paper
+    )
+    usable: dict = field(
+        default_factory=dict
+    )  # kind -> share of its area without windows and edges
     aoi: bool = True  # whether light that falls in at an angle is lost to reflection by the glass
     spectrum: bool = True  # whether the current depends on the spectrum
-    temperature: bool = True  # whether cells are as warm as air and light make them, or always at 25 °C
+    temperature: bool = (
+        True  # whether cells are as warm as air and light make them, or always at 25 °C
+    )
 
     @property
     def mountings(self):
@@ -116,7 +160,9 @@ def build_system(request):
         if kind not in KINDS:
             raise InputError("--usable", f"{kind!r} carries no modules", f"give {', '.join(KINDS)}")
         if not 0 <= share <= 1:
-            raise InputError("--usable", f"{kind}={share} is not a share", "give numbers from 0 to 1")
+            raise InputError(
+                "--usable", f"{kind}={share} is not a share", "give numbers from 0 to 1"
+            )
     module = pick_module(request.module)
     return PvSystem(
         module,
@@ -147,8 +193,8 @@ def pick_module(name):
     Returns
     -------
     Module
-        Of the Sandia array performance model (SAND2004-3535, :doi:`10.2172/919131`) or the CEC's single-diode model
-        (Dobos 2012, :doi:`10.1115/1.4005759`).
+        Of the Sandia array performance model (SAND2004-3535, :doi:`10.2172/919131`) or the CEC's
+        single-diode model (Dobos 2012, :doi:`10.1115/1.4005759`).
 
     Raises
     ------
@@ -157,8 +203,12 @@ def pick_module(name):
     """
     library, key = _search_library(name, (SANDIA, CEC), option="--module")
     size, current, voltage = POSITIVE[library]
-    parameters = _read_parameters(library, key, NEEDED[library], POSITIVE[library], option="--module")
-    return Module(key, library, parameters, parameters[size], parameters[current] * parameters[voltage])
+    parameters = _read_parameters(
+        library, key, NEEDED[library], POSITIVE[library], option="--module"
+    )
+    return Module(
+        key, library, parameters, parameters[size], parameters[current] * parameters[voltage]
+    )
 
 
 def area_of_kwp(module):
@@ -189,7 +239,9 @@ def pick_inverter(name, dc_ac_ratio=1.0):
     if name.lower() == PVWATTS:
         return _Inverter(PVWATTS, {}, dc_ac_ratio)
     library, key = _search_library(name, ("CECInverter", "SandiaInverter"), option="--inverter")
-    return _Inverter(key, _read_parameters(library, key, OF_INVERTER, option="--inverter"), dc_ac_ratio)
+    return _Inverter(
+        key, _read_parameters(library, key, OF_INVERTER, option="--inverter"), dc_ac_ratio
+    )
 
 
 @lru_cache
@@ -199,10 +251,16 @@ def read_library(library):
 
 
 def _read_parameters(library, key, names, positive=(), *, option):
-    """Parameters of a product by their names, none of them missing, some of them positive: dict of float."""
+    """Parameters of a product by their names, none of them missing, some of them positive: dict of
+    float.
+    """
     row = read_library(library)[key]
     found = {name: float(row[name]) for name in names}
-    missing = [name for name in names if not math.isfinite(found[name]) or (name in positive and found[name] <= 0)]
+    missing = [
+        name
+        for name in names
+        if not math.isfinite(found[name]) or (name in positive and found[name] <= 0)
+    ]
     if missing:
         cure = f"choose another {option.removeprefix('--')}"
         raise InputError(option, f"{key} has no {', '.join(missing)} in the library", cure)
@@ -212,8 +270,8 @@ def _read_parameters(library, key, names, positive=(), *, option):
 def _search_library(text, libraries, *, option):
     """Find the one product that a name, or a part of it, matches.
 
-    Case, spaces and punctuation are ignored. A full name takes precedence over a part of one, and a part over words in
-    another order.
+    Case, spaces and punctuation are ignored. A full name takes precedence over a part of one, and a
+    part over words in another order.
 
     Parameters
     ----------
@@ -235,9 +293,15 @@ def _search_library(text, libraries, *, option):
     for library in libraries:
         if text in read_library(library):
             return library, text
-    known = list(dict.fromkeys((library, name) for library in libraries for name in read_library(library)))
+    known = list(
+        dict.fromkeys((library, name) for library in libraries for name in read_library(library))
+    )
     wanted, words = join_letters(text), split_words(text)
-    rules = [lambda one: one == wanted, lambda one: wanted in one, lambda one: all(word in one for word in words)]
+    rules = [
+        lambda one: one == wanted,
+        lambda one: wanted in one,
+        lambda one: all(word in one for word in words),
+    ]
     for fits in rules if wanted else ():
         found = [(library, name) for library, name in known if fits(join_letters(name))]
         if len({name for _, name in found}) == 1:
@@ -245,11 +309,17 @@ def _search_library(text, libraries, *, option):
         if found:
             names = ", ".join(name for _, name in found[:SHOWN])
             more = f" and {len(found) - SHOWN:,} more" if len(found) > SHOWN else ""
-            raise InputError(option, f"{text!r} matches {len(found):,} names", f"give more of the name: {names}{more}")
+            raise InputError(
+                option,
+                f"{text!r} matches {len(found):,} names",
+                f"give more of the name: {names}{more}",
+            )
     # The nearest are found among those with most of its words.
     names = {join_letters(name): name for _, name in known}
     candidates = sorted(names, key=lambda one: -sum(word in one for word in words))[:CANDIDATES]
-    nearest = ", ".join(names[one] for one in difflib.get_close_matches(wanted, candidates, SHOWN, 0.0))
+    nearest = ", ".join(
+        names[one] for one in difflib.get_close_matches(wanted, candidates, SHOWN, 0.0)
+    )
     problem = f"{text!r} is not in pvlib's libraries ({', '.join(libraries)})"
     raise InputError(option, problem, f"give one of its names, nearest: {nearest}")
 

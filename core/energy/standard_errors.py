@@ -1,4 +1,6 @@
-"""Standard errors of full load hours: from rays, discretisation, and the suns that represent the year."""
+"""Standard errors of full load hours: from rays, discretisation, and the suns that represent the
+year.
+"""
 
 from dataclasses import dataclass, replace
 from functools import partial
@@ -10,11 +12,14 @@ from ..light.transfer import no_parts, own_diffuse, own_direct, variance_of_mean
 from ..sun.sky_models import split_sky
 from .energy import states_of_year
 
-PROPORTION = 0.1  # relative difference in yield per irradiance between direct, diffuse and reflected light
+PROPORTION = (
+    0.1  # relative difference in yield per irradiance between direct, diffuse and reflected light
+)
 
 
 def state_errors(energy, errors, groups):
-    """An Energy with the standard errors of surfaces, of the means of groups, and of the mean of all groups together.
+    """An Energy with the standard errors of surfaces, of the means of groups, and of the mean of
+    all groups together.
 
     That of a surface is NaN without full load hours, or if the error of the irradiance is unknown.
 
@@ -28,19 +33,25 @@ def state_errors(energy, errors, groups):
     -------
     Energy
     """
-    surfaces = errors.own + variance_of_mean(errors.passed_on) + errors.discretisation**2 + errors.rms**2
+    surfaces = (
+        errors.own + variance_of_mean(errors.passed_on) + errors.discretisation**2 + errors.rms**2
+    )
     rows, label = np.nonzero(groups.weight)
     # The bias was measured on means of groups: what surfaces have of their own is in it.
     of_groups = replace(errors, rms=errors.bias)
     means = add_errors(of_groups, rows, groups.weight[rows, label], label, len(groups.names))
-    weight = groups.weight[rows, label] * (groups.area / max(groups.area.sum(), np.finfo(float).tiny))[label]
+    weight = (
+        groups.weight[rows, label]
+        * (groups.area / max(groups.area.sum(), np.finfo(float).tiny))[label]
+    )
     whole = noise_of_mean(weight, errors.own[rows], errors.passed_on[rows])
     stated = {"full_load_hours_standard_error": np.sqrt(surfaces), "group_standard_error": means}
     return replace(energy, **stated, sampling_error=float(np.sqrt(whole)))
 
 
 def noise_of_mean(weight, own, passed_on):
-    """Variance of a weighted sum over surfaces: own noise is independent, that of light passed on is common.
+    """Variance of a weighted sum over surfaces: own noise is independent, that of light passed on
+    is common.
 
     Parameters
     ----------
@@ -53,9 +64,9 @@ def noise_of_mean(weight, own, passed_on):
 def add_errors(errors, rows, weight, label, count):
     """Standard errors of weighted sums of the hours of some surfaces: (count,) [h].
 
-    Own noise adds up as of independent numbers; errors of light that other surfaces re-emit, and discretisation errors,
-    add up with their signs; so does the bias of sun sampling of a kind and orientation, the rest of whose error is each
-    surface's own.
+    Own noise adds up as of independent numbers; errors of light that other surfaces re-emit, and
+    discretisation errors, add up with their signs; so does the bias of sun sampling of a kind and
+    orientation, the rest of whose error is each surface's own.
 
     Parameters
     ----------
@@ -78,45 +89,83 @@ def add_errors(errors, rows, weight, label, count):
 class _HourErrors:
     """Parts of the errors of the full load hours of n surfaces."""
 
-    own: np.ndarray  # (n,) [h²] variance from the surface's own rays; NaN without full load hours, or if unknown
-    passed_on: np.ndarray  # (n, r) [h] deviations of replicates of light that other surfaces re-emit
+    own: (
+        np.ndarray
+    )  # (n,) [h²] variance from the surface's own rays; NaN without full load hours, or if unknown
+    passed_on: (
+        np.ndarray
+    )  # (n, r) [h] deviations of replicates of light that other surfaces re-emit
     discretisation: np.ndarray  # (n,) [h] signed
     points: np.ndarray  # (n,) [h²] the part of `own` that is from shadow points
-    bias: np.ndarray  # (n,) [h] of the choice of suns, as measured on surfaces of the same kind and orientation
+    bias: (
+        np.ndarray
+    )  # (n,) [h] of the choice of suns, as measured on surfaces of the same kind and orientation
     rms: np.ndarray  # (n,) [h] likewise
 
 
 def errors_of_energy(transfer, weather, energy):
-    """Parts of the errors of the full load hours that an Energy has of a Transfer and a weather: HourErrors."""
-    full_load_hours, poa, sky = energy.full_load_hours, energy.poa_global_annual, split_sky(weather, energy.sky)
+    """Parts of the errors of the full load hours that an Energy has of a Transfer and a weather:
+    HourErrors.
+    """
+    full_load_hours, poa, sky = (
+        energy.full_load_hours,
+        energy.poa_global_annual,
+        split_sky(weather, energy.sky),
+    )
     per_poa = np.divide(full_load_hours, poa, out=np.zeros_like(poa), where=poa > 0)
     own, points, passed_on, discretisation = [], [], 0.0, 0.0
     for state, holds in states_of_year(transfer, weather.data.index, weather.interval):
         light = [(weather.data["dni"].to_numpy() + sky.circumsolar) @ holds, sky.dome @ holds]
         light += [of_source @ holds for of_source in sky.sources.values()]
-        annual = np.array(light) * (weather.interval / pd.Timedelta(hours=1)) / energy.years / 1000.0
-        # In the hours of this state, [h] per relative irradiance of direct and diffuse light and of traced sources.
+        annual = (
+            np.array(light) * (weather.interval / pd.Timedelta(hours=1)) / energy.years / 1000.0
+        )
+        # In the hours of this state, [h] per relative irradiance of direct and diffuse light and of
+        # traced sources.
         direct, diffuse, *of_sources = per_poa * annual[:, None]
         parts = state.error_parts or no_parts(len(poa))
         noise = join_own(direct, diffuse, own_direct(state), own_diffuse(state), parts.covariance)
         for name, of_source in zip(sky.sources, of_sources, strict=True):
-            noise = noise + (of_source * state.sources[name].standard_error) ** 2  # with what others pass on
+            noise = (
+                noise + (of_source * state.sources[name].standard_error) ** 2
+            )  # with what others pass on
         own.append(noise)
         points.append(np.minimum(direct**2 * parts.direct_points, noise))
-        passed_on = passed_on + direct[:, None] * parts.direct_passed_on + diffuse[:, None] * parts.diffuse_passed_on
-        discretisation = discretisation + direct * parts.direct_discretisation + diffuse * parts.diffuse_discretisation
+        passed_on = (
+            passed_on
+            + direct[:, None] * parts.direct_passed_on
+            + diffuse[:, None] * parts.diffuse_passed_on
+        )
+        discretisation = (
+            discretisation
+            + direct * parts.direct_discretisation
+            + diffuse * parts.diffuse_discretisation
+        )
     # The states are traced by the same rays: their noise adds up with its standard deviations.
     own, points = (np.square(sum(map(np.sqrt, of_states))) for of_states in (own, points))
     own = np.where(np.isnan(full_load_hours), np.nan, own)
-    names = list(zip(np.asarray(transfer.surfaces.kind), np.asarray(transfer.surfaces.orientation), strict=True))
-    shares = [[sun_sampling_share(transfer.record, name, part) for name in names] for part in ("bias", "rms")]
-    return _HourErrors(own, passed_on, discretisation, points, *(full_load_hours * np.array(shares)))
+    names = list(
+        zip(
+            np.asarray(transfer.surfaces.kind),
+            np.asarray(transfer.surfaces.orientation),
+            strict=True,
+        )
+    )
+    shares = [
+        [sun_sampling_share(transfer.record, name, part) for name in names]
+        for part in ("bias", "rms")
+    ]
+    return _HourErrors(
+        own, passed_on, discretisation, points, *(full_load_hours * np.array(shares))
+    )
 
 
 def join_own(direct, diffuse, own_direct, own_diffuse, covariance):
-    """Variance of full load hours from the own rays of surfaces, direct and diffuse light together: (n,) [h²].
+    """Variance of full load hours from the own rays of surfaces, direct and diffuse light together:
+    (n,) [h²].
 
-    A ray that misses the sky hits sunlit surfaces: the two errors cancel in part, as far as proportionality holds.
+    A ray that misses the sky hits sunlit surfaces: the two errors cancel in part, as far as
+    proportionality holds.
 
     Parameters
     ----------

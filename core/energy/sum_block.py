@@ -1,7 +1,7 @@
 """Sum irradiance and power of a block of surfaces over all hours.
 
-A traced sun represents hours around it. It may be just behind a wall, where nothing is traced, while the sun of an
-actual hour is just in front of it:
+A traced sun represents hours around it. It may be just behind a wall, where nothing is traced,
+while the sun of an actual hour is just in front of it:
 
         wall
          |   × actual hour
@@ -28,9 +28,12 @@ class Block:
     diffuse: np.ndarray  # (n,) per DHI
     far_ground: np.ndarray  # (n,) per direct horizontal irradiance
     sky: np.ndarray  # (n,) the part of `diffuse` that comes directly from the sky
-    sources: np.ndarray  # (2 k, n) per irradiance of k traced sources: brighter, and then darker than the dome
+    sources: (
+        np.ndarray
+    )  # (2 k, n) per irradiance of k traced sources: brighter, and then darker than the dome
     source_view: np.ndarray  # (2 k, n) the part of `sources` that comes directly from there
-    iam: np.ndarray  # (2 + k, n) incidence angle modifiers of light from the sky, reflected light, and the sources'
+    # (2 + k, n) incidence angle modifiers of light from the sky, reflected light, and the sources'
+    iam: np.ndarray
     visible_share: np.ndarray  # (s, n), filled in for suns just behind
     reflected: np.ndarray  # (s, n) per DNI
     group_weight: np.ndarray  # (n, g) share of the group's area, of the open part
@@ -53,10 +56,10 @@ class BlockSums:
 def take_block(transfer, rows, *, group_weight, iam, mounting, lit_share, sky=None):
     """Extract some surfaces of a Transfer.
 
-    A Transfer has means over whole surfaces. Covered parts are dark and carry no modules: modules on the rest get the
-    mean divided by its share. Light of the k
-    traced parts of a sky is per irradiance in their units. A part darker than the dome takes light away,
-    from no surface more than the dome gives it.
+    A Transfer has means over whole surfaces. Covered parts are dark and carry no modules: modules
+    on the rest get the mean divided by its share. Light of the k traced parts of a sky is per
+    irradiance in their units. A part darker than the dome takes light away, from no surface more
+    than the dome gives it.
 
     Parameters
     ----------
@@ -84,13 +87,19 @@ def take_block(transfer, rows, *, group_weight, iam, mounting, lit_share, sky=No
         traced = [transfer.sources[name] for name in sky.sources]
         view = np.stack([light.view_factor[rows] for light in traced])
         reflected = np.stack([light.relative[rows] for light in traced]) - view
-        views = np.concatenate([view, np.minimum(view, sky.caps[:, None] * transfer.sky_view_factor[rows])])
+        views = np.concatenate(
+            [view, np.minimum(view, sky.caps[:, None] * transfer.sky_view_factor[rows])]
+        )
         light = views + np.tile(reflected, (2, 1))
     return Block(
         normal=transfer.surfaces.normal[rows].T.astype(dtype),
         diffuse=transfer.diffuse_relative[rows].astype(dtype) / lit,
-        far_ground=(transfer.far_ground_view_factor[rows] * transfer.ground_albedo).astype(dtype) / lit,
-        sky=np.minimum(transfer.sky_view_factor[rows], transfer.diffuse_relative[rows]).astype(dtype) / lit,
+        far_ground=(transfer.far_ground_view_factor[rows] * transfer.ground_albedo).astype(dtype)
+        / lit,
+        sky=np.minimum(transfer.sky_view_factor[rows], transfer.diffuse_relative[rows]).astype(
+            dtype
+        )
+        / lit,
         sources=light.astype(dtype) / lit,
         source_view=views.astype(dtype) / lit,
         iam=iam,
@@ -121,7 +130,11 @@ def sum_block(block, hours, model):
     dtype = block.normal.dtype
     weights = np.concatenate([hours.sunny * hours.open, hours.sunward], axis=1)
     direct_sums = np.zeros((2, count))
-    dc, by_month, by_year = np.zeros(count), np.zeros((count, 12)), np.zeros((count, hours.year_count))
+    dc, by_month, by_year = (
+        np.zeros(count),
+        np.zeros((count, 12)),
+        np.zeros((count, hours.year_count)),
+    )
     of_groups = np.zeros((len(hours), groups), dtype)
     for first, last in hours.chunks():
         part = hours.rows(first, last)
@@ -141,11 +154,15 @@ def sum_block(block, hours, model):
     relative, poa = _add_linear_parts(block, hours, weights, direct_sums)
     # The light and the power of the open part, as means over the whole surface.
     means = (sums * block.lit_share for sums in (relative, poa, dc))
-    return BlockSums(*means, *(sums * block.lit_share[:, None] for sums in (by_month, by_year)), of_groups)
+    return BlockSums(
+        *means, *(sums * block.lit_share[:, None] for sums in (by_month, by_year)), of_groups
+    )
 
 
 def direct_part(block, hours):
-    """Cosine of the angle of incidence, and direct irradiance per `sunward` without reflections: (h, n) [–] each."""
+    """Cosine of the angle of incidence, and direct irradiance per `sunward` without reflections:
+    (h, n) [–] each.
+    """
     projection = np.maximum(hours.direction @ block.normal, 0)
     direct = values_at(block.visible_share, hours.match, hours.match_weight)
     direct *= projection
@@ -160,15 +177,17 @@ def run_model(model, block, hours, direct, projection):
     Returns
     -------
     poa_direct, poa_diffuse : numpy.ndarray, (h, n)
-        [Wm⁻²] Circumsolar light is part of the first; dome, traced parts of the sky, reflections and far ground of the
-        second.
+        [Wm⁻²] Circumsolar light is part of the first; dome, traced parts of the sky, reflections
+        and far ground of the second.
     dc : numpy.ndarray, (h, n)
         [–] DC power over nominal power.
     """
     direct *= hours.sunward
     diffuse = values_at(block.reflected, hours.match, hours.match_weight)
     diffuse *= hours.sunward
-    diffuse += np.concatenate([hours.dome, hours.level], axis=1) @ np.stack([block.diffuse, block.far_ground])
+    diffuse += np.concatenate([hours.dome, hours.level], axis=1) @ np.stack(
+        [block.diffuse, block.far_ground]
+    )
     if hours.sources.any():
         diffuse += _split_sources(hours) @ block.sources
     effective = diffuse
@@ -176,8 +195,12 @@ def run_model(model, block, hours, direct, projection):
         sky, reflected, *sources = block.iam
         effective = diffuse * reflected + hours.dome * (block.sky * (sky - reflected))
         if sources:
-            effective += _split_sources(hours) @ (block.source_view * (np.stack([*sources, *sources]) - reflected))
-    dc = dc_factor(model, direct, diffuse, effective, projection, hours=hours, mounting=block.mounting)
+            effective += _split_sources(hours) @ (
+                block.source_view * (np.stack([*sources, *sources]) - reflected)
+            )
+    dc = dc_factor(
+        model, direct, diffuse, effective, projection, hours=hours, mounting=block.mounting
+    )
     return direct, diffuse, dc
 
 
@@ -208,15 +231,20 @@ def _add_linear_parts(block, hours, weights, direct_sums):
     level = hours.sunny * hours.open * np.maximum(hours.direction[:, 2:], 0.0), hours.level
     for row in range(2):
         share = weights[:, row, None] * hours.match_weight
-        per_sun = np.bincount(hours.match.ravel(), weights=share.ravel(), minlength=len(block.reflected))
+        per_sun = np.bincount(
+            hours.match.ravel(), weights=share.ravel(), minlength=len(block.reflected)
+        )
         sums[row] += per_sun @ block.reflected
         sums[row] += float(level[row].sum(dtype=float)) * block.far_ground.astype(float)
     poa = sums[1] + float(hours.dome.sum(dtype=float)) * block.diffuse.astype(float)
-    return sums[0], poa + _split_sources(hours).sum(axis=0, dtype=float) @ block.sources.astype(float)
+    return sums[0], poa + _split_sources(hours).sum(axis=0, dtype=float) @ block.sources.astype(
+        float
+    )
 
 
 def filled_share(transfer, rows, dtype=np.float32):
-    """Visible share of some surfaces of a Transfer for each sun, (s, n); of suns behind them their openness.
+    """Visible share of some surfaces of a Transfer for each sun, (s, n); of suns behind them their
+    openness.
 
     Parameters
     ----------
@@ -228,6 +256,8 @@ def filled_share(transfer, rows, dtype=np.float32):
     normal = transfer.surfaces.normal[rows].T
     visible = np.array(transfer.visible_share[rows].T, dtype, order="C")
     # The visible share of the part of the sky that each faces.
-    openness = np.clip(transfer.sky_view_factor[rows] / np.maximum((1.0 + normal[2]) / 2.0, 1e-9), 0.0, 1.0)
+    openness = np.clip(
+        transfer.sky_view_factor[rows] / np.maximum((1.0 + normal[2]) / 2.0, 1e-9), 0.0, 1.0
+    )
     np.copyto(visible, openness.astype(dtype), where=transfer.suns.direction @ normal <= GRAZING)
     return visible

@@ -1,8 +1,9 @@
 """Series on whole intervals of a calendar year: a file's own times rarely begin one.
 
-ERA5's 2017 begins at 23:00 of 31 December 2016, years of PVGIS at the satellite's 23:40:34, and neither fits a load
-profile. Power is constant over each interval of the weather; what a whole interval holds of two of them is its mean.
-Intervals at the ends of the calendar year that the weather lacks are those of the other end of the same year.
+ERA5's 2017 begins at 23:00 of 31 December 2016, years of PVGIS at the satellite's 23:40:34, and
+neither fits a load profile. Power is constant over each interval of the weather; what a whole
+interval holds of two of them is its mean. Intervals at the ends of the calendar year that the
+weather lacks are those of the other end of the same year.
 """
 
 import re
@@ -16,7 +17,8 @@ from ..settings.errors import InputError
 
 
 def read_zone(text):
-    """Fixed offset from UTC: "utc" or "+01:00", without summer time; None for "file", the weather's own times.
+    """Fixed offset from UTC: "utc" or "+01:00", without summer time; None for "file", the weather's
+    own times.
 
     Raises
     ------
@@ -29,7 +31,11 @@ def read_zone(text):
     match = re.fullmatch(r"([+-])(\d{1,2}):(00|15|30|45)", text.strip())
     if not match or int(match[2]) > 14:
         problem = f"{text!r} is no fixed offset from UTC"
-        raise InputError("--time-axis", problem, "give utc, or hours and minutes such as +01:00 or -03:30, or file")
+        raise InputError(
+            "--time-axis",
+            problem,
+            "give utc, or hours and minutes such as +01:00 or -03:30, or file",
+        )
     offset = timedelta(hours=int(match[2]), minutes=int(match[3]))
     return timezone(-offset if match[1] == "-" else offset)
 
@@ -49,8 +55,8 @@ def lay_on_axis(times, interval, zone):
     Returns
     -------
     axis : pandas.DatetimeIndex, (S,)
-        Starts in that zone, from midnight of 1 January of each year of which the weather has most. Days that it lacks,
-        such as 29 February, are left out.
+        Starts in that zone, from midnight of 1 January of each year of which the weather has most.
+        Days that it lacks, such as 29 February, are left out.
     share : scipy.sparse.csr_array, (S, T)
         Share of the interval of the axis in each interval of the weather; rows sum up to 1.
     """
@@ -60,7 +66,9 @@ def lay_on_axis(times, interval, zone):
     starts = own.as_unit("ns").asi8
     pieces = []
     for year, count in zip(*np.unique(middle.year, return_counts=True), strict=True):
-        begin, end = (pd.Timestamp(year=number, month=1, day=1, tz=zone) for number in (year, year + 1))
+        begin, end = (
+            pd.Timestamp(year=number, month=1, day=1, tz=zone) for number in (year, year + 1)
+        )
         if count * interval < (end - begin) * 0.9:
             continue
         whole = pd.date_range(begin, end, freq=interval, inclusive="left").as_unit("ns").asi8
@@ -84,7 +92,9 @@ def lay_on_axis(times, interval, zone):
 
 
 def _rows_at(starts, step, moments, length):
-    """Interval that holds each moment, or the same a year (of a length) later or earlier; -1 where there is none."""
+    """Interval that holds each moment, or the same a year (of a length) later or earlier; -1 where
+    there is none.
+    """
     found = np.full(len(moments), -1)
     for shift in (0, length, -length):
         row = np.searchsorted(starts, moments + shift, side="right") - 1

@@ -57,7 +57,8 @@ def build_timeline(transfer, weather, energy, system):
     Returns
     -------
     Timeline
-        The sun is that of the months' average days (`month_hours`). Hours that the weather lacks are dark.
+        The sun is that of the months' average days (`month_hours`). Hours that the weather lacks
+        are dark.
     """
     axis = weather.axis
     hours = month_hours(axis.times[len(axis.times) // 2].year, axis.longitude)
@@ -69,7 +70,9 @@ def build_timeline(transfer, weather, energy, system):
     rows = np.flatnonzero(energy.eligible & np.isfinite(energy.full_load_hours))
     kwp = kwp_of_hours(np.asarray(transfer.surfaces.area, float), energy, system)[rows]
     energy_by_month = kwp @ by_month[rows] / 1000.0
-    return Timeline(relative, direction, dni, dhi, by_month, energy_by_month, _zone_of(axis.longitude))
+    return Timeline(
+        relative, direction, dni, dhi, by_month, energy_by_month, _zone_of(axis.longitude)
+    )
 
 
 def describe_moment(timeline, moment):
@@ -79,7 +82,10 @@ def describe_moment(timeline, moment):
     sun = f"sun {height:.0f}° high, {timeline.dni[moment]:.0f} W/m²" if height >= 0 else "night"
     energy = f"{timeline.energy_by_month[month]:,.0f}"
     zone = show_number(timeline.zone, 0, plus=True) if timeline.zone else ""
-    return f"{NAMES[month]} {hour:02d}–{hour + 1:02d} h (UTC{zone}), {sun}; {energy} MWh in {NAMES[month]}"
+    return (
+        f"{NAMES[month]} {hour:02d}–{hour + 1:02d} h (UTC{zone}), {sun}; {energy} MWh in "
+        f"{NAMES[month]}"
+    )
 
 
 def _zone_of(longitude):
@@ -133,8 +139,8 @@ def mean_of_months(values, times, interval, longitude):
 def relative_direct(transfer, times, interval, latitude, longitude):
     """Direct irradiance of surfaces per DNI, with all reflections of it.
 
-    Angles of incidence are those of mid-interval, visible shares and reflections those of the traced suns that
-    represent it, as in `energy.compute_energy`.
+    Angles of incidence are those of mid-interval, visible shares and reflections those of the
+    traced suns that represent it, as in `energy.compute_energy`.
 
     Parameters
     ----------
@@ -166,9 +172,12 @@ def relative_direct(transfer, times, interval, latitude, longitude):
         height = np.maximum(towards[:, 2:], 0.0)
         for first in range(0, relative.shape[1], BLOCK):
             part = slice(first, first + BLOCK)
-            # Direct sunlight, all its reflections but those of the open ground, and light by way of the open ground.
+            # Direct sunlight, all its reflections but those of the open ground, and light by way of
+            # the open ground.
             light = values_at(filled_share(state, part), index, weight)
             light *= np.maximum(towards @ state.surfaces.normal[part].T, 0)
             light += values_at(np.asarray(state.direct_reflected[part]).T, index, weight)
-            relative[rows, part] = light + height * (state.far_ground_view_factor[part] * state.ground_albedo)
+            relative[rows, part] = light + height * (
+                state.far_ground_view_factor[part] * state.ground_albedo
+            )
     return relative, direction

@@ -1,9 +1,11 @@
-"""Direct light of patches as the sum over all suns by their weights, and what it brings to the surfaces.
+"""Direct light of patches as the sum over all suns by their weights, and what it brings to the
+surfaces.
 
-    shadow points ─► light at each ─► mean of the patch, its elements, and their errors ─► `solve_light`
+    shadow points ─► light at each ─► mean of the patch, its elements, and their errors ─►
+    `solve_light`
 
-Further rounds add points, in the same sequence for each patch: where they complete a larger net, their error is told
-from it as a whole.
+Further rounds add points, in the same sequence for each patch: where they complete a larger net,
+their error is told from it as a whole.
 """
 
 from dataclasses import dataclass, field, replace
@@ -45,7 +47,9 @@ class Annual:
     lit_ground: float  # radiosity of the far ground
     sent: np.ndarray  # (p,) bool, patches that sent shadow rays
     suns: int  # that they were sent to
-    rows: np.ndarray | None = None  # (k,) int, patches whose points go on in one net, ascending; None: all
+    rows: np.ndarray | None = (
+        None  # (k,) int, patches whose points go on in one net, ascending; None: all
+    )
     nets: list = field(default_factory=list)  # of Net, of these; empty after the first round
 
 
@@ -68,7 +72,9 @@ def sum_suns(context, traced, watch, by_point, suns):
     """
     (directions, weights), normal = suns, context.patches.normal
     facing = work_in_slices(
-        lambda rows: projection_in_front(normal[rows], directions).astype(float) @ weights, len(normal), context.threads
+        lambda rows: projection_in_front(normal[rows], directions).astype(float) @ weights,
+        len(normal),
+        context.threads,
     )
     unshaded = np.concatenate([np.zeros(0), *facing])
     variance = variance_of_points([by_point], traced.covered.mean(axis=1), unshaded)
@@ -126,10 +132,16 @@ def add_points(one, new, share, *, keys, before, whole, covered):
         Covered share.
     """
     rows = np.flatnonzero(whole & new.sent)
-    nets = _join_nets(keys[rows], [*(one.nets or [_Net(0, one.by_point[rows])]), _Net(before, new.by_point[rows])])
+    nets = _join_nets(
+        keys[rows], [*(one.nets or [_Net(0, one.by_point[rows])]), _Net(before, new.by_point[rows])]
+    )
     variance = blend_variance(one.variance, new.variance, share)
-    variance[rows] = variance_of_points([net.light for net in nets], covered[rows], one.unshaded[rows])
-    spread = np.sqrt(blend_variance(one.spread**2, new.spread**2, share[:, None])).astype(np.float32)
+    variance[rows] = variance_of_points(
+        [net.light for net in nets], covered[rows], one.unshaded[rows]
+    )
+    spread = np.sqrt(blend_variance(one.spread**2, new.spread**2, share[:, None])).astype(
+        np.float32
+    )
     return replace(
         one,
         elements=blend(one.elements, new.elements, share),
@@ -152,6 +164,8 @@ def _join_nets(keys, nets):
             halves = count == other.light.shape[1] and other.before == one.before + count
             if not halves or one.before % (2 * count) or 2 * count > MOST_POINTS:
                 break
-            shifts = tuple(shift_points(keys, np.full(len(keys), half.before)) for half in (one, other))
+            shifts = tuple(
+                shift_points(keys, np.full(len(keys), half.before)) for half in (one, other)
+            )
             joined[-2:] = [_Net(one.before, merge_nets(shifts, (one.light, other.light)))]
     return joined

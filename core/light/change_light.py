@@ -1,13 +1,16 @@
 """Light of an edited city by the change alone.
 
-    rays      of all patches are made again and cut with boxes around the change; where one ends at another triangle
-              the row of its patch is traced anew, as are rows of new patches and of those that are near
+    rays      of all patches are made again and cut with boxes around the change; where one ends at
+              another triangle
+              the row of its patch is traced anew, as are rows of new patches and of those that are
+              near
     shadows   each patch looks again at the suns before which a changed triangle stands
-    light     of the sky and of the suns' sum is solved on these rows; of single suns the first reflection of the
+    light     of the sky and of the suns' sum is solved on these rows; of single suns the first
+              reflection of the
               change is exact, and further ones have the pattern that the base's have over the suns
 
-The edited scene traced wholly, with the same keys, gives the same rows, bits and sums. What no change reaches keeps
-its numbers.
+The edited scene traced wholly, with the same keys, gives the same rows, bits and sums. What no
+change reaches keeps its numbers.
 """
 
 from dataclasses import fields, is_dataclass, replace
@@ -65,13 +68,15 @@ def trace_change(base, change, request=None, progress=silent, preview=None):
     progress : callable, optional
         See `core.progress`.
     preview : callable, optional
-        `preview(diffuse, direct)` gets the light of the edited city's surfaces per DHI, and per DNI as the sum over the
-        suns by their weights, both (k,), before each sun is solved; with deciduous trees first in leaf, then bare.
+        `preview(diffuse, direct)` gets the light of the edited city's surfaces per DHI, and per DNI
+        as the sum over the suns by their weights, both (k,), before each sun is solved; with
+        deciduous trees first in leaf, then bare.
 
     Returns
     -------
     EditableCity
-        Where the city asks for more reflections than the base has, or for another sky, `before` is the base with these.
+        Where the city asks for more reflections than the base has, or for another sky, `before` is
+        the base with these.
 
     Raises
     ------
@@ -121,7 +126,9 @@ def trace_change(base, change, request=None, progress=silent, preview=None):
 
 
 def _make_city(edit, prepared, suns, clock, change):
-    """TracedCity with the Transfer of the edited city, where what no change reaches has the numbers of before."""
+    """TracedCity with the Transfer of the edited city, where what no change reaches has the numbers
+    of before.
+    """
     context, room = edit.context, _measure_room(edit, prepared.scene)
     city = TracedCity(prepared, context, edit.task, [], room)
     counts = edit.traced[0].ray_count, edit.looked * context.points
@@ -182,7 +189,9 @@ def _trace_rows(old, context, change, progress):
         if context.reflections:
             kept = [leave_rows(rows, ~lost[rows.chosen]) for rows in one.form_factors.rows]
             kept = [rows for rows in kept if len(rows.chosen)]
-            new.form_factors = FormFactors([kept], count, context.elements, np.zeros(count, np.int32), context.starts)
+            new.form_factors = FormFactors(
+                [kept], count, context.elements, np.zeros(count, np.int32), context.starts
+            )
             new.form_factors.rays[:first] = np.where(lost[:first], 0, one.form_factors.rays)
         new.samples[todo] = samples[todo]
         for light in new.first.values():
@@ -206,8 +215,9 @@ def _trace_rows(old, context, change, progress):
 def _find_cover(context, known, todo):
     """Which cells of patches are covered in the edited city: (p, c) bool.
 
-    Patches to be traced anew, `todo`, (p,) bool, are asked. Whether a place is enclosed may follow from what rays meet
-    after several faces: where it changes, the rest of the surface is asked too, and what changes is added to `todo`.
+    Patches to be traced anew, `todo`, (p,) bool, are asked. Whether a place is enclosed may follow
+    from what rays meet after several faces: where it changes, the rest of the surface is asked too,
+    and what changes is added to `todo`.
     """
     patches, owner = context.patches, context.owner
     covered = np.concatenate([known, np.zeros((len(patches) - len(known), known.shape[1]), bool)])
@@ -244,7 +254,9 @@ def _look_again(edit, suns, change):
     # Bits of what is new or is covered otherwise hold no longer.
     anew = np.ones(len(patches), bool)
     anew[:first] = (traced[0].covered[:first] != old.states[0].traced.covered).any(axis=1)
-    anew[:first] |= (watch.traced[:first] != known.traced) | (watch.unobstructed[:first] != known.unobstructed)
+    anew[:first] |= (watch.traced[:first] != known.traced) | (
+        watch.unobstructed[:first] != known.unobstructed
+    )
     states, (_, _, words, count) = context.ray_scene.states, before.bits.shape
     bits = np.zeros((states, len(patches), words, count), np.uint16)
     for state in range(states):
@@ -252,7 +264,9 @@ def _look_again(edit, suns, change):
     bits[:, anew] = 0
     task.bits = bits
     counts = context.points, context.elements
-    watch.points = _extend_points(known.points, patches, watch, counts, anew & (watch.traced | watch.unobstructed))
+    watch.points = _extend_points(
+        known.points, patches, watch, counts, anew & (watch.traced | watch.unobstructed)
+    )
     block = block_of_suns(suns, slice(None))
     lit = context.plan.lit(block.directions)
     asked = np.zeros((len(patches), count), bool)
@@ -264,7 +278,9 @@ def _look_again(edit, suns, change):
     looking = asked.any(axis=1)
     rows = np.flatnonzero(looking)
     tasks = [rows[k : k + 1024] for k in range(0, len(rows), 1024)]
-    for _ in map_in_order(lambda one: trace_points(watch, one, block, bits, asked[one]), tasks, context.threads):
+    for _ in map_in_order(
+        lambda one: trace_points(watch, one, block, bits, asked[one]), tasks, context.threads
+    ):
         pass
     touched = anew.copy()
     rows = np.flatnonzero(looking[:first] & ~anew[:first])
@@ -300,12 +316,16 @@ def _sum_annual(edit, state):
 
 
 def _measure_room(edit, scene):
-    """Share of patches without room for modules: that of before, but near the change: (p, k) float32 or None."""
+    """Share of patches without room for modules: that of before, but near the change: (p, k)
+    float32 or None.
+    """
     old, context, todo = edit.before, edit.context, edit.anew
     if old.room is None:
         return None
     how = {"clearances": list_clearances(context.request), "threads": context.threads}
-    room = measure_room_of_patches(context.ray_scene, context.patches, scene, edit.traced[0].covered, asked=todo, **how)
+    room = measure_room_of_patches(
+        context.ray_scene, context.patches, scene, edit.traced[0].covered, asked=todo, **how
+    )
     kept = np.flatnonzero(~todo[: len(old.room)])
     room[kept] = np.where(context.patches.receives[kept, None], old.room[kept], 0)
     return room

@@ -1,6 +1,7 @@
 """Which patches have a ray, or look at a sun, that a change of the city may reach.
 
-patch ─► ray ─► box of the change? ─► changed triangle? ─► ends elsewhere in the edited city? ─► traced anew
+patch ─► ray ─► box of the change? ─► changed triangle? ─► ends elsewhere in the edited city? ─►
+traced anew
 patch ─► sun ─► behind a box?      ─► changed triangle in front of a point? ─► looked at again
 """
 
@@ -55,7 +56,10 @@ def find_changed_rows(before, now, patches, rows, change):
             # Leaves stop rays by chance: what passes a changed crown counts as changed.
             other[own[crowns.trace_closest(start, towards) >= 0]] = True
             met = np.flatnonzero((solids.trace_closest(start, towards) >= 0) & ~other[own])
-            ends = [one.trace_places(start[met], towards[met]).triangle for one in (before.ray_scene, now)]
+            ends = [
+                one.trace_places(start[met], towards[met]).triangle
+                for one in (before.ray_scene, now)
+            ]
             other[own[met][ends[0] != ends[1]]] = True
         return chosen[other]
 
@@ -67,14 +71,21 @@ def find_changed_rows(before, now, patches, rows, change):
 
 
 def _rays_of_patches(city, patches, chosen, count):
-    """All rays of some patches, to the hemisphere and to sources in the sky: owner (m,), origins, directions (m, 3)."""
+    """All rays of some patches, to the hemisphere and to sources in the sky: owner (m,), origins,
+    directions (m, 3).
+    """
     sequence = sobol_digits(count // HEMISPHERE_REPLICATES)
     found = [(np.arange(len(chosen)), hemisphere_rays(patches, chosen, sequence)[:2])]
     few = sequence[: -(-len(sequence) // city.rays_share)]
     for source in city.sources:
         facing = np.flatnonzero(source.unshaded(patches.normal[chosen]).astype(np.float32) > LEAST)
         if len(facing):
-            found.append((facing, source_rays(patches, source, chosen[facing], few, share=city.rays_share)[:2]))
+            found.append(
+                (
+                    facing,
+                    source_rays(patches, source, chosen[facing], few, share=city.rays_share)[:2],
+                )
+            )
     for owner, (origins, directions) in found:
         yield np.repeat(owner, origins.shape[1]), origins.reshape(-1, 3), directions.reshape(-1, 3)
 
@@ -90,7 +101,9 @@ def _look_ahead(patches, rows, boxes):
 
 @njit(nogil=True, cache=True)
 def _meet_boxes(rays, boxes, margin):
-    """Which rays, origins and unit directions, (m, 3) float32 each, meet any box, (b, 2, 3): (m,) bool."""
+    """Which rays, origins and unit directions, (m, 3) float32 each, meet any box, (b, 2, 3): (m,)
+    bool.
+    """
     origins, directions = rays
     found = np.zeros(len(origins), np.bool_)
     for ray in range(len(origins)):
@@ -139,7 +152,11 @@ def find_shadowed(watch, rows, directions, change):
         patches.edges[rows].astype(float), ((0, 0), (1, 0), (0, 0))
     )
     middle = corners.mean(axis=1)
-    radius = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1) + patches.offset[rows] + MARGIN
+    radius = (
+        np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1)
+        + patches.offset[rows]
+        + MARGIN
+    )
     balls, towards = (middle, radius, patches.normal[rows].astype(float)), directions.astype(float)
 
     def look(part):
@@ -150,7 +167,9 @@ def find_shadowed(watch, rows, directions, change):
             some = asked[start : start + (1 << 10)]
             own = rows[part][some]
             wanted = behind[some] & (projection_in_front(patches.normal[own], directions) > 0)
-            free = small.trace_shadow_rays(shadow_points(patches, own, watch.point_count), wanted, directions)
+            free = small.trace_shadow_rays(
+                shadow_points(patches, own, watch.point_count), wanted, directions
+            )
             found[part][some] = wanted & ~free.all(axis=2)
 
     work_in_slices(look, len(rows), watch.threads)
@@ -186,4 +205,6 @@ def _find_suns_behind(patches, directions, boxes, found):
                     continue
                 if normal[patch, 0] * x + normal[patch, 1] * y + normal[patch, 2] * z < -1e-3:
                     continue
-                found[patch, sun] = _passes(middle[patch], directions[sun], boxes[box], radius[patch])
+                found[patch, sun] = _passes(
+                    middle[patch], directions[sun], boxes[box], radius[patch]
+                )

@@ -3,7 +3,8 @@
 visible share      of surfaces with a patch of which a bit changed, from all of its bits
 first reflection   of the change, exact: rows that stay, off points that see a sun now or no longer;
                    rows traced anew, less what they were
-further ones       their sum over the suns is known; over the suns they have the pattern of the city's mean
+further ones       their sum over the suns is known; over the suns they have the pattern of the
+                   city's mean
 """
 
 from dataclasses import dataclass, field, replace
@@ -22,12 +23,16 @@ from .sun_visibility import Shadows, count_visible, weigh_points
 
 SMALL = 4e6  # patches times suns, up to which all suns are solved: half a second
 GUESSED = 5e-4  # of reflected light that one edit may give the mean's pattern
-DRIFT = 0.1  # of reflected light: when what has the mean's pattern adds up to more, all suns are solved
+DRIFT = (
+    0.1  # of reflected light: when what has the mean's pattern adds up to more, all suns are solved
+)
 
 
 @dataclass
 class Edit:
-    """An edit of a traced city while it is traced: patches and surfaces of the city before keep their numbers."""
+    """An edit of a traced city while it is traced: patches and surfaces of the city before keep
+    their numbers.
+    """
 
     before: object  # TracedCity
     context: object  # GatherContext of the edited city
@@ -45,7 +50,9 @@ class Edit:
         return self.before.states[min(state, len(self.before.states) - 1)]
 
     def lost_rows(self):
-        """Patches of the city before whose rows no longer hold, and that are not gone: (o,) bool."""
+        """Patches of the city before whose rows no longer hold, and that are not gone:
+        (o,) bool.
+        """
         count = len(self.before.context.patches)
         return self.anew[:count] & self.context.patches.receives[:count]
 
@@ -88,12 +95,18 @@ def change_suns(edit, drift):
             return drift + guessed
     solved = solve_known_suns(context, edit.traced, edit.task, edit.hooks)
     for direct, new in zip(edit.direct, solved, strict=True):
-        direct.visible_share, direct.reflected, direct.specular = new.visible_share, new.reflected, new.specular
+        direct.visible_share, direct.reflected, direct.specular = (
+            new.visible_share,
+            new.reflected,
+            new.specular,
+        )
     return 0.0
 
 
 def solve_known_suns(context, traced, task, hooks):
-    """Light of each sun where it is known which points see it, without a ray: list of SunLight, as of `solve_suns`."""
+    """Light of each sun where it is known which points see it, without a ray: list of SunLight, as
+    of `solve_suns`.
+    """
     return solve_suns(context, traced, _with_known(task, task.blocks), hooks)
 
 
@@ -106,7 +119,10 @@ def _with_known(task, blocks):
     """A SunTask that knows from its bits which points see the suns of some blocks."""
     weight, points = weigh_points(task.watch), task.watch.points
     looked = {
-        block.start: [Shadows(np.ascontiguousarray(bits[:, :, block]), points, weight, 0) for bits in task.bits]
+        block.start: [
+            Shadows(np.ascontiguousarray(bits[:, :, block]), points, weight, 0)
+            for bits in task.bits
+        ]
         for block in blocks
     }
     return replace(task, looked=looked)
@@ -147,7 +163,10 @@ def _first_reflections(edit, state):
     block = block_of_suns(task.suns, slice(None))
     towards = np.ascontiguousarray(block.directions.T)
     # Rows that stay: what they see of points that see a sun now, less of those that no longer do.
-    points, old_points = task.watch.points.representative_points, old.task.watch.points.representative_points
+    points, old_points = (
+        task.watch.points.representative_points,
+        old.task.watch.points.representative_points,
+    )
     rows = np.flatnonzero(edit.touched[:first])
     lit = _lit_elements(bits[rows], points[rows]), _lit_elements(old_bits[rows], old_points[rows])
     entry, sun, element, sign = _list_changes(*lit)
@@ -170,7 +189,9 @@ def _first_reflections(edit, state):
     # Rows traced anew, less what they were.
     anew = todo & (context.owner >= 0)
     gone = lost & (old.context.owner >= 0) & context.patches.receives[:first]
-    light = _light_of_rows(ff, anew, (shine, context.patches.normal, points), (block.directions, bits), context)
+    light = _light_of_rows(
+        ff, anew, (shine, context.patches.normal, points), (block.directions, bits), context
+    )
     rows = np.flatnonzero(anew)
     found += (to_surface[:, rows] @ light[rows]).astype(np.float32)
     seen = old.context.patches.albedo, old.context.patches.normal, old_points
@@ -183,7 +204,9 @@ def _first_reflections(edit, state):
 def _light_of_rows(form_factors, chosen, seen_by, suns, context):
     """First reflections of each sun on some patches, (p,) bool: (p, s) float32."""
     parts = [leave_rows(rows, chosen[rows.chosen]) for rows in form_factors.rows]
-    some = FormFactors([parts], form_factors.count, form_factors.cells, form_factors.rays, form_factors.starts)
+    some = FormFactors(
+        [parts], form_factors.count, form_factors.cells, form_factors.rays, form_factors.starts
+    )
     return multiply_visible(some, seen_by, suns, context.threads)
 
 
@@ -198,7 +221,9 @@ def _lit_elements(bits, points):
 
 
 def _list_changes(now, before):
-    """Where two arrays of bool, (c, cells, s), differ: patch, sun, element, and 1 or -1, by patch and element."""
+    """Where two arrays of bool, (c, cells, s), differ: patch, sun, element, and 1 or -1, by patch
+    and element.
+    """
     patch, element, sun = np.nonzero(now != before)
     return patch, sun, element, np.where(now[patch, element, sun], 1, -1).astype(np.float32)
 
@@ -214,15 +239,20 @@ def _add_changes(rows, scale, changes, patches, surfaces):
     scale : tuple
         As of the loops of form factors, and the cells of a patch.
     changes : tuple of (p,) int, (k + 1,) int, (m,) int and (m,) float32
-        Number of each patch among those that changed, or -1; where the changes of each of their elements begin; sun
-        and sign of each.
+        Number of each patch among those that changed, or -1; where the changes of each of their
+        elements begin; sun and sign of each.
     patches : tuple of (p,) float32, (p, 3) float32 and (3, s) float32
         Albedo times points for which one stands, normals, and directions of the suns.
     surfaces : tuple of (p,) float32, (p,) int and (n, s) float32
-        Share of each patch in its surface, that surface, and the light of surfaces, which is added to.
+        Share of each patch in its surface, that surface, and the light of surfaces, which is added
+        to.
     """
     (chosen, start, key, own), (to_patch, to_cell, shares, cells) = rows, scale
-    (number, starts, suns, sign), (shine, normal, towards), (weight, owner, found) = changes, patches, surfaces
+    (number, starts, suns, sign), (shine, normal, towards), (weight, owner, found) = (
+        changes,
+        patches,
+        surfaces,
+    )
     inside = (1 << (to_patch - to_cell)) - 1
     for row in range(len(chosen)):
         if not own[row]:
@@ -243,10 +273,11 @@ def _add_changes(rows, scale, changes, patches, surfaces):
 
 
 def _add_further(edit, state):
-    """Let reflected light add up to that of the annual light; return the share of it that a guess adds.
+    """Let reflected light add up to that of the annual light; return the share of it that a guess
+    adds.
 
-    Rows traced anew pass on what they meet: of each patch its annual light, over the suns like that of its surface.
-    What is left has the pattern of all surfaces of the same kind and orientation.
+    Rows traced anew pass on what they meet: of each patch its annual light, over the suns like that
+    of its surface. What is left has the pattern of all surfaces of the same kind and orientation.
     """
     context, direct, before = edit.context, edit.direct[state], edit.state_before(state)
     if not context.bounces:
@@ -269,18 +300,24 @@ def _add_further(edit, state):
 
     lost, old = edit.lost_rows(), before.direct.reflected
     own = before.traced, before.lights, before.direct
-    first[: len(old)] -= _pass_on(edit.before.context, own, lost, old + ground[: len(old)], suns.weights)
+    first[: len(old)] -= _pass_on(
+        edit.before.context, own, lost, old + ground[: len(old)], suns.weights
+    )
     found, own = complete(first)[0], (traced, edit.lights[state], direct)
     for _ in range(2):  # what new surfaces pass on to each other
-        found, lack = complete(first + _pass_on(context, own, edit.anew, found + ground, suns.weights))
+        found, lack = complete(
+            first + _pass_on(context, own, edit.anew, found + ground, suns.weights)
+        )
     direct.reflected, light = found, float(area @ whole)
     return float(area @ np.abs(lack)) / light if light > 0 else 0.0
 
 
 def _patterns_of_groups(surfaces, known):
-    """Reflected light of each sun as on the first surfaces of the same kind and orientation: (n, s) float64.
+    """Reflected light of each sun as on the first surfaces of the same kind and orientation: (n, s)
+    float64.
 
-    `known`, (k, s) float32, is that of the first surfaces; where none is of that kind, the mean of all is taken.
+    `known`, (k, s) float32, is that of the first surfaces; where none is of that kind, the mean of
+    all is taken.
     """
     kinds = np.char.add(*(np.asarray(part, str) for part in (surfaces.kind, surfaces.orientation)))
     area, found = surfaces.area[: len(known)], np.empty((len(kinds), known.shape[1]))
@@ -293,7 +330,8 @@ def _patterns_of_groups(surfaces, known):
 
 
 def _pass_on(context, own, rows, seen, weights):
-    """What some patches, (p,) bool, receive of reflected light that is reflected again: surfaces' light (n, s) float32.
+    """What some patches, (p,) bool, receive of reflected light that is reflected again: surfaces'
+    light (n, s) float32.
 
     Parameters
     ----------
@@ -319,7 +357,9 @@ def _pass_on(context, own, rows, seen, weights):
         some = leave_rows(part, rows[part.chosen])
         if not len(some.chosen):
             continue
-        start, met, weight = link_patches((some.chosen, some.start, some.key), scales_of(traced.form_factors), factor)
+        start, met, weight = link_patches(
+            (some.chosen, some.start, some.key), scales_of(traced.form_factors), factor
+        )
         links = sparse.csr_matrix((weight, met, start), shape=(len(some.chosen), patches))
         found += (to_surface[:, some.chosen] @ (links @ spread)) @ courses
     return found

@@ -1,4 +1,5 @@
-"""An edited city without what is gone: patches and surfaces get new numbers, in the order of the city.
+"""An edited city without what is gone: patches and surfaces get new numbers, in the order of the
+city.
 
 Hits name the patch that they met in the leading bits of their keys; all else is taken row by row.
 """
@@ -29,7 +30,9 @@ def compact_city(base):
     kept = live_triangles(scene, rows)
     number = np.full(len(scene.triangles), -1)
     number[kept] = np.arange(len(kept))
-    prepared = build_tree(prepare_decided(base.decisions, written_scene(scene, rows), base.request), base.request)
+    prepared = build_tree(
+        prepare_decided(base.decisions, written_scene(scene, rows), base.request), base.request
+    )
     prepared = replace(prepared, editable=True)
     context = prepare_gather(prepared, base.request, silent)
     context = replace(context, elements=old.context.elements, starts=old.context.starts)
@@ -48,16 +51,25 @@ def compact_city(base):
             )
             for name, light in one.lights.items()
         }
-        matrices = {name: _rows_of(getattr(one.direct, name), rows) for name in ("visible_share", "reflected")}
-        direct = replace(one.direct, annual=_take(one.direct.annual, kept), specular=0.0, **matrices)
+        matrices = {
+            name: _rows_of(getattr(one.direct, name), rows)
+            for name in ("visible_share", "reflected")
+        }
+        direct = replace(
+            one.direct, annual=_take(one.direct.annual, kept), specular=0.0, **matrices
+        )
         states.append(TracedState(traced, lights, direct, take_rows(one.transfer, rows)))
-    task = prepare_suns(context, [one.traced for one in states], without_hidden(base.suns, prepared.plan.terrain))
+    task = prepare_suns(
+        context, [one.traced for one in states], without_hidden(base.suns, prepared.plan.terrain)
+    )
     watch = old.task.watch
     task.watch.points = KnownPoints(*(part[kept] for part in watch.points))
     task.bits = old.task.bits[:, kept]
     room = None if old.room is None else old.room[kept]
     city = TracedCity(prepared, context, task, states, room)
-    return EditableCity(base.suns, base.request, city, np.arange(len(rows)), base.specular, base.drift)
+    return EditableCity(
+        base.suns, base.request, city, np.arange(len(rows)), base.specular, base.drift
+    )
 
 
 def _rows_of(matrix, rows):
@@ -67,19 +79,27 @@ def _rows_of(matrix, rows):
 def _take(part, rows):
     """Some rows of each array of a dataclass that has a row for each of them."""
     values = {one.name: getattr(part, one.name) for one in fields(part)}
-    arrays = {name: value for name, value in values.items() if isinstance(value, np.ndarray) and value.ndim}
+    arrays = {
+        name: value
+        for name, value in values.items()
+        if isinstance(value, np.ndarray) and value.ndim
+    }
     return replace(part, **{name: value[rows] for name, value in arrays.items()})
 
 
 def _renumber(form_factors, number, count):
-    """Form factors of patches with other numbers, (p,) int; -1 for those that are gone, which no ray meets."""
+    """Form factors of patches with other numbers, (p,) int; -1 for those that are gone, which no
+    ray meets.
+    """
     bits = form_factors.start_bits + form_factors.cells.bit_length() - 1
     parts = []
     for rows in form_factors.rows:
         key = ((number[rows.key >> bits] << bits) | (rows.key & ((1 << bits) - 1))).astype(np.int32)
         # Keys ascend within each row, as the loops expect.
         owner = np.repeat(np.arange(len(rows.chosen)), np.diff(rows.start))
-        parts.append(Rows(number[rows.chosen], rows.start, key[np.lexsort((key, owner))], rows.rays))
+        parts.append(
+            Rows(number[rows.chosen], rows.start, key[np.lexsort((key, owner))], rows.rays)
+        )
     rays = np.zeros(count, np.int32)
     rays[number[number >= 0]] = form_factors.rays[number >= 0]
     return FormFactors([parts], count, form_factors.cells, rays, form_factors.starts)

@@ -1,8 +1,10 @@
-"""Errors of what an edit changes: the same rays, points and replicates before and after, whose noise cancels.
+"""Errors of what an edit changes: the same rays, points and replicates before and after, whose
+noise cancels.
 
-Of a patch that both cities have, the noise of the difference is told from the differences of its replicates and points;
-a patch that only one of them has adds its own. So what no changed ray reaches differs by nothing, and without error.
-The suns are the same in both: what their choice changes in the one, it changes in the other, and does not count.
+Of a patch that both cities have, the noise of the difference is told from the differences of its
+replicates and points; a patch that only one of them has adds its own. So what no changed ray
+reaches differs by nothing, and without error. The suns are the same in both: what their choice
+changes in the one, it changes in the other, and does not count.
 """
 
 from dataclasses import replace
@@ -19,9 +21,9 @@ from .transfer import ErrorParts, take_rows, variance_of_mean
 def errors_of_difference(before, after):
     """Transfer of the surfaces that both cities have, with the errors of the difference as its own.
 
-    Standard errors of full load hours from it (`energy.standard_errors`) are those of hours after less hours before:
-    light becomes hours as on the surface where it has more light. One that is hidden by an edit makes no power at all,
-    but what it made before was known no better for that.
+    Standard errors of full load hours from it (`energy.standard_errors`) are those of hours after
+    less hours before: light becomes hours as on the surface where it has more light. One that is
+    hidden by an edit makes no power at all, but what it made before was known no better for that.
 
     Parameters
     ----------
@@ -46,14 +48,17 @@ def errors_of_difference(before, after):
 
 
 def _take_brighter(one, other, rows):
-    """Surfaces that two cities have, each as in the one where it has more light in a year: Transfer.
+    """Surfaces that two cities have, each as in the one where it has more light in a year:
+    Transfer.
 
     Parameters
     ----------
     one, other : TracedState
     rows : (2, r) int
     """
-    light = [city.of_surfaces[some].sum(axis=1) for city, some in zip((one, other), rows, strict=True)]
+    light = [
+        city.of_surfaces[some].sum(axis=1) for city, some in zip((one, other), rows, strict=True)
+    ]
     brighter = np.flatnonzero(light[0] > light[1])
     taken, before = take_rows(other.transfer, rows[1]), take_rows(one.transfer, rows[0][brighter])
     parts = [(taken, before), (taken.surfaces, before.surfaces)]
@@ -81,7 +86,9 @@ def _difference_of_state(cities, rows, state):
         number = np.full(len(city.prepared.scene.surfaces) + 1, -1)
         number[some] = np.arange(len(some))
         row_of.append(number[city.context.owner])
-    weights = [np.asarray(city.context.patch_to_surface.sum(axis=0)).ravel()[:, None] for city in cities]
+    weights = [
+        np.asarray(city.context.patch_to_surface.sum(axis=0)).ravel()[:, None] for city in cities
+    ]
 
     def add(values, variance):
         """Variance of the surfaces' difference from that of patches, (p, k) of both cities."""
@@ -91,22 +98,35 @@ def _difference_of_state(cities, rows, state):
         alone = np.ones(len(old), bool)
         alone[place[both]] = False
         total = np.zeros(rows.shape[1] + 1)
-        for members, of_patch in ((row_of[1], variance(new)), (row_of[0], np.where(alone, variance(old), 0))):
-            total += np.bincount(members % len(total), of_patch, len(total))  # the last one is for all others
+        for members, of_patch in (
+            (row_of[1], variance(new)),
+            (row_of[0], np.where(alone, variance(old), 0)),
+        ):
+            total += np.bincount(
+                members % len(total), of_patch, len(total)
+            )  # the last one is for all others
         return total[:-1]
 
     lights = {name: (one.lights[name], other.lights[name]) for name in other.lights}
     transported, left = (
-        {name: getattr(b.error, part)[rows[1]] - getattr(a.error, part)[rows[0]] for name, (a, b) in lights.items()}
+        {
+            name: getattr(b.error, part)[rows[1]] - getattr(a.error, part)[rows[0]]
+            for name, (a, b) in lights.items()
+        }
         for part in ("transported", "discretisation")
     )
     by_replicate = {name: [light.by_replicate for light in pair] for name, pair in lights.items()}
     own = {name: add(values, variance_of_mean) for name, values in by_replicate.items()}
     points = add([one.direct.annual.by_point for one in pairs], variance_of_neighbours)
-    both = add([a + b for a, b in zip(by_replicate[SUNS], by_replicate[SKY_DOME], strict=True)], variance_of_mean)
+    both = add(
+        [a + b for a, b in zip(by_replicate[SUNS], by_replicate[SKY_DOME], strict=True)],
+        variance_of_mean,
+    )
     covariance = (both - own[SUNS] - own[SKY_DOME]) / 2
     own[SUNS] += points
-    if any(city.prepared.plan["specular"].on for city in cities):  # photons of both runs are independent
+    if any(
+        city.prepared.plan["specular"].on for city in cities
+    ):  # photons of both runs are independent
         for name, pair in lights.items():
             own[name] += sum(light.error.own[some] for light, some in zip(pair, rows, strict=True))
     error = {name: whole_error(own[name], transported[name], left[name]) for name in lights}
@@ -123,12 +143,17 @@ def _difference_of_state(cities, rows, state):
             covariance=covariance,
             direct_points=points,
         ),
-        sources={name: replace(light, standard_error=error[name]) for name, light in taken.sources.items()},
+        sources={
+            name: replace(light, standard_error=error[name])
+            for name, light in taken.sources.items()
+        },
     )
 
 
 def _same_patches(before, after):
-    """The patch before an edit that sends the same rays as each patch after it: (p,) int, -1 where there is none."""
+    """The patch before an edit that sends the same rays as each patch after it: (p,) int, -1 where
+    there is none.
+    """
     place = np.full(len(after), -1)
     rows = [np.flatnonzero(one.receives) for one in (before, after)]
     keys = [one.key[own] for one, own in zip((before, after), rows, strict=True)]

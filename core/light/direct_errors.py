@@ -6,10 +6,12 @@ from ..rays.random_numbers import mix
 from ..rays.sample_points import HEMISPHERE_REPLICATES, grid_of
 from .light_errors import shares_of_cells
 
-# Variance of a net of 2, 4, … 1,024 points as a share of that of stratified points: computed for straight edges of
-# shadow at any place and angle it is 0.38 to 0.59 (`tests/core/test_standard_errors.py`).
+# Variance of a net of 2, 4, … 1,024 points as a share of that of stratified points: computed for
+# straight edges of shadow at any place and angle it is 0.38 to 0.59
+# (`tests/core/test_standard_errors.py`).
 EVENNESS = 0.5
-WRONG_SIDE = 0.25  # of points along the edge of the covered part, in cells of which less than half is covered
+# of points along the edge of the covered part, in cells of which less than half is covered
+WRONG_SIDE = 0.25
 LARGEST_STEP = 32767  # of 16-bit numbers
 
 
@@ -28,10 +30,11 @@ def variance_of_neighbours(by_point):
 
     Notes
     -----
-    The difference of two neighbours counts the gradient between them as noise; the contrast of four, with the gradients
-    removed, does not. It gives the full variance of independent points, one in each stratum. The points of a digital
-    net are more even: where the straight edge of a shadow crosses the patch anywhere, EVENNESS of it remains. For light
-    with a gradient only, all of it remains, since all points lie at the same place of their rectangles.
+    The difference of two neighbours counts the gradient between them as noise; the contrast of
+    four, with the gradients removed, does not. It gives the full variance of independent points,
+    one in each stratum. The points of a digital net are more even: where the straight edge of a
+    shadow crosses the patch anywhere, EVENNESS of it remains. For light with a gradient only, all
+    of it remains, since all points lie at the same place of their rectangles.
 
     References
     ----------
@@ -44,7 +47,8 @@ def variance_of_neighbours(by_point):
         return EVENNESS * (by_point[:, 0] - by_point[:, 1]).astype(float) ** 2 / count**2
     contrast, across, along = (found.astype(float) ** 2 for found in differences(by_point))
     uneven = contrast.sum(axis=(1, 2))
-    # A gradient over a rectangle of length 1 has variance 1/12; the differences contain the contrast's noise as well.
+    # A gradient over a rectangle of length 1 has variance 1/12; the differences contain the
+    # contrast's noise as well.
     sloping = 4 * (across + along - contrast / 2).sum(axis=(1, 2)) / 12
     return (EVENNESS * uneven + (1 - EVENNESS) * np.clip(sloping, 0, uneven)) / count**2
 
@@ -68,8 +72,9 @@ def variance_of_points(nets, covered, unshaded):
 
     Notes
     -----
-    Where part of a patch is covered, few points may all lie on one side of the edge of that part, and agree. A straight
-    edge crosses about √m of m strata, in each of which a point lies on either side at random.
+    Where part of a patch is covered, few points may all lie on one side of the edge of that part,
+    and agree. A straight edge crosses about √m of m strata, in each of which a point lies on either
+    side at random.
     """
     count = sum(light.shape[1] for light in nets)
     variance = sum((light.shape[1] / count) ** 2 * variance_of_neighbours(light) for light in nets)
@@ -77,7 +82,9 @@ def variance_of_points(nets, covered, unshaded):
     by_point, covered = np.concatenate([light[partly] for light in nets], axis=1), covered[partly]
     lit = (by_point > 0).sum(axis=1)
     light = by_point.sum(axis=1, dtype=float) / np.maximum(lit, 1)
-    light = np.where(lit > 0, light, unshaded[partly] / (1 + count * (1 - covered)))  # by the rule of succession
+    light = np.where(
+        lit > 0, light, unshaded[partly] / (1 + count * (1 - covered))
+    )  # by the rule of succession
     least = EVENNESS * light**2 * np.sqrt(covered * (1 - covered)) / (2 * count**1.5)
     variance[partly] = np.maximum(variance[partly], least)
     return variance
@@ -86,16 +93,17 @@ def variance_of_points(nets, covered, unshaded):
 def spread_of_elements(by_point, representative_points, covered):
     """Standard error of the annual light of the patches' elements (cells) under the suns.
 
-    Shadow points have no replicates that are as evenly distributed as all of them together. The light of each cell is
-    that of one point; its error is about the contrast of four neighbouring points, with their gradient removed.
+    Shadow points have no replicates that are as evenly distributed as all of them together. The
+    light of each cell is that of one point; its error is about the contrast of four neighbouring
+    points, with their gradient removed.
 
     Parameters
     ----------
     by_point : (p, m) float32
     representative_points : (p, cells) uint
     covered : (p, c) bool
-        Cells, usually more of them than points, that lie inside or under something. No point in them represents a
-        cell in the open.
+        Cells, usually more of them than points, that lie inside or under something. No point in
+        them represents a cell in the open.
 
     Returns
     -------
@@ -104,11 +112,14 @@ def spread_of_elements(by_point, representative_points, covered):
     spread = _spread_of_points(by_point)
     partly = np.flatnonzero(covered.any(axis=1) & ~covered.all(axis=1))
     filled = by_point[partly]  # dark points get the mean of those that are lit
-    mean = filled.sum(axis=1, keepdims=True) / np.maximum((filled > 0).sum(axis=1, keepdims=True), 1)
+    mean = filled.sum(axis=1, keepdims=True) / np.maximum(
+        (filled > 0).sum(axis=1, keepdims=True), 1
+    )
     filled = np.where(filled > 0, filled, mean).astype(np.float32)
     spread[partly] = _spread_of_points(filled)
     spread = np.take_along_axis(spread, representative_points.astype(np.intp), axis=1)  # (p, cells)
-    # In a cell on the edge of the covered part, the representative point may lie on the wrong side of it.
+    # In a cell on the edge of the covered part, the representative point may lie on the wrong side
+    # of it.
     share = shares_of_cells(covered[partly], spread.shape[1])
     line = filled.mean(axis=1, keepdims=True) * np.sqrt(WRONG_SIDE * share * (1 - share))
     spread[partly] = np.hypot(spread[partly], line)
@@ -143,18 +154,25 @@ def deviations_of_spread(spread, keys):
 
 
 def _spread_of_points(by_point):
-    """Standard deviation of each point about the mean light of its part of the patch: (p, m) float32.
+    """Standard deviation of each point about the mean light of its part of the patch: (p, m)
+    float32.
 
-    Up to 16 points, from the contrast of squares of four neighbours, with their gradients removed. With more points,
-    each part contains several, and their own standard deviation is used.
+    Up to 16 points, from the contrast of squares of four neighbours, with their gradients removed.
+    With more points, each part contains several, and their own standard deviation is used.
     """
     count, parts = by_point.shape
     if parts < 4:
-        return np.repeat(by_point.std(axis=1, ddof=1)[:, None], parts, axis=1) if parts > 1 else np.zeros_like(by_point)
+        return (
+            np.repeat(by_point.std(axis=1, ddof=1)[:, None], parts, axis=1)
+            if parts > 1
+            else np.zeros_like(by_point)
+        )
     if parts <= 16:
         rows, columns = grid_of(parts)
         contrast = differences(by_point)[0]  # (p, rows / 2, columns / 2)
-        spread = np.broadcast_to((np.abs(contrast) / 2)[:, :, None, :, None], (count, rows // 2, 2, columns // 2, 2))
+        spread = np.broadcast_to(
+            (np.abs(contrast) / 2)[:, :, None, :, None], (count, rows // 2, 2, columns // 2, 2)
+        )
         return spread.reshape(count, parts).astype(np.float32)
     (rows, columns), (down, across) = grid_of(parts), (4, 4)
     part = by_point.reshape(count, down, rows // down, across, columns // across)

@@ -19,7 +19,13 @@ from .trace_gather import TracedCity, TracedState, trace_light
 from .transfer import take_rows
 
 PINNED = ("receivers", "perez", "far-ground")  # effects that are decided as in the base
-KEPT = ("terrain", "hidden_suns", "max_bounces", "sky", "rays_share")  # fields of the plan, likewise
+KEPT = (
+    "terrain",
+    "hidden_suns",
+    "max_bounces",
+    "sky",
+    "rays_share",
+)  # fields of the plan, likewise
 
 
 @dataclass
@@ -39,16 +45,24 @@ class EditableCity:
     suns: Suns
     request: Request
     city: TracedCity
-    rows: np.ndarray  # (k,) int, surfaces of its scene in the order of the city, racks last; others are gone
-    specular: Callable  # PreparedScene -> as of `trace_gather`, or None where all reflect by Lambert's law
+    rows: (
+        np.ndarray
+    )  # (k,) int, surfaces of its scene in the order of the city, racks last; others are gone
+    # PreparedScene -> as of `trace_gather`, or None where all reflect by Lambert's law
+    specular: Callable
     drift: float = 0.0  # share of reflected light that edits gave the mean's pattern over the suns
-    before: "EditableCity | None" = None  # of an edit: the city before with more light than it had, where it was needed
+    before: "EditableCity | None" = (
+        None  # of an edit: the city before with more light than it had, where it was needed
+    )
 
     @property
     def decisions(self):
         """What was decided: Decisions."""
         plan = self.city.prepared.plan
-        on, kept = {key: plan[key].on for key in PINNED}, {name: getattr(plan, name) for name in KEPT}
+        on, kept = (
+            {key: plan[key].on for key in PINNED},
+            {name: getattr(plan, name) for name in KEPT},
+        )
         return Decisions(on, kept, self.city.context.bounces, self.suns)
 
     @property
@@ -69,7 +83,9 @@ def prepare_decided(decisions, scene, request, progress=silent):
     """Materials and patches of a scene, with decisions that were made before: PreparedScene."""
     pinned = replace(request, effects=decisions.on | request.effects)
     prepared = prepare_scene(scene, pinned, suns=decisions.suns, progress=progress)
-    return replace(prepared, plan=replace(prepared.plan, **decisions.plan), bounces=decisions.bounces)
+    return replace(
+        prepared, plan=replace(prepared.plan, **decisions.plan), bounces=decisions.bounces
+    )
 
 
 def trace_editable(prepared, suns, request, progress=silent, *, specular=lambda prepared: None):
@@ -96,11 +112,17 @@ def trace_editable(prepared, suns, request, progress=silent, *, specular=lambda 
         It is a tile, a further round, or asks for another estimator than gather.
     """
     if request.estimator != "gather":
-        raise InputError("--estimator", f"a run with {request.estimator} cannot be edited", "give gather")
+        raise InputError(
+            "--estimator", f"a run with {request.estimator} cannot be edited", "give gather"
+        )
     if prepared.scene.halo is not None:
-        raise InputError("the base", "it was traced in tiles, which cannot be edited", "trace it without tiles")
+        raise InputError(
+            "the base", "it was traced in tiles, which cannot be edited", "trace it without tiles"
+        )
     if prepared.patches.points_before.any():
-        raise InputError("the base", "it has further rounds, which cannot be edited", "trace it in one round")
+        raise InputError(
+            "the base", "it has further rounds, which cannot be edited", "trace it in one round"
+        )
     prepared = replace(build_tree(prepared, request), editable=True)
     city = trace_light(prepared, suns, request, progress, specular=specular(prepared))
     return EditableCity(suns, request, city, np.arange(len(prepared.scene.surfaces)), specular)
@@ -126,19 +148,31 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
     InputError
         They are of another scene.
     """
-    prepared = replace(build_tree(prepare_decided(decisions, scene, request), request), editable=True)
+    prepared = replace(
+        build_tree(prepare_decided(decisions, scene, request), request), editable=True
+    )
     context, states = prepare_gather(prepared, request, silent), kept["states"]
     if kept["bits"].shape[1] != len(prepared.patches):
-        problem = f"holds rays of {kept['bits'].shape[1]:,} patches, the city has {len(prepared.patches):,}"
+        problem = (
+            f"holds rays of {kept['bits'].shape[1]:,} patches, the city has "
+            f"{len(prepared.patches):,}"
+        )
         raise InputError("rays.nc", problem, "trace the city again with --editable")
     suns = without_hidden(decisions.suns, prepared.plan.terrain)
     task = prepare_suns(context, [one["traced"] for one in states], suns)
     task.bits, watch = kept["bits"], task.watch
     counts = context.points, context.elements
-    watch.points = find_points(context.patches, watch.covered, counts, watch.traced | watch.unobstructed, watch.threads)
+    watch.points = find_points(
+        context.patches, watch.covered, counts, watch.traced | watch.unobstructed, watch.threads
+    )
     transfers = [replace(transfer, bare=None, base=None), transfer.bare][: len(states)]
     states = [TracedState(**one, transfer=own) for one, own in zip(states, transfers, strict=True)]
     for one in states:
-        one.direct.visible_share, one.direct.reflected = one.transfer.visible_share, one.transfer.direct_reflected
+        one.direct.visible_share, one.direct.reflected = (
+            one.transfer.visible_share,
+            one.transfer.direct_reflected,
+        )
     city = TracedCity(prepared, context, task, states, kept["room"])
-    return EditableCity(decisions.suns, request, city, np.arange(len(scene.surfaces)), specular, drift)
+    return EditableCity(
+        decisions.suns, request, city, np.arange(len(scene.surfaces)), specular, drift
+    )

@@ -1,7 +1,8 @@
 """Loops over the rows of the matrix of form factors (compiled by numba).
 
-Each loop takes `rows`, the arrays of `Rows`; `scale`, the bit shifts from a key to the patch and to the cell that was
-hit, and the share of a ray in those of each patch, (p,) float32; and `product`, to which it adds.
+Each loop takes `rows`, the arrays of `Rows`; `scale`, the bit shifts from a key to the patch and to
+the cell that was hit, and the share of a ray in those of each patch, (p,) float32; and `product`,
+to which it adds.
 """
 
 import numpy as np
@@ -50,12 +51,14 @@ def _merge_row(row, rows, shift, met, weight):
 
 @njit(nogil=True, cache=True)
 def link_patches(rows, scale, factor):
-    """Patches that the rays of each row meet, once each, with their weights: form factor times factor (p · cells,).
+    """Patches that the rays of each row meet, once each, with their weights: form factor times
+    factor (p · cells,).
 
     Returns
     -------
     start : (c + 1,) int64
-        Where those of each row begin. Each has a multiple of four, so that they can be processed in fours.
+        Where those of each row begin. Each has a multiple of four, so that they can be processed in
+        fours.
     patch : (l,) int32
     weight : (l,) float32
         0 for those that fill up a four.
@@ -70,7 +73,11 @@ def link_patches(rows, scale, factor):
         start[row + 1] = start[row] + (found + 3) // 4 * 4
     patch, weight = np.zeros(start[-1], np.int32), np.zeros(start[-1], np.float32)
     for row in range(len(chosen)):
-        place, last, total = start[row] - 1, -1, 0.0  # what is lost in one reflection grows with their number
+        place, last, total = (
+            start[row] - 1,
+            -1,
+            0.0,
+        )  # what is lost in one reflection grows with their number
         # Without branches, as in `_merge_row`.
         for entry in range(first[row], first[row + 1]):
             met = key[entry] >> to_patch
@@ -99,8 +106,8 @@ def add_patches(chosen, links, product, light):
 
 @njit(nogil=True, cache=True)
 def add_elements(rows, scale, product, radiosity, shift):
-    """Radiosity of cells, (p · cells,), times the share of rays that hit them, by replicate or start: the last bits of
-    a key without those of `shift`."""
+    """Radiosity of cells, (p · cells,), times the share of rays that hit them, by replicate or
+    start: the last bits of a key without those of `shift`."""
     (chosen, start, key), (_, to_cell, share) = rows, scale
     total = np.empty(product.shape[1], np.float32)
     for row in range(len(chosen)):
@@ -112,7 +119,9 @@ def add_elements(rows, scale, product, radiosity, shift):
 
 @njit(nogil=True, cache=True)
 def add_steps(rows, scale, product, radiosity):
-    """Three kinds of radiosity of cells, (p · cells, 3): of two the sum by replicate, of the third that of all."""
+    """Three kinds of radiosity of cells, (p · cells, 3): of two the sum by replicate, of the third
+    that of all.
+    """
     (chosen, start, key), (_, to_cell, share) = rows, scale
     total = np.empty(product.shape[1], np.float32)
     for row in range(len(chosen)):
@@ -128,12 +137,17 @@ def add_steps(rows, scale, product, radiosity):
 
 @njit(nogil=True, cache=True)
 def add_columns(rows, scale, product, factor, places):
-    """Factor (p,) times light of cells in each replicate, (p · cells, 4), times the share of rays that hit them."""
+    """Factor (p,) times light of cells in each replicate, (p · cells, 4), times the share of rays
+    that hit them.
+    """
     (chosen, start, key), (to_patch, to_cell, share) = rows, scale
     for row in range(len(chosen)):
         total = product[chosen[row]]
         for entry in range(start[row], start[row + 1]):
-            weight, met = share[chosen[row]] * factor[key[entry] >> to_patch], places[key[entry] >> to_cell]
+            weight, met = (
+                share[chosen[row]] * factor[key[entry] >> to_patch],
+                places[key[entry] >> to_cell],
+            )
             for column in range(HEMISPHERE_REPLICATES):
                 total[column] += weight * np.float32(met[column])
 
@@ -142,11 +156,15 @@ def add_columns(rows, scale, product, factor, places):
 def add_visible(rows, scale, product, patches, suns):
     """Radiosity of cells under each sun, times the share of rays that hit them.
 
-    Rays of a patch that hit the same cell are merged. Computing the cosine of incidence from normals and suns is no
-    slower than loading it from a matrix. What two places need is computed where it is used, which is faster than
-    writing it into arrays of the whole row first.
+    Rays of a patch that hit the same cell are merged. Computing the cosine of incidence from
+    normals and suns is no slower than loading it from a matrix. What two places need is computed
+    where it is used, which is faster than writing it into arrays of the whole row first.
     """
-    (chosen, start, key), (to_patch, to_cell, shares), (albedo, normal, points) = rows, scale, patches
+    (chosen, start, key), (to_patch, to_cell, shares), (albedo, normal, points) = (
+        rows,
+        scale,
+        patches,
+    )
     (directions, visible), entries = suns, (start, key)
     east, north, up = directions[0], directions[1], directions[2]
     bits = to_patch - to_cell
@@ -165,10 +183,19 @@ def add_visible(rows, scale, product, patches, suns):
             first, second = visible[patch, point >> 4], visible[other_patch, other_point >> 4]
             a, b = np.uint16(1 << (point & 15)), np.uint16(1 << (other_point & 15))
             own_normal, other_normal = normal[patch], normal[other_patch]
-            part, other_part = share * albedo[patch] * weight[place], share * albedo[other_patch] * weight[place + 1]
+            part, other_part = (
+                share * albedo[patch] * weight[place],
+                share * albedo[other_patch] * weight[place + 1],
+            )
             c, d, e = part * own_normal[0], part * own_normal[1], part * own_normal[2]
-            f, g, h = other_part * other_normal[0], other_part * other_normal[1], other_part * other_normal[2]
+            f, g, h = (
+                other_part * other_normal[0],
+                other_part * other_normal[1],
+                other_part * other_normal[2],
+            )
             for sun in range(len(total)):
                 x, y, z = east[sun], north[sun], up[sun]
                 one, other = c * x + d * y + e * z, f * x + g * y + h * z
-                total[sun] += (one if first[sun] & a else NONE) + (other if second[sun] & b else NONE)
+                total[sun] += (one if first[sun] & a else NONE) + (
+                    other if second[sun] & b else NONE
+                )

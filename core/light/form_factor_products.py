@@ -4,7 +4,14 @@ import numpy as np
 
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.threads import map_in_order
-from .form_factor_loops import add_columns, add_elements, add_patches, add_steps, add_visible, link_patches
+from .form_factor_loops import (
+    add_columns,
+    add_elements,
+    add_patches,
+    add_steps,
+    add_visible,
+    link_patches,
+)
 from .form_factors import REPLICATE_BITS
 
 
@@ -24,7 +31,8 @@ def multiply(form_factors, factor, light, threads=1):
     -------
     (p, s) of the same type
     """
-    # Links are kept with the form factors, since all reflections of all lights take the same factor.
+    # Links are kept with the form factors, since all reflections of all lights take the same
+    # factor.
     if form_factors.links is None or form_factors.links[0] is not factor:
         flat = factor.ravel()
         links = [
@@ -36,14 +44,22 @@ def multiply(form_factors, factor, light, threads=1):
 
 
 def multiply_elements(form_factors, radiosity, threads=1):
-    """F times the radiosity of cells, (p, cells) float32: (p, HEMISPHERE_REPLICATES) float32, replicates separately."""
-    product = _run_rows(form_factors, HEMISPHERE_REPLICATES, threads, add_elements, radiosity.ravel(), 0)
+    """F times the radiosity of cells, (p, cells) float32: (p, HEMISPHERE_REPLICATES) float32,
+    replicates separately.
+    """
+    product = _run_rows(
+        form_factors, HEMISPHERE_REPLICATES, threads, add_elements, radiosity.ravel(), 0
+    )
     return product * np.float32(HEMISPHERE_REPLICATES)
 
 
 def multiply_starts(form_factors, radiosity, threads=1):
-    """The same by the cells in which rays start: (p, starts) float32, whose sum is the light of the patch."""
-    return _run_rows(form_factors, form_factors.starts, threads, add_elements, radiosity.ravel(), REPLICATE_BITS)
+    """The same by the cells in which rays start: (p, starts) float32, whose sum is the light of the
+    patch.
+    """
+    return _run_rows(
+        form_factors, form_factors.starts, threads, add_elements, radiosity.ravel(), REPLICATE_BITS
+    )
 
 
 def multiply_steps(form_factors, radiosity, threads=1):
@@ -56,21 +72,27 @@ def multiply_steps(form_factors, radiosity, threads=1):
     (p, 2) float32
         Of the second and of the third, the mean over the replicates.
     """
-    product = _run_rows(form_factors, 2 * HEMISPHERE_REPLICATES + 1, threads, add_steps, radiosity.reshape(-1, 3))
-    first, second, third = np.split(product, [HEMISPHERE_REPLICATES, 2 * HEMISPHERE_REPLICATES], axis=1)
+    product = _run_rows(
+        form_factors, 2 * HEMISPHERE_REPLICATES + 1, threads, add_steps, radiosity.reshape(-1, 3)
+    )
+    first, second, third = np.split(
+        product, [HEMISPHERE_REPLICATES, 2 * HEMISPHERE_REPLICATES], axis=1
+    )
     both = np.concatenate([second.sum(axis=1, keepdims=True), third], axis=1)
     return *(part * np.float32(HEMISPHERE_REPLICATES) for part in (first, second)), both
 
 
 def multiply_visible(form_factors, patches, suns, threads=1):
-    """F · (albedo ∘ visible share · cos(aoi)), where the visible share of an element is that of the point for it.
+    """F · (albedo ∘ visible share · cos(aoi)), where the visible share of an element is that of the
+    point for it.
 
     Parameters
     ----------
     patches : tuple of (p,) float32, (p, 3) float32 and (p, elements) uint
         Albedo, normal, and the point that stands for each element.
     suns : tuple of (s, 3) float32 and (p, words, s) uint16
-        Directions; and bit k of word w set where the sun is visible from point 16 w + k, so none for a sun behind.
+        Directions; and bit k of word w set where the sun is visible from point 16 w + k, so none
+        for a sun behind.
     threads : int
 
     Returns
@@ -83,7 +105,8 @@ def multiply_visible(form_factors, patches, suns, threads=1):
 
 
 def multiply_columns(form_factors, factor, light, threads=1):
-    """F · (factor ∘ light), the mean over the replicates, for light of cells that differs between the replicates.
+    """F · (factor ∘ light), the mean over the replicates, for light of cells that differs between
+    the replicates.
 
     Parameters
     ----------
@@ -105,7 +128,9 @@ def _run_rows(form_factors, columns, threads, loop, *arrays):
 
 
 def _run_loop(rounds, product, threads, loop, *arrays):
-    """Run a loop over the parts of each round, given by its first arguments: the product, to which it adds."""
+    """Run a loop over the parts of each round, given by its first arguments: the product, to which
+    it adds.
+    """
     for parts in rounds:
         for _ in map_in_order(lambda part: loop(*part, product, *arrays), parts, threads):
             pass
@@ -115,10 +140,15 @@ def _run_loop(rounds, product, threads, loop, *arrays):
 def _inputs_of(form_factors):
     """`rows` and `scale` of the compiled loops: in each round a list of both."""
     scale = scales_of(form_factors)
-    return [[((rows.chosen, rows.start, rows.key), scale) for rows in some] for some in form_factors.rounds]
+    return [
+        [((rows.chosen, rows.start, rows.key), scale) for rows in some]
+        for some in form_factors.rounds
+    ]
 
 
 def scales_of(form_factors):
-    """`scale` of the loops: shifts from a key to the patch and to the cell that was hit, and shares of rays."""
+    """`scale` of the loops: shifts from a key to the patch and to the cell that was hit, and shares
+    of rays.
+    """
     to_cell = np.int32(form_factors.start_bits)
     return np.int32(to_cell + form_factors.cells.bit_length() - 1), to_cell, form_factors.share

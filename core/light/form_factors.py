@@ -1,8 +1,9 @@
 """The matrix F of form factors as hits: which elements of patches the rays of each patch meet.
 
-The light of a patch is resolved by 1, 4 or 16 elements, congruent parts of its triangle. F is stored as the hits: each
-with the element of the patch that was hit, and the element and the replicate of its ray's start. So uneven light on a
-patch is re-emitted from the element where it arrived, and differences between replicates can be followed through F.
+The light of a patch is resolved by 1, 4 or 16 elements, congruent parts of its triangle. F is
+stored as the hits: each with the element of the patch that was hit, and the element and the
+replicate of its ray's start. So uneven light on a patch is re-emitted from the element where it
+arrived, and differences between replicates can be followed through F.
 """
 
 from dataclasses import dataclass, field
@@ -33,12 +34,16 @@ class Rows:
 class FormFactors:
     """Hits of the rays of p patches; the rays of patches without rows hit nothing."""
 
-    rounds: list  # of lists of Rows: in each a patch has at most one row; its rays in all of them count
+    rounds: (
+        list  # of lists of Rows: in each a patch has at most one row; its rays in all of them count
+    )
     count: int  # p
     cells: int  # of each patch: 1, 4 or 16
     rays: np.ndarray  # (p,) int32, of each replicate of each patch
     starts: int = 1  # cells by which the starts of rays are resolved: as many as `cells`, or 1
-    links: tuple | None = field(default=None, repr=False, compare=False)  # last factor, and its links of `multiply`
+    links: tuple | None = field(
+        default=None, repr=False, compare=False
+    )  # last factor, and its links of `multiply`
 
     def put(self, rows):
         """Add the rows of some patches that have none in the last round."""
@@ -62,9 +67,14 @@ class FormFactors:
         return REPLICATE_BITS + self.starts.bit_length() - 1
 
     def as_matrix(self):
-        """Share of the rays of each replicate that hit each patch: (p · HEMISPHERE_REPLICATES, p) sparse float32."""
+        """Share of the rays of each replicate that hit each patch: (p · HEMISPHERE_REPLICATES, p)
+        sparse float32.
+        """
         patches = [np.repeat(rows.chosen, np.diff(rows.start)) for rows in self.rows]
-        patch, key = (np.concatenate([np.zeros(0, int), *some]) for some in (patches, [rows.key for rows in self.rows]))
+        patch, key = (
+            np.concatenate([np.zeros(0, int), *some])
+            for some in (patches, [rows.key for rows in self.rows])
+        )
         column, replicate = np.divmod(key, HEMISPHERE_REPLICATES)
         place = patch * HEMISPHERE_REPLICATES + replicate, column // (self.cells * self.starts)
         shape = (self.count * HEMISPHERE_REPLICATES, self.count)
@@ -93,7 +103,8 @@ def count_hits(chosen, hits, places, cells, starts=None):
     cells : int
         1, 4 or 16.
     starts : tuple of (c, rays) uint8, (m,) int and int, optional
-        The finest cell in which each ray starts, the larger cell that contains each of these, and their number.
+        The finest cell in which each ray starts, the larger cell that contains each of these, and
+        their number.
 
     Returns
     -------
@@ -111,9 +122,11 @@ def count_hits(chosen, hits, places, cells, starts=None):
 
 @njit(nogil=True, cache=True)
 def _make_keys(hits, places, starts, keys, start):
-    """Write the keys of hits, -1 for those that do not count, and into `start` where the hits of each patch begin.
+    """Write the keys of hits, -1 for those that do not count, and into `start` where the hits of
+    each patch begin.
 
-    A key is ((patch hit · cells + cell) · starts + start cell of the ray) · HEMISPHERE_REPLICATES + replicate.
+    A key is ((patch hit · cells + cell) · starts + start cell of the ray) · HEMISPHERE_REPLICATES +
+    replicate.
     """
     (hit, counts), (b1, b2, divisions), (start_cells, cell_of, start_count) = hits, places, starts
     per_replicate = hit.shape[1] // HEMISPHERE_REPLICATES
@@ -125,7 +138,9 @@ def _make_keys(hits, places, starts, keys, start):
                 if counts[patch, ray]:
                     cell = cell_at(b1[patch, ray], b2[patch, ray], divisions)
                     place = hit[patch, ray] * divisions**2 + cell
-                    key = (place * start_count + cell_of[start_cells[patch, ray]]) * HEMISPHERE_REPLICATES + replicate
+                    key = (
+                        place * start_count + cell_of[start_cells[patch, ray]]
+                    ) * HEMISPHERE_REPLICATES + replicate
                     found += 1
                 keys[patch, ray] = key
         start[patch + 1] = start[patch] + found

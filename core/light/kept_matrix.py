@@ -1,4 +1,6 @@
-"""Matrices of surfaces × suns, in memory if small, else memory-mapped files; and means of patches over surfaces."""
+"""Matrices of surfaces × suns, in memory if small, else memory-mapped files; and means of patches
+over surfaces.
+"""
 
 import os
 import tempfile
@@ -10,15 +12,19 @@ from scipy import sparse
 
 LIMIT = 1 << 28  # bytes: largest matrix kept in memory
 ZEROS = 1 << 24  # bytes written at a time where the system cannot preallocate files
-COVER_STEPS = 512  # finer than cover is known: walls that are covered by exactly one half are told from larger ones
-TIE = 1e-4  # of a step: what lies halfway between two is rounded down, whatever the rounding of areas adds to it
+# finer than cover is known: walls that are covered by exactly one half are told from larger ones
+COVER_STEPS = 512
+# of a step: what lies halfway between two is rounded down, whatever the rounding of areas adds to
+# it
+TIE = 1e-4
 
 
 def keep_matrix(shape, folder=None):
     """A matrix of zeros that is filled by columns and read by rows.
 
-    A large one is a memory-mapped file, stored sun by sun: columns are written, and rows of neighbouring surfaces read,
-    without touching the rest. The file is deleted with the last view of it, at the latest at the end of the process.
+    A large one is a memory-mapped file, stored sun by sun: columns are written, and rows of
+    neighbouring surfaces read, without touching the rest. The file is deleted with the last view of
+    it, at the latest at the end of the process.
 
     Parameters
     ----------
@@ -53,7 +59,9 @@ def keep_matrix(shape, folder=None):
         Path(path).unlink()
         raise
     if os.name == "nt":
-        weakref.finalize(matrix._mmap, Path(path).unlink, missing_ok=True)  # Windows cannot delete open files
+        weakref.finalize(
+            matrix._mmap, Path(path).unlink, missing_ok=True
+        )  # Windows cannot delete open files
     else:
         Path(path).unlink()
     return matrix.T
@@ -85,7 +93,9 @@ def keep_columns(matrix, count):
 
 
 def area_means(triangle_surface, area, count):
-    """Matrix that averages patches over their surface: (count, p) sparse float64; 0 for patches without area."""
+    """Matrix that averages patches over their surface: (count, p) sparse float64; 0 for patches
+    without area.
+    """
     own = np.flatnonzero((triangle_surface >= 0) & (area > 0))
     surface = triangle_surface[own]
     whole = np.bincount(surface, weights=area[own], minlength=count)

@@ -1,15 +1,19 @@
 """Errors of surfaces' light: own noise, noise of the light that others re-emit, and discretisation.
 
-Own noise          the hemisphere rays of a patch are four independent replicates; noise of patches averages out
-Transported        every patch that sees an element shares the error of its first light, and so do all patches of a
+Own noise          the hemisphere rays of a patch are four independent replicates; noise of patches
+                   averages out
+Transported        every patch that sees an element shares the error of its first light, and so do
+                   all patches of a
                    surface: deviations of four replicates of it are followed through F like light
-Discretisation     first light is re-emitted by elements, 16 per patch. Re-emitted from elements of twice that length,
+Discretisation     first light is re-emitted by elements, 16 per patch. Re-emitted from elements of
+                   twice that length,
                    or evenly from whole patches, it arrives elsewhere:
 
     whole patches  ── first step ──►  4 elements  ── second step ──►  16 elements  ── remainder ──►  exact
 
-Where light varies smoothly, each step is a quarter of the one before; where it ends abruptly, as at the mouth of a
-narrow gap, half of it. So the remainder follows from the two steps: one third of the second step, up to all of it.
+Where light varies smoothly, each step is a quarter of the one before; where it ends abruptly, as at
+the mouth of a narrow gap, half of it. So the remainder follows from the two steps: one third of the
+second step, up to all of it.
 """
 
 from dataclasses import dataclass
@@ -21,15 +25,23 @@ from .form_factor_products import multiply_columns, multiply_elements, multiply_
 from .solve_radiosity import reflection_of
 from .transfer import variance_of_mean
 
-LEAST_SHARE = 0.1  # of a deviation, by powers of the brightest albedo: bounces that carry less are left out
-SMOOTH, ABRUPT = 1 / 4, 1 / 2  # ratio of successive steps: errors fall with the square or the first power of length
-SMALL_SHARE = 0.01  # of a surface's light: a smaller discretisation error is stated for the whole run only
+LEAST_SHARE = (
+    0.1  # of a deviation, by powers of the brightest albedo: bounces that carry less are left out
+)
+SMOOTH, ABRUPT = (
+    1 / 4,
+    1 / 2,
+)  # ratio of successive steps: errors fall with the square or the first power of length
+SMALL_SHARE = (
+    0.01  # of a surface's light: a smaller discretisation error is stated for the whole run only
+)
 
 
 def propagate_deviations(context, traced, first, arrived):
     """Deviations of replicates of the light that patches receive from others.
 
-    Linear in the deviations: the mean over the rays of one patch is combined with each replicate of others' light.
+    Linear in the deviations: the mean over the rays of one patch is combined with each replicate of
+    others' light.
 
     Parameters
     ----------
@@ -44,7 +56,9 @@ def propagate_deviations(context, traced, first, arrived):
     (p, HEMISPHERE_REPLICATES) float32
     """
     reflect, albedo = reflection_of(context, traced), context.patches.albedo
-    total = multiply_columns(traced.form_factors, albedo * first.unit, first.deviation, context.threads)
+    total = multiply_columns(
+        traced.form_factors, albedo * first.unit, first.deviation, context.threads
+    )
     arrived -= arrived.mean(axis=1, keepdims=True)
     arrived += total
     brightest = float(albedo.max(initial=0))
@@ -57,7 +71,8 @@ def propagate_deviations(context, traced, first, arrived):
 
 
 def reflect_elements(context, traced, first):
-    """First bounce, and how much more light it would bring from cells of twice the length, and from whole patches.
+    """First bounce, and how much more light it would bring from cells of twice the length, and from
+    whole patches.
 
     Parameters
     ----------
@@ -70,8 +85,8 @@ def reflect_elements(context, traced, first):
     -------
     first_bounce : (p, HEMISPHERE_REPLICATES) float32
     steps : (p, 2) float32
-        From cells of twice the length, and from whole patches over that. With four cells per patch there is no second
-        step, so the first one is taken for both; with one cell both are 0.
+        From cells of twice the length, and from whole patches over that. With four cells per patch
+        there is no second step, so the first one is taken for both; with one cell both are 0.
     variance : (p,) float64
         Of the former, by the rays of the patch itself.
     """
@@ -82,7 +97,11 @@ def reflect_elements(context, traced, first):
         return first_bounce, np.zeros((count, 2), np.float32), np.zeros(count)
     open_share = (1 - shares_of_cells(traced.covered, cells)).astype(np.float32)
     whole = _average_groups(first, open_share, np.zeros(cells, int))
-    halves = _average_groups(first, open_share, cells_inside(round(np.sqrt(cells)), 2)) if cells > 4 else first
+    halves = (
+        _average_groups(first, open_share, cells_inside(round(np.sqrt(cells)), 2))
+        if cells > 4
+        else first
+    )
     steps = [halves - first, whole - halves] if cells > 4 else [whole - first] * 2
     radiosity = albedo[:, None, None] * np.stack([first, *steps], axis=2)
     first_bounce, by_replicate, received = multiply_steps(form_factors, radiosity, threads)
@@ -90,7 +109,9 @@ def reflect_elements(context, traced, first):
 
 
 def shares_of_cells(covered, cells):
-    """Covered share of each of `cells` larger cells: (p, cells) float64, from (p, c) bool; 0 if they are not larger."""
+    """Covered share of each of `cells` larger cells: (p, cells) float64, from (p, c) bool; 0 if
+    they are not larger.
+    """
     inside = cells_inside(round(np.sqrt(covered.shape[1])), round(np.sqrt(cells)))
     members = np.zeros((covered.shape[1], cells))
     members[np.arange(len(inside)), inside] = 1
@@ -100,12 +121,16 @@ def shares_of_cells(covered, cells):
 
 
 def _average_groups(light, open_share, groups):
-    """Mean light of the open part of each group of cells, assigned to all of its cells: (p, cells) float32."""
+    """Mean light of the open part of each group of cells, assigned to all of its cells: (p, cells)
+    float32.
+    """
     found = np.empty_like(light)
     for group in range(groups.max() + 1):
         members = groups == group
         weight = open_share[:, members]
-        mean = (light[:, members] * weight).sum(axis=1) / np.maximum(weight.sum(axis=1), np.float32(1e-6))
+        mean = (light[:, members] * weight).sum(axis=1) / np.maximum(
+            weight.sum(axis=1), np.float32(1e-6)
+        )
         found[:, members] = mean[:, None]
     return found
 
@@ -118,8 +143,8 @@ def remaining_error(steps, variance):
     steps : (n, 2) float
         Second and first step of surfaces.
     variance : (n,) float
-        Of noise in them. It is subtracted from the square of the error. Steps that are lost in noise say nothing on how
-        fast they decrease; light is then assumed to be smooth.
+        Of noise in them. It is subtracted from the square of the error. Steps that are lost in
+        noise say nothing on how fast they decrease; light is then assumed to be smooth.
 
     Returns
     -------
@@ -127,13 +152,19 @@ def remaining_error(steps, variance):
     """
     second, first = steps.T
     squared = first**2 + variance
-    ratio = np.divide(second * first + SMOOTH * variance, squared, out=np.full(len(steps), SMOOTH), where=squared > 0)
+    ratio = np.divide(
+        second * first + SMOOTH * variance,
+        squared,
+        out=np.full(len(steps), SMOOTH),
+        where=squared > 0,
+    )
     ratio = np.clip(ratio, SMOOTH, ABRUPT)
     return np.sign(second) * np.sqrt(np.maximum(second**2 - variance, 0)) * ratio / (1 - ratio)
 
 
 def estimate_discretisation_error(context, steps, reflected):
-    """Gain in reflected light of all eligible surfaces if each patch re-emitted its first light evenly.
+    """Gain in reflected light of all eligible surfaces if each patch re-emitted its first light
+    evenly.
 
     Parameters
     ----------
@@ -154,11 +185,19 @@ def estimate_discretisation_error(context, steps, reflected):
 
 @dataclass
 class LightError:
-    """Error of the light of n surfaces, in three parts that combine over surfaces in different ways."""
+    """Error of the light of n surfaces, in three parts that combine over surfaces in different
+    ways.
+    """
 
-    own: np.ndarray  # (n,) variance from rays and points of the surface itself, independent of all other surfaces
-    transported: np.ndarray  # (n, HEMISPHERE_REPLICATES) deviations of the light that others re-emit
-    discretisation: np.ndarray  # (n,) signed, error from light that is uneven within cells of patches; 0 where small
+    own: (
+        np.ndarray
+    )  # (n,) variance from rays and points of the surface itself, independent of all other surfaces
+    transported: (
+        np.ndarray
+    )  # (n, HEMISPHERE_REPLICATES) deviations of the light that others re-emit
+    discretisation: (
+        np.ndarray
+    )  # (n,) signed, error from light that is uneven within cells of patches; 0 where small
 
     @property
     def standard_error(self):
@@ -167,7 +206,9 @@ class LightError:
 
     def scaled(self, factor):
         """Error of the light times a factor."""
-        return LightError(factor**2 * self.own, factor * self.transported, factor * self.discretisation)
+        return LightError(
+            factor**2 * self.own, factor * self.transported, factor * self.discretisation
+        )
 
 
 def errors_of_reflected(patch_to_surface, deviations, steps, variance):

@@ -1,4 +1,6 @@
-"""Light of a traced city with another number of reflections, or under another sky, as an edit of it asks for."""
+"""Light of a traced city with another number of reflections, or under another sky, as an edit of it
+asks for.
+"""
 
 from dataclasses import replace
 
@@ -12,7 +14,8 @@ from .transfer import variance_of_mean
 
 
 def match_light(base, sky, bounces, progress=silent):
-    """The same city with this number of reflections, under this sky: the EditableCity itself if it has both.
+    """The same city with this number of reflections, under this sky: the EditableCity itself if it
+    has both.
 
     Parameters
     ----------
@@ -28,7 +31,8 @@ def match_light(base, sky, bounces, progress=silent):
 
 
 def with_reflections(base, bounces, progress=silent):
-    """The same city with another number of reflections, by what its rays and suns met: EditableCity.
+    """The same city with another number of reflections, by what its rays and suns met:
+    EditableCity.
 
     Parameters
     ----------
@@ -40,15 +44,23 @@ def with_reflections(base, bounces, progress=silent):
     old, clock = base.city, Clock()
     prepared = replace(old.prepared, bounces=bounces)
     context = replace(old.context, bounces=bounces, progress=progress)
-    task = replace(old.task, progress=SunProgress(progress, len(old.task.suns), int(context.reflections)))
+    task = replace(
+        old.task, progress=SunProgress(progress, len(old.task.suns), int(context.reflections))
+    )
     traced, specular = [one.traced for one in old.states], base.specular(prepared)
     hooks = [specular and specular(context, one, state) for state, one in enumerate(traced)]
-    lights = [solve_skies(context, one, hook, clock) for one, hook in zip(traced, hooks, strict=True)]
+    lights = [
+        solve_skies(context, one, hook, clock) for one, hook in zip(traced, hooks, strict=True)
+    ]
     direct = solve_known_suns(context, traced, task, hooks)
     clock.lap("suns")
     city, record = TracedCity(prepared, context, task, [], old.room), old.transfer.record
-    common = tell_work(context, (traced[0].ray_count, record.shadow_rays), clock, 0.0) | {"interrupted": None}
-    for state, hook in zip(map(TracedState, traced, lights, direct, [None] * len(traced)), hooks, strict=True):
+    common = tell_work(context, (traced[0].ray_count, record.shadow_rays), clock, 0.0) | {
+        "interrupted": None
+    }
+    for state, hook in zip(
+        map(TracedState, traced, lights, direct, [None] * len(traced)), hooks, strict=True
+    ):
         state.lights[SUNS] = solve_annual(context, state.traced, state.direct.annual)
         if hook:
             error = state.lights[SUNS].error
@@ -62,7 +74,9 @@ def with_reflections(base, bounces, progress=silent):
 
 
 def _with_sky(base, sky, progress):
-    """The same city under another sky, traced wholly with the same keys: that of Perez has rays to the horizon."""
+    """The same city under another sky, traced wholly with the same keys: that of Perez has rays to
+    the horizon.
+    """
     known = base.decisions
     known = replace(known, on=known.on | {"perez": sky == "perez"}, plan=known.plan | {"sky": sky})
     prepared = prepare_decided(known, base.city.prepared.scene, base.request, progress)

@@ -1,8 +1,12 @@
-"""What light has no part in: which parts of surfaces lie inside or under something, and which have no room for modules.
+"""What light has no part in: which parts of surfaces lie inside or under something, and which have
+no room for modules.
 
-│ │        A ray from each cover cell goes straight ahead. There is no room where it meets a face turned against its own
-│→│ house  within the clearance: a neighbour's wall, the back of a lift shaft, a canopy close above a roof. Light and
-│ │        cover know nothing of it: what is narrower than `inside_test.CONTACT` touches, all else is a gap.
+│ │        A ray from each cover cell goes straight ahead. There is no room where it meets a face
+           turned against its own
+│→│ house  within the clearance: a neighbour's wall, the back of a lift shaft, a canopy close above
+           a roof. Light and
+│ │        cover know nothing of it: what is narrower than `inside_test.CONTACT` touches, all else
+           is a gap.
 """
 
 import numpy as np
@@ -41,13 +45,16 @@ def measure_cover(scene, threads=None, progress=silent):
     patches = patches_of_scene(scene, np.zeros(len(scene.triangles)), seed=0)
     threads = usable_threads(threads)
     ray_scene = FacingScene(scene, patches, threads)
-    covered = find_cover(ray_scene, patches, patches.receives & (scene.triangle_surface >= 0), threads, progress)
+    covered = find_cover(
+        ray_scene, patches, patches.receives & (scene.triangle_surface >= 0), threads, progress
+    )
     means = area_means(scene.triangle_surface, patches.area, len(scene.surfaces))
     return cover_of_surfaces(means, covered.mean(axis=1, dtype=np.float32))
 
 
 def find_cover(ray_scene, patches, wanted, threads, progress=silent):
-    """Which cells of patches are covered: those of a run of either estimator, whatever its seed and samples.
+    """Which cells of patches are covered: those of a run of either estimator, whatever its seed and
+    samples.
 
     Parameters
     ----------
@@ -62,8 +69,13 @@ def find_cover(ray_scene, patches, wanted, threads, progress=silent):
     covered = np.zeros((len(patches), CELL_DIVISIONS**2), bool)
     covered[~patches.receives] = True
     rows = np.flatnonzero(wanted & patches.receives)
-    tasks, done = [rows[start : start + PATCHES_PER_TASK] for start in range(0, len(rows), PATCHES_PER_TASK)], 0
-    found = map_in_order(lambda chosen: find_covered_cells(ray_scene, patches, chosen), tasks, threads)
+    tasks, done = (
+        [rows[start : start + PATCHES_PER_TASK] for start in range(0, len(rows), PATCHES_PER_TASK)],
+        0,
+    )
+    found = map_in_order(
+        lambda chosen: find_covered_cells(ray_scene, patches, chosen), tasks, threads
+    )
     if tasks:
         progress(COVER_STAGE, done, len(rows), "patches")
     for chosen, cells in zip(tasks, found, strict=True):
@@ -74,33 +86,44 @@ def find_cover(ray_scene, patches, wanted, threads, progress=silent):
 
 
 def list_clearances(request):
-    """Lengths for which the room of a run is kept: that of the paper, the default and its own, ascending [m]."""
+    """Lengths for which the room of a run is kept: that of the paper, the default and its own,
+    ascending [m].
+    """
     return tuple(sorted({*CLEARANCES, request.clearance}))
 
 
 def average_room(to_surface, share):
-    """Share of surfaces that is open but has no room, (n, k) float64, from that of patches, (p, k)."""
+    """Share of surfaces that is open but has no room, (n, k) float64, from that of patches,
+    (p, k).
+    """
     return np.stack([cover_of_surfaces(to_surface, column) for column in share.T], axis=1)
 
 
 def measure_room_of_patches(ray_scene, patches, scene, cells, *, clearances, threads, asked=True):
     """Share of patches that is not covered, but has no room for a module: (p, k) float32.
 
-    `cells`, (p, c) bool, are covered; `clearances` k lengths [m]; `asked` the patches that are looked at, (p,) bool.
+    `cells`, (p, c) bool, are covered; `clearances` k lengths [m]; `asked` the patches that are
+    looked at, (p,) bool.
     """
     owner, kind = scene.triangle_surface, np.append(np.asarray(scene.surfaces.kind), RACK)
     share = np.zeros((len(patches), len(clearances)), np.float32)
     wanted = patches.receives & ~np.isin(kind[owner], ("ground", RACK)) & ~cells.all(axis=1)
     rows = np.flatnonzero(wanted & asked)
-    tasks = [rows[start : start + PATCHES_PER_TASK] for start in range(0, len(rows), PATCHES_PER_TASK)]
-    found = map_in_order(lambda chosen: _find_cramped(ray_scene, patches, chosen, clearances), tasks, threads)
+    tasks = [
+        rows[start : start + PATCHES_PER_TASK] for start in range(0, len(rows), PATCHES_PER_TASK)
+    ]
+    found = map_in_order(
+        lambda chosen: _find_cramped(ray_scene, patches, chosen, clearances), tasks, threads
+    )
     for chosen, cramped in zip(tasks, found, strict=True):
         share[chosen] = (cramped & ~cells[chosen, None]).mean(axis=2)
     return share
 
 
 def _find_cramped(ray_scene, patches, chosen, clearances):
-    """Which cells of some patches, (c,) int, look at a face from less than each clearance: (c, k, cells) bool."""
+    """Which cells of some patches, (c,) int, look at a face from less than each clearance: (c, k,
+    cells) bool.
+    """
     if ray_scene.whole is not None:
         ray_scene, patches, rows = ray_scene.whole
         chosen = rows[chosen]

@@ -1,9 +1,12 @@
-"""Merge independent Transfers of one scene: values are averaged, and errors become those of the mean.
+"""Merge independent Transfers of one scene: values are averaged, and errors become those of the
+mean.
 
-Each Transfer is a *round*: a complete trace with random numbers of its own (`seed_of_round`). With K equal rounds
+Each Transfer is a *round*: a complete trace with random numbers of its own (`seed_of_round`). With
+K equal rounds
 
     variance of own noise          mean of the rounds' / K, and so is the covariance
-    light passed on by others      the replicates of all rounds side by side: K times as many, of smaller deviations
+    light passed on by others      the replicates of all rounds side by side: K times as many, of
+                                   smaller deviations
     discretisation error           the mean: it is the same in every round
 """
 
@@ -32,11 +35,18 @@ SUMS = (
     "processor_seconds",
     "degrees_of_freedom",
 )
-SHARES = ("last_bounce_share_diffuse", "last_bounce_share_direct", "discretisation_error", "cut_reflections")
+SHARES = (
+    "last_bounce_share_diffuse",
+    "last_bounce_share_direct",
+    "discretisation_error",
+    "cut_reflections",
+)
 
 
 def seed_of_round(seed, index):
-    """Seed of a round, int: the run's own for the first, so that a single round is an ordinary run."""
+    """Seed of a round, int: the run's own for the first, so that a single round is an
+    ordinary run.
+    """
     word = np.array([(int(GOLDEN) * (seed + 1) + index) % 2**64], np.uint64)
     return seed if index == 0 else int(mix(word)[0]) >> 33
 
@@ -47,7 +57,8 @@ def merge_rounds(total, other):
     Parameters
     ----------
     total, other : Transfer
-        Traced with the same settings and different seeds. Matrices of surfaces × suns of the first are overwritten.
+        Traced with the same settings and different seeds. Matrices of surfaces × suns of the first
+        are overwritten.
 
     Returns
     -------
@@ -61,14 +72,27 @@ def merge_rounds(total, other):
     same = total.surfaces.surface_id == other.surfaces.surface_id
     same = same and np.array_equal(total.suns.direction, other.suns.direction)
     if not same or (total.error_parts is None) != (other.error_parts is None):
-        raise InputError("transfer", "it is of another scene, estimator or sampling of suns", "merge rounds of one run")
+        raise InputError(
+            "transfer",
+            "it is of another scene, estimator or sampling of suns",
+            "merge rounds of one run",
+        )
     counts = tuple(one.record.rounds if one.record else 1 for one in (total, other))
     weight = counts[1] / sum(counts)
     parts = _merge_parts(total.error_parts, other.error_parts, weight, counts[0])
-    left = (None, None, None, None) if parts is None else (
-        parts.diffuse_passed_on, parts.diffuse_discretisation, parts.direct_passed_on, parts.direct_discretisation
-    )  # fmt: skip
-    own = [blend_variance(noise(total), noise(other), weight) for noise in (own_diffuse, own_direct)]
+    left = (
+        (None, None, None, None)
+        if parts is None
+        else (
+            parts.diffuse_passed_on,
+            parts.diffuse_discretisation,
+            parts.direct_passed_on,
+            parts.direct_discretisation,
+        )
+    )
+    own = [
+        blend_variance(noise(total), noise(other), weight) for noise in (own_diffuse, own_direct)
+    ]
     return replace(
         total,
         **_merge_light(total, other, weight),
@@ -91,20 +115,28 @@ def _merge_light(total, other, weight):
     for name, one in total.sources.items():
         two = other.sources[name]
         error = np.sqrt(blend_variance(one.standard_error**2, two.standard_error**2, weight))
-        view, relative = (blend(getattr(one, n), getattr(two, n), weight) for n in ("view_factor", "relative"))
+        view, relative = (
+            blend(getattr(one, n), getattr(two, n), weight) for n in ("view_factor", "relative")
+        )
         sources[name] = SourceLight(view, relative, error)
-    return {name: blend(getattr(total, name), getattr(other, name), weight) for name in MEANS} | {"sources": sources}
+    return {name: blend(getattr(total, name), getattr(other, name), weight) for name in MEANS} | {
+        "sources": sources
+    }
 
 
 def add_columns(matrix, values, weight):
-    """Overwrite a matrix of surfaces × suns with its mean with another, of some weight, in blocks of rows."""
+    """Overwrite a matrix of surfaces × suns with its mean with another, of some weight, in blocks
+    of rows.
+    """
     for first in range(0, len(matrix), ROWS):
         rows = slice(first, first + ROWS)
         matrix[rows] += np.float32(weight) * (values[rows] - matrix[rows])
 
 
 def blend(one, other, weight):
-    """Mean of two arrays with the weight of the second, for all rows or for each; (n, …) in their own type."""
+    """Mean of two arrays with the weight of the second, for all rows or for each; (n, …) in their
+    own type.
+    """
     weight = np.asarray(weight, one.dtype)
     weight = weight[:, None] if weight.ndim and one.ndim > 1 else weight
     return (1 - weight) * one + weight * other
@@ -116,12 +148,18 @@ def blend_variance(one, other, weight):
 
 
 def whole_error(own, transported, discretisation):
-    """Standard error from the variance `own`, (n,), and replicates (n, r) and discretisation (n,), or None."""
-    return np.sqrt(own if transported is None else own + variance_of_mean(transported) + discretisation**2)
+    """Standard error from the variance `own`, (n,), and replicates (n, r) and discretisation (n,),
+    or None.
+    """
+    return np.sqrt(
+        own if transported is None else own + variance_of_mean(transported) + discretisation**2
+    )
 
 
 def _merge_parts(one, other, weight, rounds):
-    """ErrorParts of a weighted mean of two Transfers, of which the first has `rounds`; None if they have none."""
+    """ErrorParts of a weighted mean of two Transfers, of which the first has `rounds`; None if they
+    have none.
+    """
     if one is None:
         return None
     merges = {
@@ -132,13 +170,17 @@ def _merge_parts(one, other, weight, rounds):
         "covariance": blend_variance,
         "direct_points": blend_variance,
     }
-    return ErrorParts(**{n: merge(getattr(one, n), getattr(other, n), weight) for n, merge in merges.items()})
+    return ErrorParts(
+        **{n: merge(getattr(one, n), getattr(other, n), weight) for n, merge in merges.items()}
+    )
 
 
 def merge_replicates(one, other, weight, rounds):
-    """Deviations of replicates whose `variance_of_mean` is that of a weighted mean of two independent values.
+    """Deviations of replicates whose `variance_of_mean` is that of a weighted mean of two
+    independent values.
 
-    With weights w, numbers of replicates r and R of them all, deviations are scaled by w √(R (R - 1) / (r (r - 1))).
+    With weights w, numbers of replicates r and R of them all, deviations are scaled by w √(R (R -
+    1) / (r (r - 1))).
 
     Parameters
     ----------
@@ -146,7 +188,8 @@ def merge_replicates(one, other, weight, rounds):
     weight : float
         Of the other.
     rounds : int
-        In `one`: tells to which replicates those of `other` are added where they are too many to stand side by side.
+        In `one`: tells to which replicates those of `other` are added where they are too many to
+        stand side by side.
 
     Returns
     -------
@@ -156,7 +199,9 @@ def merge_replicates(one, other, weight, rounds):
     beside = sum(counts) <= MOST_REPLICATES
     whole = sum(counts) if beside else counts[0]
     scaled = [
-        share * np.sqrt(whole * (whole - 1) / (count * (count - 1))) * (values - values.mean(axis=1, keepdims=True))
+        share
+        * np.sqrt(whole * (whole - 1) / (count * (count - 1)))
+        * (values - values.mean(axis=1, keepdims=True))
         for values, share, count in zip((one, other), (1 - weight, weight), counts, strict=True)
     ]
     if beside:
@@ -167,16 +212,23 @@ def merge_replicates(one, other, weight, rounds):
 
 
 def merge_records(one, other, weight):
-    """TraceRecord of all rounds: counts and seconds add up, shares are averaged; None if one is unknown."""
+    """TraceRecord of all rounds: counts and seconds add up, shares are averaged; None if one is
+    unknown.
+    """
     if one is None or other is None:
         return None
     sums = {name: _combine(getattr(one, name), getattr(other, name), (1, 1)) for name in SUMS}
-    means = {name: _combine(getattr(one, name), getattr(other, name), (1 - weight, weight)) for name in SHARES}
+    means = {
+        name: _combine(getattr(one, name), getattr(other, name), (1 - weight, weight))
+        for name in SHARES
+    }
     return replace(one, rounds=one.rounds + other.rounds, **sums, **means)
 
 
 def _combine(one, other, weights):
-    """Weighted sum of two numbers, or of those in two dicts by their keys; None if one is unknown."""
+    """Weighted sum of two numbers, or of those in two dicts by their keys; None if one is
+    unknown.
+    """
     if one is None or other is None:
         return None
     if isinstance(one, dict):

@@ -1,4 +1,6 @@
-"""What tracing a scene needs before the first ray, made once per run: materials, patches, the plan of effects."""
+"""What tracing a scene needs before the first ray, made once per run: materials, patches, the plan
+of effects.
+"""
 
 from dataclasses import dataclass, replace
 
@@ -85,7 +87,9 @@ def prepare_scene(scene, request, *, weather=None, suns=None, materials=None, pr
 
 
 def build_tree(prepared, request):
-    """The same with the tree of its triangles, for several rounds, and its crowns as planned: PreparedScene."""
+    """The same with the tree of its triangles, for several rounds, and its crowns as planned:
+    PreparedScene.
+    """
     threads = usable_threads(request.threads)
     ray_scene = prepared.plan.ray_scene or FacingScene(prepared.scene, prepared.patches, threads)
     ray_scene.canopy = prepared.canopy

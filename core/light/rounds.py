@@ -4,10 +4,11 @@
                         ▲
     further rounds ─────┘  rays and points are appended, and both are solved anew
 
-Every patch goes on in its own sequence of points (`rays.sample_points.sobol_points`), so k rounds are as even as
-one of k times the samples; and a round of size k is k of them, solved once. Of single suns only the first reflection is
-found again, by the new rays and points, and averaged; further ones stay those of the first round. What surfaces receive
-of each sun is then scaled to the new sum over all suns, which is known better.
+Every patch goes on in its own sequence of points (`rays.sample_points.sobol_points`), so k rounds
+are as even as one of k times the samples; and a round of size k is k of them, solved once. Of
+single suns only the first reflection is found again, by the new rays and points, and averaged;
+further ones stay those of the first round. What surfaces receive of each sun is then scaled to the
+new sum over all suns, which is known better.
 """
 
 from dataclasses import replace
@@ -53,7 +54,11 @@ def add_round(city, size, progress, folder=None):
     CancelledError
         The matrices are as they were, but `city` can take no further round.
     """
-    clock, traced, before = Clock(), [one.traced for one in city.states], city.states[0].transfer.record.rounds
+    clock, traced, before = (
+        Clock(),
+        [one.traced for one in city.states],
+        city.states[0].transfer.record.rounds,
+    )
     context = replace(city.context, progress=progress, covered=traced[0].covered)
     counted, seconds = dict(traced[0].ray_count), context.ray_scene.thread_seconds
     _append_rays(context, traced, size, before)
@@ -79,7 +84,9 @@ def add_round(city, size, progress, folder=None):
 
 
 def _continue_points(context, before):
-    """A GatherContext whose patches go on in their sequences of points, after so many rounds of size 1."""
+    """A GatherContext whose patches go on in their sequences of points, after so many rounds of
+    size 1.
+    """
     patches, count = context.patches, len(context.patches)
     rays = max(-(-context.request.samples // HEMISPHERE_REPLICATES), RAYS_SHARE)
     patches = replace(
@@ -91,7 +98,9 @@ def _continue_points(context, before):
 
 
 def _append_rays(context, traced, size, before):
-    """Append what further rays of patches that receive light meet, `size` rounds after `before`, to each Traced."""
+    """Append what further rays of patches that receive light meet, `size` rounds after `before`, to
+    each Traced.
+    """
     asked = traced[0].samples // before
     sends = context.patches.receives & (asked > 0)
     most, done = size * int(asked[sends].sum()), 0
@@ -111,10 +120,15 @@ def _append_rays(context, traced, size, before):
 def _trace_suns(context, city, size, before, folder):
     """Light of the suns by further points, `size` times those of the first round: list of SunLight.
 
-    Visible share and first reflection are by these points alone, the annual light by all. Each sun is seen from other
-    points of an element each time, and so its first reflection is by all of them too.
+    Visible share and first reflection are by these points alone, the annual light by all. Each sun
+    is seen from other points of an element each time, and so its first reflection is by all of them
+    too.
     """
-    traced, suns, total = [one.traced for one in city.states], without_hidden(city.task.suns, context.plan.terrain), []
+    traced, suns, total = (
+        [one.traced for one in city.states],
+        without_hidden(city.task.suns, context.plan.terrain),
+        [],
+    )
     annual = [one.direct.annual for one in city.states]
     for done in range(size):
         more = _continue_points(context, before + done)
@@ -141,7 +155,9 @@ def _trace_suns(context, city, size, before, folder):
 
 
 def _with_rays_of(context, traced, index):
-    """A Traced whose matrix of form factors has only the rays of one round, from patches of surfaces."""
+    """A Traced whose matrix of form factors has only the rays of one round, from patches of
+    surfaces.
+    """
     if traced.form_factors is None:
         return traced
     reported = np.diff(context.patch_to_surface.tocsc().indptr) > 0
@@ -149,11 +165,15 @@ def _with_rays_of(context, traced, index):
     for rows in traced.form_factors.rounds[index]:
         rays[rows.chosen] = rows.rays
         alone.append(leave_rows(rows, reported[rows.chosen]))
-    return replace(traced, form_factors=replace(traced.form_factors, rounds=[alone], rays=rays, links=None))
+    return replace(
+        traced, form_factors=replace(traced.form_factors, rounds=[alone], rays=rays, links=None)
+    )
 
 
 def _add_first_reflections(direct, once, share):
-    """Average the first reflection of each sun, in a SunLight, with that of a round, `once`, a share of all."""
+    """Average the first reflection of each sun, in a SunLight, with that of a round, `once`, a
+    share of all.
+    """
     for rows, values in row_blocks(once):
         change = np.float32(share) * (values - direct.once[rows])
         direct.once[rows] += change
@@ -161,13 +181,18 @@ def _add_first_reflections(direct, once, share):
 
 
 def _scale_reflected(context, state, annual, light, folder):
-    """Reflected light of each sun so that the sum over all, but the first reflection off the far ground, is that of
-    all rounds: (n, s) float32. `annual` and `light` are the suns' Annual and Light."""
+    """Reflected light of each sun so that the sum over all, but the first reflection off the far
+    ground, is that of all rounds: (n, s) float32. `annual` and `light` are the suns' Annual and
+    Light."""
     matrix = state.direct.reflected
     reflected = light.by_replicate.mean(axis=1, dtype=float) - annual.light
-    reflected = context.patch_to_surface @ (reflected - annual.lit_ground * state.traced.far_ground.mean(axis=1))
+    reflected = context.patch_to_surface @ (
+        reflected - annual.lit_ground * state.traced.far_ground.mean(axis=1)
+    )
     known = matrix @ state.transfer.suns.weight.astype(np.float32)
-    factor = np.maximum(np.divide(reflected, known, out=np.ones(len(known)), where=known > 0), 0).astype(np.float32)
+    factor = np.maximum(
+        np.divide(reflected, known, out=np.ones(len(known)), where=known > 0), 0
+    ).astype(np.float32)
     scaled = keep_matrix(matrix.shape, folder)
     for rows, values in row_blocks(matrix):
         np.multiply(values, factor[rows, None], out=scaled[rows])
@@ -175,10 +200,11 @@ def _scale_reflected(context, state, annual, light, folder):
 
 
 def _with_round(context, state, more, size, work):
-    """TracedState with a round of this size, whose rays and seconds are `work`, fields of TraceRecord.
+    """TracedState with a round of this size, whose rays and seconds are `work`, fields of
+    TraceRecord.
 
-    `more` are the lights of all rounds, as of TracedState, and the suns' SunLight: its visible share is by the new
-    points, all else of it by all. Visible shares of the state are overwritten.
+    `more` are the lights of all rounds, as of TracedState, and the suns' SunLight: its visible
+    share is by the new points, all else of it by all. Visible shares of the state are overwritten.
     """
     total, (lights, suns) = state.transfer, more
     record, weight = replace(total.record, rounds=size, **work), size / (total.record.rounds + size)
@@ -190,4 +216,6 @@ def _with_round(context, state, more, size, work):
     )
     light = light_of_surfaces(context, state.traced, lights, suns.annual)
     transfer = replace(total, **light, direct_reflected=suns.reflected, record=record)
-    return replace(state, lights=lights, direct=replace(state.direct, annual=suns.annual), transfer=transfer)
+    return replace(
+        state, lights=lights, direct=replace(state.direct, annual=suns.annual), transfer=transfer
+    )

@@ -27,7 +27,9 @@ class KnownPoints(NamedTuple):
     """What is known of the points of p patches: the same for all suns."""
 
     open_points: np.ndarray  # (p, m) bool, False where the point lies deep inside something
-    representative_points: np.ndarray  # (p, elements) uint, the point that stands for each element of `count_elements`
+    representative_points: (
+        np.ndarray
+    )  # (p, elements) uint, the point that stands for each element of `count_elements`
 
 
 def points_above(count):
@@ -36,18 +38,22 @@ def points_above(count):
 
 
 def count_elements(point_count):
-    """Number of cells by which the light of a patch is resolved: 1, 4 or 16, at most one per point."""
+    """Number of cells by which the light of a patch is resolved: 1, 4 or 16, at most one
+    per point.
+    """
     return next(cells for cells in (MOST_ELEMENTS, 4, 1) if cells <= point_count)
 
 
 def shadow_points(patches, chosen, point_count):
     """Evenly distributed points on some patches: (c, point_count, 3) float32 [m].
 
-    They are the first points of Sobol's sequence, with a random digital shift for each patch. So they are also even
-    within all bands parallel to its edges, along which shadows often run.
+    They are the first points of Sobol's sequence, with a random digital shift for each patch. So
+    they are also even within all bands parallel to its edges, along which shadows often run.
     """
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
-    b1, b2 = _places_of_points(patches.key[chosen], patches.points_before[chosen], point_count)[..., None]
+    b1, b2 = _places_of_points(patches.key[chosen], patches.points_before[chosen], point_count)[
+        ..., None
+    ]
     edges = patches.edges[chosen, :, None]
     return start[:, None] + b1 * edges[:, 0] + b2 * edges[:, 1]
 
@@ -78,7 +84,10 @@ def find_points(patches, covered, counts, wanted, threads=1):
 
     def find(rows):
         places = _places_of_points(patches.key[rows], patches.points_before[rows], point_count)
-        in_covered, all_covered = np.zeros((len(rows), point_count), bool), np.zeros((len(rows), elements), bool)
+        in_covered, all_covered = (
+            np.zeros((len(rows), point_count), bool),
+            np.zeros((len(rows), elements), bool),
+        )
         partly = np.flatnonzero(covered[rows].any(axis=1))
         cells = covered[rows[partly]]
         cell = cell_of_point(*places[:, partly], divisions).astype(np.intp)
@@ -93,7 +102,9 @@ def find_points(patches, covered, counts, wanted, threads=1):
         representative_points[rows] = chosen
 
     rows = np.flatnonzero(wanted)
-    for _ in map_in_order(find, np.split(rows, range(PATCHES_PER_TASK, len(rows), PATCHES_PER_TASK)), threads):
+    for _ in map_in_order(
+        find, np.split(rows, range(PATCHES_PER_TASK, len(rows), PATCHES_PER_TASK)), threads
+    ):
         pass
     return KnownPoints(is_open, representative_points)
 
@@ -110,19 +121,24 @@ def _places_of_points(keys, before, point_count):
         A power of two.
     """
     places = np.empty((2, len(keys), point_count), np.float32)
-    place_points(shift_points(keys, before), (points_of_grid(point_count), grid_of(point_count)), places)
+    place_points(
+        shift_points(keys, before), (points_of_grid(point_count), grid_of(point_count)), places
+    )
     return places
 
 
 def shift_points(keys, before):
-    """Digital shifts (XOR masks) of the shadow points of patches: (c, 2) uint32. Parameters as above."""
+    """Digital shifts (XOR masks) of the shadow points of patches: (c, 2) uint32. Parameters as
+    above.
+    """
     shift = (uniform(mix(keys ^ np.uint64(0x5EED)), 2) * (1 << DIGITS)).astype(np.uint32)
     return shift ^ sobol_points(before)[:, :2]
 
 
 @njit(nogil=True, cache=True)
 def place_points(shift, net, places):
-    """Barycentric weights of points, one for each rectangle of the unit square, in the order of the rectangles.
+    """Barycentric weights of points, one for each rectangle of the unit square, in the order of the
+    rectangles.
 
     Parameters
     ----------
@@ -136,7 +152,8 @@ def place_points(shift, net, places):
     digits, (rows, columns) = net
     for patch in range(len(shift)):
         turn = shift[patch]
-        # The shift of the leading digits gives the rectangle of the unshifted point that lands in the wanted one.
+        # The shift of the leading digits gives the rectangle of the unshifted point that lands in
+        # the wanted one.
         column_turn, row_turn = (turn[0] * columns) >> DIGITS, (turn[1] * rows) >> DIGITS
         for point in range(len(digits)):
             row, column = point // columns ^ row_turn, point % columns ^ column_turn
@@ -148,7 +165,8 @@ def place_points(shift, net, places):
 
 @njit(nogil=True, cache=True)
 def _choose_representatives(places, excluded, middles, representative_points):
-    """The point nearest to the middle of each cell, but no point that lies inside or under something.
+    """The point nearest to the middle of each cell, but no point that lies inside or under
+    something.
 
     Except in cells that are fully covered: they are seen only from inside, and must be dark there.
 
@@ -167,7 +185,10 @@ def _choose_representatives(places, excluded, middles, representative_points):
         for cell in range(len(middles)):
             nearest, chosen = np.float32(np.inf), 0
             for point in range(in_covered.shape[1]):
-                x, y = places[0, patch, point] - middles[cell, 0], places[1, patch, point] - middles[cell, 1]
+                x, y = (
+                    places[0, patch, point] - middles[cell, 0],
+                    places[1, patch, point] - middles[cell, 1],
+                )
                 away = x * x + x * y + y * y  # squared, on a triangle of equal sides
                 if away < nearest and (all_covered[patch, cell] or not in_covered[patch, point]):
                     nearest, chosen = away, point

@@ -1,4 +1,5 @@
-"""One light on the surfaces with its reflections and errors: the sky's dome, a source in it, or the sum of all suns.
+"""One light on the surfaces with its reflections and errors: the sky's dome, a source in it, or the
+sum of all suns.
 
 first light of patches and their elements ─► first reflection ─► further ones ─► mean of surfaces
      deviations of its replicates ─────────► the same way ──────────────────────► errors
@@ -23,22 +24,30 @@ from .transfer import variance_of_mean
 
 @dataclass
 class Light:
-    """Irradiance of n surfaces of p patches: per DHI, in the unit of a source in the sky, or per DNI of all suns."""
+    """Irradiance of n surfaces of p patches: per DHI, in the unit of a source in the sky, or per
+    DNI of all suns.
+    """
 
     mean: np.ndarray  # (n,)
     error: LightError  # of the mean
-    by_replicate: np.ndarray  # (p, HEMISPHERE_REPLICATES) float32, all light of patches by each replicate of their rays
+    by_replicate: (
+        np.ndarray
+    )  # (p, HEMISPHERE_REPLICATES) float32, all light of patches by each replicate of their rays
     last: float = 0.0  # share of the last reflection of all light
     cut: np.ndarray | None = None  # (n,) what further reflections bring at most; inf: no bound
     discretisation_error: float = 0.0  # of `estimate_discretisation_error`
 
     def add(self, values):
-        """Add light by way of mirrors, glossy faces and glass, (r, n) of r replicates, with its variance."""
+        """Add light by way of mirrors, glossy faces and glass, (r, n) of r replicates, with its
+        variance.
+        """
         self.mean = self.mean + values.mean(axis=0)
         self.error.own = self.error.own + variance_of_mean(values.T)
 
 
-def solve_light(context, traced, first, far_ground=0.0, *, points=0.0, look=None, report=lambda done: None):
+def solve_light(
+    context, traced, first, far_ground=0.0, *, points=0.0, look=None, report=lambda done: None
+):
     """One light on the surfaces, all reflections included.
 
     Parameters
@@ -54,7 +63,8 @@ def solve_light(context, traced, first, far_ground=0.0, *, points=0.0, look=None
     look : (p,) float, optional
         Light that one ray or point of a patch brings; 0 of patches in closed form.
     report : callable
-        Called with the number of reflections done; their errors at the end take about as long as one.
+        Called with the number of reflections done; their errors at the end take about as long as
+        one.
 
     Returns
     -------
@@ -62,18 +72,25 @@ def solve_light(context, traced, first, far_ground=0.0, *, points=0.0, look=None
     """
     to_surface, by_replicate = context.patch_to_surface, first.light.copy()
     found = Light(None, None, by_replicate)
-    transported, left = np.zeros((to_surface.shape[0], by_replicate.shape[1])), np.zeros(to_surface.shape[0])
+    transported, left = (
+        np.zeros((to_surface.shape[0], by_replicate.shape[1])),
+        np.zeros(to_surface.shape[0]),
+    )
     if context.bounces:
         reflected, steps, variance = reflect_elements(context, traced, first.element)
         reflected += np.float32(far_ground) * traced.far_ground
         once = reflected.mean(axis=1, keepdims=True, dtype=float)
-        passed_on = sum_reflections(reflection_of(context, traced), once, context.bounces - 1, report)
+        passed_on = sum_reflections(
+            reflection_of(context, traced), once, context.bounces - 1, report
+        )
         radiosity = traced.factor * passed_on.astype(np.float32)
         reflected += multiply_elements(traced.form_factors, radiosity, context.threads)
         by_replicate += reflected
         arrived = reflected.mean(axis=1, dtype=float).sum()
         whole = first.light.mean(axis=1).sum(dtype=float) + arrived
-        last = max(arrived - passed_on.sum(), 0.0)  # nothing but for rounding where no light is left
+        last = max(
+            arrived - passed_on.sum(), 0.0
+        )  # nothing but for rounding where no light is left
         found.last = last / whole if whole > 0 else 0.0
         last_one = np.maximum(reflected.mean(axis=1, dtype=float) - passed_on[:, 0], 0)
         found.cut = to_surface @ bound_further(reflection_of(context, traced), last_one)
@@ -85,15 +102,20 @@ def solve_light(context, traced, first, far_ground=0.0, *, points=0.0, look=None
     found.mean = to_surface @ by_replicate.mean(axis=1, dtype=float)
     own = to_surface.power(2) @ (points + variance_of_mean(by_replicate))
     if look is not None:
-        own = np.where(own <= 1e-14, np.maximum(own, _variance_of_one_look(to_surface, look)), own)  # but rounding
-    found.error = LightError(own, transported, np.where(np.abs(left) > SMALL_SHARE * found.mean, left, 0))
+        own = np.where(
+            own <= 1e-14, np.maximum(own, _variance_of_one_look(to_surface, look)), own
+        )  # but rounding
+    found.error = LightError(
+        own, transported, np.where(np.abs(left) > SMALL_SHARE * found.mean, left, 0)
+    )
     return found
 
 
 def _bound_all(context, first, far_ground):
     """What all reflections together bring at most to any patch: float, inf where no bound exists.
 
-    Nothing is brighter than the brightest albedo times the brightest light, (p, r) `first`, or the far ground.
+    Nothing is brighter than the brightest albedo times the brightest light, (p, r) `first`, or the
+    far ground.
     """
     brightest = max(float(context.patches.albedo.max(initial=0)), context.request.ground_albedo)
     once = max(brightest * float(first.max(initial=0)), far_ground)
@@ -101,10 +123,12 @@ def _bound_all(context, first, far_ground):
 
 
 def _variance_of_one_look(to_surface, look):
-    """Variance of surfaces whose replicates all agree: as if one ray or point of them had met something else, (n,).
+    """Variance of surfaces whose replicates all agree: as if one ray or point of them had met
+    something else, (n,).
 
     They may agree by chance. One ray of four replicates that differs gives its own light,
-    `look`, as the standard error of a patch; of the patches of a surface the mean of the squares counts.
+    `look`, as the standard error of a patch; of the patches of a surface the mean of the squares
+    counts.
     """
     known = to_surface.astype(bool).astype(float) @ (look > 0)
     return (to_surface.power(2) @ look**2) / np.maximum(known, 1)

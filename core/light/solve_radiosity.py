@@ -1,12 +1,13 @@
-"""Reflections between patches: the radiosity equation, solved bounce by bounce with the matrix F of form factors.
+"""Reflections between patches: the radiosity equation, solved bounce by bounce with the matrix F of
+form factors.
 
 E₀      first light: visible sky, or visible share of the sun times the cosine of incidence
 E₁      = F (ρ ∘ E₀) + F_far · ρ_ground · (1 for the sky, cos(zenith) for a sun)
 E_{n+1} = F (ρ ∘ E_n)
 
-Incoming light may be uneven over a patch: where a wall continues inside its neighbour's house, one part is lit and the
-other dark, and rays from the dark part hit the dark parts of others. The cells of a patch therefore re-emit its light
-in proportion to each cell's first reflection of sky light.
+Incoming light may be uneven over a patch: where a wall continues inside its neighbour's house, one
+part is lit and the other dark, and rays from the dark part hit the dark parts of others. The cells
+of a patch therefore re-emit its light in proportion to each cell's first reflection of sky light.
 """
 
 from functools import partial
@@ -20,13 +21,16 @@ from .form_factor_products import multiply, multiply_starts
 from .traced import SKY_DOME
 
 LARGEST_RATIO = 0.999
-MINIMAL_OPEN_SHARE = 1 / 64  # below it the light of a patch is too uncertain to be divided by its open share
+MINIMAL_OPEN_SHARE = (
+    1 / 64
+)  # below it the light of a patch is too uncertain to be divided by its open share
 
 
 def radiosity_factor(patches, covered_share):
     """Factor from the mean irradiance of a patch to the radiosity of its open part.
 
-    The irradiance of patches that lie partly under buildings includes zeros, but only their open part is visible.
+    The irradiance of patches that lie partly under buildings includes zeros, but only their open
+    part is visible.
 
     Returns
     -------
@@ -47,46 +51,72 @@ def element_factors(context, traced):
     Returns
     -------
     (p, elements) float32
-        That of `radiosity_factor` where no reflected sky light arrives, or hits do not tell where rays start.
+        That of `radiosity_factor` where no reflected sky light arrives, or hits do not tell where
+        rays start.
     """
     patches, form_factors = context.patches, traced.form_factors
     whole, cells = radiosity_factor(patches, traced.covered_share)[:, None], form_factors.cells
     if form_factors.starts < cells or cells == 1:
         return np.repeat(whole, cells, axis=1)
     albedo = patches.albedo[:, None]
-    arriving = multiply_starts(form_factors, albedo * traced.first[SKY_DOME].element, context.threads)
+    arriving = multiply_starts(
+        form_factors, albedo * traced.first[SKY_DOME].element, context.threads
+    )
     arriving += np.float32(context.request.ground_albedo) * traced.element_far_ground
     total, open_share = arriving.sum(axis=1, keepdims=True), traced.open_share
     # The same number of rays starts in each cell; the covered part of a cell re-emits nothing.
     scaled = arriving * np.divide(cells * albedo, total, out=np.zeros_like(total), where=total > 0)
-    return np.where(total > 0, np.divide(scaled, open_share, out=np.zeros_like(scaled), where=open_share > 0), whole)
+    return np.where(
+        total > 0,
+        np.divide(scaled, open_share, out=np.zeros_like(scaled), where=open_share > 0),
+        whole,
+    )
 
 
 def reflection_of(context, traced):
-    """How the patches of a run light each other: a function of light, (p, s), that returns F · (factor ∘ light)."""
+    """How the patches of a run light each other: a function of light, (p, s), that returns F ·
+    (factor ∘ light).
+    """
     return partial(multiply, traced.form_factors, traced.factor, threads=context.threads)
 
 
 def solve_radiosity(form_factors, factor, first, far_first, max_bounces):
-    """Irradiance by reflections, (p, s) float64: `sum_reflections` for unchecked arrays and one `factor`, (p,), of
-    `radiosity_factor` for each patch; `far_first`, (p, s), is what the far ground adds to the first reflection.
+    """Irradiance by reflections, (p, s) float64: `sum_reflections` for unchecked arrays and one
+    `factor`, (p,), of `radiosity_factor` for each patch; `far_first`, (p, s), is what the far
+    ground adds to the first reflection.
 
     Raises
     ------
     InputError
-        If shapes do not match, light is negative or not finite, or form factors have patches that do not exist, with
-        which the compiled loops would read out of bounds.
+        If shapes do not match, light is negative or not finite, or form factors have patches that
+        do not exist, with which the compiled loops would read out of bounds.
     """
     count, sources = check_array("first", first, ("p", "s"), least=0).shape
     check_array("far_first", far_first, (count, sources), least=0)
     check_array("factor", factor, (count,), least=0, most=1 / MINIMAL_OPEN_SHARE)
     if form_factors.count != count:
-        raise InputError("form_factors", f"{form_factors.count} patches instead of {count}", "give those of this scene")
+        raise InputError(
+            "form_factors",
+            f"{form_factors.count} patches instead of {count}",
+            "give those of this scene",
+        )
     last = count * form_factors.cells * form_factors.starts * HEMISPHERE_REPLICATES - 1
     for rows in form_factors.rows:
-        check_array("key of form_factors", rows.key, (len(rows.key),), kind="i", least=0, most=last, row="entry")
-    reflect = partial(multiply, form_factors, np.repeat(factor[:, None], form_factors.cells, axis=1))
-    return sum_reflections(reflect, reflect(np.ascontiguousarray(first, float)) + far_first, max_bounces)
+        check_array(
+            "key of form_factors",
+            rows.key,
+            (len(rows.key),),
+            kind="i",
+            least=0,
+            most=last,
+            row="entry",
+        )
+    reflect = partial(
+        multiply, form_factors, np.repeat(factor[:, None], form_factors.cells, axis=1)
+    )
+    return sum_reflections(
+        reflect, reflect(np.ascontiguousarray(first, float)) + far_first, max_bounces
+    )
 
 
 def sum_reflections(reflect, arriving, count, report=lambda done: None):
@@ -120,8 +150,9 @@ def sum_reflections(reflect, arriving, count, report=lambda done: None):
 def find_bounces(reflect, light, weights, first):
     """How many reflections to follow until the solver's residual is small.
 
-    What is left after n reflections is the next one and, with the ratio of the two, the geometric series that it
-    begins: less than WHOLE_LIMIT of the light of all receivers, and than GROUP_LIMIT of that of any group of them.
+    What is left after n reflections is the next one and, with the ratio of the two, the geometric
+    series that it begins: less than WHOLE_LIMIT of the light of all receivers, and than GROUP_LIMIT
+    of that of any group of them.
 
     Parameters
     ----------
@@ -157,12 +188,13 @@ def find_bounces(reflect, light, weights, first):
 
 
 def bound_further(reflect, last, count=3):
-    """What all reflections after the last one bring at most: (p,) float64, inf where no bound is found.
+    """What all reflections after the last one bring at most: (p,) float64, inf where no bound is
+    found.
 
-    `count` of them are followed. Form factors are not negative: where one step makes a light v at most r times as
-    bright on every patch, F v ≤ r v, so does each further step, and all steps from F v on bring at most
-    r / (1 - r) · F v. As v serve the light itself, and that of patches that were all equally bright at first, which is
-    0 nowhere that light arrives.
+    `count` of them are followed. Form factors are not negative: where one step makes a light v at
+    most r times as bright on every patch, F v ≤ r v, so does each further step, and all steps from
+    F v on bring at most r / (1 - r) · F v. As v serve the light itself, and that of patches that
+    were all equally bright at first, which is 0 nowhere that light arrives.
 
     Parameters
     ----------
@@ -175,7 +207,8 @@ def bound_further(reflect, last, count=3):
 
     References
     ----------
-    L. Collatz (1942), Einschließungssatz für die charakteristischen Zahlen von Matrizen. :doi:`10.1007/BF01180013`
+    L. Collatz (1942), Einschließungssatz für die charakteristischen Zahlen von Matrizen.
+    :doi:`10.1007/BF01180013`
     """
     light, further = np.stack([last, np.ones(len(last))], axis=1), np.zeros(len(last))
     for _ in range(count):
@@ -198,7 +231,8 @@ def _largest_ratio(one, other):
 
 
 def covariance_of_replicates(one, other):
-    """Covariance of the means of two kinds of light, (p, replicates) each, from the same independent replicates.
+    """Covariance of the means of two kinds of light, (p, replicates) each, from the same
+    independent replicates.
 
     Returns
     -------

@@ -1,4 +1,6 @@
-"""Light of each sun on surfaces: visible share by shadow rays, and what patches reflect, in blocks of suns."""
+"""Light of each sun on surfaces: visible share by shadow rays, and what patches reflect, in blocks
+of suns.
+"""
 
 from dataclasses import dataclass, field, replace
 
@@ -10,10 +12,20 @@ from .annual_light import Annual, sum_suns
 from .form_factor_products import multiply_visible
 from .kept_matrix import keep_columns, keep_matrix
 from .solve_radiosity import radiosity_factor, reflection_of, sum_reflections
-from .sun_blocks import FIRST_SUNS, SunBlock, SunProgress, block_of_suns, count_kept, cut_into_blocks
+from .sun_blocks import (
+    FIRST_SUNS,
+    SunBlock,
+    SunProgress,
+    block_of_suns,
+    count_kept,
+    cut_into_blocks,
+)
 from .sun_visibility import WORD, SunWatch, projection_in_front, sun_visibility
 
-CLEAR_AIR, AIR_POWER = np.float32(0.7), 0.678  # direct light by air mass AM: 0.7^(AM^0.678), Meinel & Meinel (1976)
+CLEAR_AIR, AIR_POWER = (
+    np.float32(0.7),
+    0.678,
+)  # direct light by air mass AM: 0.7^(AM^0.678), Meinel & Meinel (1976)
 COUNTING = "number of reflections"  # stage
 LOWEST = np.float32(0.02)  # height of a sun whose air mass is not finite
 
@@ -23,11 +35,17 @@ class SunLight:
     """Irradiance of n surfaces under each of s suns, per DNI."""
 
     visible_share: np.ndarray  # (n, s) float32
-    reflected: np.ndarray | None  # (n, s) float32, without the first reflection off the far ground; None: not wanted
+    reflected: (
+        np.ndarray | None
+    )  # (n, s) float32, without the first reflection off the far ground; None: not wanted
     kept: int  # number of suns; fewer than all after an interruption
-    once: np.ndarray | None = None  # (n, s) float32, the part of `reflected` of one reflection; None: not wanted
+    once: np.ndarray | None = (
+        None  # (n, s) float32, the part of `reflected` of one reflection; None: not wanted
+    )
     annual: Annual | None = None  # direct light of patches, of all suns
-    specular: np.ndarray | float = 0.0  # (r, n) float64, annual light by way of mirrors, glossy faces and glass
+    specular: np.ndarray | float = (
+        0.0  # (r, n) float64, annual light by way of mirrors, glossy faces and glass
+    )
     ray_count: int = 0
 
 
@@ -39,9 +57,14 @@ class SunTask:
     watch: SunWatch
     blocks: list  # of slice
     progress: SunProgress
-    looked: dict = field(default_factory=dict)  # start of a block -> list of Shadows, traced but not solved yet
-    bits: np.ndarray | None = None  # (states, p, words, s) uint16, of Shadows for all suns looked at; None: not kept
-    reflects: bool = True  # whether what patches reflect of each sun is wanted, and not the first reflection alone
+    looked: dict = field(
+        default_factory=dict
+    )  # start of a block -> list of Shadows, traced but not solved yet
+    bits: np.ndarray | None = (
+        None  # (states, p, words, s) uint16, of Shadows for all suns looked at; None: not kept
+    )
+    # whether what patches reflect of each sun is wanted, and not the first reflection alone
+    reflects: bool = True
     whole: bool = False  # whether none are wanted after an interruption, as of a further round
 
 
@@ -86,7 +109,8 @@ def _look_at_block(context, task, block, report):
 
 
 def light_of_first_days(context, traced, task):
-    """Light of the first days' suns in clear air, which are looked at for all that follows, and of no others.
+    """Light of the first days' suns in clear air, which are looked at for all that follows, and of
+    no others.
 
     Trees are in leaf.
 
@@ -101,17 +125,23 @@ def light_of_first_days(context, traced, task):
 
     def report(share, rays):
         task.progress.rays = task.progress.rays_before + rays
-        context.progress(COUNTING, block.start + share * (min(block.stop, last) - block.start), last, "suns")
+        context.progress(
+            COUNTING, block.start + share * (min(block.stop, last) - block.start), last, "suns"
+        )
 
     for block in task.blocks:
         if block.start < last:
             task.progress.rays_before = task.progress.rays
             found, *_ = task.looked[block.start] = _look_at_block(context, task, block, report)
-            directions, weights = block_of_suns(task.suns, slice(block.start, min(block.stop, last)))
+            directions, weights = block_of_suns(
+                task.suns, slice(block.start, min(block.stop, last))
+            )
             found = replace(found, bits=np.ascontiguousarray(found.bits[:, :, : len(weights)]))
             height = np.maximum(directions[:, 2], 0)
             weights = weights * CLEAR_AIR ** (1 / np.maximum(height, LOWEST)) ** AIR_POWER
-            first += (found.visible_share * projection_in_front(context.patches.normal, directions)) @ weights
+            first += (
+                found.visible_share * projection_in_front(context.patches.normal, directions)
+            ) @ weights
             reflected += _first_reflections(context, traced, found, directions) @ weights
             lit_ground = context.request.ground_albedo * (weights @ height)
             reflected += np.float32(lit_ground) * traced.far_ground.mean(axis=1)
@@ -122,13 +152,16 @@ def _first_reflections(context, traced, shadows, directions):
     """Light of suns that patches reflect once: (p, b) float32."""
     albedo, normal = context.patches.albedo, context.patches.normal
     seen_by = albedo, normal, shadows.points.representative_points
-    return multiply_visible(traced.form_factors, seen_by, (directions, shadows.bits), context.threads)
+    return multiply_visible(
+        traced.form_factors, seen_by, (directions, shadows.bits), context.threads
+    )
 
 
 def solve_suns(context, traced, task, hooks, *, folder=None):
     """Visible share and reflected irradiance of the surfaces for every sun, in blocks of suns.
 
-    If the task is cancelled, the blocks that are finished in all states are kept, unless all are wanted or none.
+    If the task is cancelled, the blocks that are finished in all states are kept, unless all are
+    wanted or none.
 
     Parameters
     ----------
@@ -170,9 +203,16 @@ def solve_suns(context, traced, task, hooks, *, folder=None):
             for state, shadows in enumerate(looked):
                 progress.bounces_before = state * context.bounces
                 hook, light = hooks[state], found[state]
-                added.append(_solve_block(context, traced[state], shadows, task, block, specular=hook, found=light))
+                added.append(
+                    _solve_block(
+                        context, traced[state], shadows, task, block, specular=hook, found=light
+                    )
+                )
             part = block_of_suns(suns, block)
-            sums += [shadows.light_of_points(context.patches.normal, part, context.threads) for shadows in looked]
+            sums += [
+                shadows.light_of_points(context.patches.normal, part, context.threads)
+                for shadows in looked
+            ]
             for light, weighted in zip(found, added, strict=True):
                 light.specular = light.specular + weighted
             found[0].ray_count += looked[0].ray_count
@@ -215,12 +255,16 @@ def _solve_block(context, traced, shadows, task, block, *, specular, found):
         height = np.maximum(part.directions[:, 2], 0) * np.float32(context.request.ground_albedo)
         far_first = np.outer(traced.far_ground.mean(axis=1), height)
         once += far_first
-        reflected = sum_reflections(reflection_of(context, traced), once, context.bounces, task.progress.report_bounce)
+        reflected = sum_reflections(
+            reflection_of(context, traced), once, context.bounces, task.progress.report_bounce
+        )
         # The first reflection off the far ground is known exactly for every hour.
         reflected = np.maximum(reflected - far_first, 0)
         found.reflected[:, block] = to_surface @ reflected
         if specular:
-            radiosity = shadows.visible_share * projection_in_front(context.patches.normal, part.directions)
+            radiosity = shadows.visible_share * projection_in_front(
+                context.patches.normal, part.directions
+            )
             radiosity += reflected + far_first
             radiosity *= radiosity_factor(context.patches, traced.covered_share)[:, None]
             values, weighted = specular.of_suns(part, block.start, radiosity)

@@ -9,9 +9,10 @@ from ..settings.progress import SUN_STAGE
 from ..sun.suns import end_of_days
 
 BYTES_PER_BLOCK = 53e6  # of one array (patches × suns); about six exist at a time
-# An interruption loses a block, but small ones make reflections slower: compared to one block of all 143 suns, those of
-# the town take 8 % longer in blocks of 72, 20 % in blocks of 48, 70 % in blocks of 24, and three times as long in
-# blocks of 8. With 24 days (294 suns) Berlin takes 4.9 s of processor time in blocks of 49, of 74 and of all suns.
+# An interruption loses a block, but small ones make reflections slower: compared to one block of
+# all 143 suns, those of the town take 8 % longer in blocks of 72, 20 % in blocks of 48, 70 % in
+# blocks of 24, and three times as long in blocks of 8. With 24 days (294 suns) Berlin takes 4.9 s
+# of processor time in blocks of 49, of 74 and of all suns.
 SUNS_PER_BLOCK = 160
 FEWEST_PER_BLOCK = 50  # four days
 FIRST_SUNS = 24  # two days
@@ -34,8 +35,9 @@ def block_of_suns(suns, block):
 def check_room(prepared, suns, request):
     """Refuse a city whose tracing needs more memory than is free.
 
-    It takes about 1.8 kB for each patch, what 60 % of its rays meet, and six arrays of a block of suns: 1.3 GB for
-    Midtown Manhattan, of 393,000 patches with 256 rays, where 1.1 GB beside the scene were measured.
+    It takes about 1.8 kB for each patch, what 60 % of its rays meet, and six arrays of a block of
+    suns: 1.3 GB for Midtown Manhattan, of 393,000 patches with 256 rays, where 1.1 GB beside the
+    scene were measured.
 
     Parameters
     ----------
@@ -50,15 +52,19 @@ def check_room(prepared, suns, request):
     files, count = prepared.scene.report.files, len(prepared.patches)
     block = min(BYTES_PER_BLOCK, 4 * count * min(len(suns), SUNS_PER_BLOCK))
     needed = count * (1800 + 0.6 * 4 * request.samples) + 6 * block
-    cure = "give --cluster serial, which traces a part at a time, fewer --samples or a larger --patch-size"
+    cure = (
+        "give --cluster serial, which traces a part at a time, fewer --samples or a larger "
+        "--patch-size"
+    )
     check_memory(files[0] if files else "the city", f"tracing {count:,} patches", needed, cure)
 
 
 def cut_into_blocks(suns, patch_count):
     """Blocks of suns, consisting of whole days where these are not too long.
 
-    Their number of suns follows that of the run, so that an interruption loses a small share of it: a twelfth, or 50
-    suns (a sixth of 24 days). Only where the matrices of a block would be too large does it follow the patches.
+    Their number of suns follows that of the run, so that an interruption loses a small share of it:
+    a twelfth, or 50 suns (a sixth of 24 days). Only where the matrices of a block would be too
+    large does it follow the patches.
 
     Parameters
     ----------
@@ -81,7 +87,9 @@ def cut_into_blocks(suns, patch_count):
 
 
 def count_kept(suns, blocks):
-    """Number of usable suns if only these blocks were traced: the end of one of the blocks, or 0."""
+    """Number of usable suns if only these blocks were traced: the end of one of the
+    blocks, or 0.
+    """
     useful = np.intersect1d([block.stop for block in blocks], end_of_days(suns))
     return int(useful[-1]) if len(useful) else 0
 
@@ -115,7 +123,9 @@ class SunProgress:
         self._report(share * (RAYS_PART if self.bounces else 1))
 
     def report_bounce(self, bounce):
-        """Report the bounces done in a state, but not the last of all: nothing is cancelled between it and `end`."""
+        """Report the bounces done in a state, but not the last of all: nothing is cancelled between
+        it and `end`.
+        """
         done = self.bounces_before + bounce
         if done < self.bounces:
             self._report(RAYS_PART + (1 - RAYS_PART) * done / self.bounces)
@@ -126,5 +136,9 @@ class SunProgress:
 
     def _report(self, share):
         suns = self.block.start + share * (self.block.stop - self.block.start)
-        done = (self.rays, self.rays * self.count / suns, "rays") if self.rays else (suns, self.count, "suns")
+        done = (
+            (self.rays, self.rays * self.count / suns, "rays")
+            if self.rays
+            else (suns, self.count, "suns")
+        )
         self.progress(SUN_STAGE, *done)

@@ -1,4 +1,6 @@
-"""What clustering the suns costs: some patches looked at with the clustered suns and with every hour's sun."""
+"""What clustering the suns costs: some patches looked at with the clustered suns and with every
+hour's sun.
+"""
 
 from dataclasses import replace
 
@@ -40,8 +42,9 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
     Returns
     -------
     list of Transfer
-        For each choice: each patch as a surface, looked at from the same points, without reflections; the diffuse
-        part is that of the surface in `transfer`. Without rows where no surface is eligible.
+        For each choice: each patch as a surface, looked at from the same points, without
+        reflections; the diffuse part is that of the surface in `transfer`. Without rows where no
+        surface is eligible.
 
     Raises
     ------
@@ -63,7 +66,9 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
         ray_scene = build_tree(prepared, request).plan.ray_scene
     else:
         ray_scene = LeafyScene(scene.vertices, scene.triangles, prepared.canopy)
-    own = take_rows(replace(transfer, error_parts=None, bare=None), prepared.scene.triangle_surface[chosen])
+    own = take_rows(
+        replace(transfer, error_parts=None, bare=None), prepared.scene.triangle_surface[chosen]
+    )
     found = []
     for suns in ways:
         if len(few):
@@ -83,14 +88,17 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
 
         light, *_ = sun_visibility(watch, block_of_suns(suns, slice(None)), report=report)
         dark = np.zeros_like(light.visible_share)
-        found.append(replace(own, suns=suns, visible_share=light.visible_share, direct_reflected=dark))
+        found.append(
+            replace(own, suns=suns, visible_share=light.visible_share, direct_reflected=dark)
+        )
     return found
 
 
 def _draw_patches(scene, area, seed, count=PATCHES):
     """Patches of eligible surfaces: (k,) int, ascending.
 
-    Of each kind and orientation they are drawn by area, as many as its share of `count`, but FEWEST of it at least.
+    Of each kind and orientation they are drawn by area, as many as its share of `count`, but FEWEST
+    of it at least.
     """
     own = scene.triangle_surface
     surfaces, generator = scene.surfaces, np.random.default_rng(seed)

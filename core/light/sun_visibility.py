@@ -1,4 +1,6 @@
-"""Visible share of each patch for each sun, by shadow rays: one bit for each shadow point and sun."""
+"""Visible share of each patch for each sun, by shadow rays: one bit for each shadow point
+and sun.
+"""
 
 from dataclasses import dataclass, replace
 
@@ -11,7 +13,9 @@ from ..settings.errors import UNIT, InputError, check_array
 from ..settings.threads import map_in_order, work_in_slices
 from .shadow_points import KnownPoints, count_elements, find_points, shadow_points
 
-EDGE_ON = np.float32(1e-6)  # cosine of incidence below which a patch is edge-on to the sun and receives nothing
+EDGE_ON = np.float32(
+    1e-6
+)  # cosine of incidence below which a patch is edge-on to the sun and receives nothing
 NOTHING = np.float32(0)
 POINTS_PER_TASK = 1 << 14
 WORD = 16  # points, one bit each
@@ -24,20 +28,29 @@ class SunWatch:
     ray_scene: RayScene
     patches: Patches
     traced: np.ndarray  # (p,) bool, patches that need shadow rays
-    unobstructed: np.ndarray  # (p,) bool, patches with nothing in front: every sun in front is visible, without a ray
-    covered: np.ndarray  # (p, c) bool, cells inside or under something: no sun is visible from points deep inside them
+    unobstructed: (
+        np.ndarray
+    )  # (p,) bool, patches with nothing in front: every sun in front is visible, without a ray
+    # (p, c) bool, cells inside or under something: no sun is visible from points deep inside them
+    covered: np.ndarray
     point_count: int  # points per patch, a power of two
-    behind: bool = False  # trace rays to suns behind a patch as well (never visible; this only costs time)
+    behind: bool = (
+        False  # trace rays to suns behind a patch as well (never visible; this only costs time)
+    )
     threads: int = 1
     points: KnownPoints | None = None  # the same for all suns: found with the first
-    elements: int | None = None  # of each patch, at most one for a point; None: as many as there can be
+    elements: int | None = (
+        None  # of each patch, at most one for a point; None: as many as there can be
+    )
 
 
 @dataclass
 class Shadows:
     """Which points of p patches see each of s suns."""
 
-    bits: np.ndarray  # (p, words, s) uint16, bit k of word w: point WORD · w + k does; 0 where the sun is behind
+    bits: (
+        np.ndarray
+    )  # (p, words, s) uint16, bit k of word w: point WORD · w + k does; 0 where the sun is behind
     points: KnownPoints
     weight: np.ndarray  # (p,) float32, part of the visible share that each bit stands for
     ray_count: int
@@ -69,7 +82,9 @@ class Shadows:
         return light
 
     def among(self, traced):
-        """The same among more suns, (n,) bool, none of which is visible but those that were traced: Shadows."""
+        """The same among more suns, (n,) bool, none of which is visible but those that were traced:
+        Shadows.
+        """
         wide = np.zeros((*self.bits.shape[:2], len(traced)), np.uint16)
         wide[:, :, traced] = self.bits
         return replace(self, bits=wide)
@@ -89,7 +104,10 @@ def projection_in_front(normal, directions):
     (c, s) float32
     """
     count = len(directions)
-    aoi_projection, along = np.empty((len(normal), count), np.float32), np.empty((3, count), np.float32)
+    aoi_projection, along = (
+        np.empty((len(normal), count), np.float32),
+        np.empty((3, count), np.float32),
+    )
     for sun in range(count):
         for axis in range(3):
             along[axis, sun] = directions[sun, axis]
@@ -127,13 +145,17 @@ def sun_visibility(watch, suns, report=lambda share, rays: None):
         wanted = watch.traced | watch.unobstructed
         elements = watch.elements or count_elements(m)
         watch.points = find_points(patches, watch.covered, (m, elements), wanted, watch.threads)
-    bits = np.zeros((watch.ray_scene.states, len(patches), -(-m // WORD), len(directions)), np.uint16)
+    bits = np.zeros(
+        (watch.ray_scene.states, len(patches), -(-m // WORD), len(directions)), np.uint16
+    )
     see_all(watch, np.flatnonzero(watch.unobstructed), directions, bits)
     ray_count, every = 0, np.ones((1, len(directions)), bool)
     step = max(1, min(POINTS_PER_TASK // m, -(-int(watch.traced.sum()) // watch.threads)))
     rows = np.flatnonzero(watch.traced)
     tasks = [rows[start : start + step] for start in range(0, len(rows), step)]
-    found = map_in_order(lambda chosen: trace_points(watch, chosen, suns, bits, every), tasks, watch.threads)
+    found = map_in_order(
+        lambda chosen: trace_points(watch, chosen, suns, bits, every), tasks, watch.threads
+    )
     done = 0
     for chosen, sent in zip(tasks, found, strict=True):
         ray_count += sent
@@ -155,7 +177,9 @@ def weigh_points(watch):
 def see_all(watch, rows, directions, bits):
     """Set the bits, (states, p, words, s), of some patches for all suns in front of them."""
     aoi_projection = projection_in_front(watch.patches.normal[rows], directions)
-    bits[:, rows] = np.where(aoi_projection > 0, (1 << min(watch.point_count, WORD)) - 1, 0)[:, None]
+    bits[:, rows] = np.where(aoi_projection > 0, (1 << min(watch.point_count, WORD)) - 1, 0)[
+        :, None
+    ]
 
 
 def _check_watch(watch, suns):
@@ -166,15 +190,22 @@ def _check_watch(watch, suns):
     InputError
     """
     count = len(watch.patches)
-    directions = check_array("directions of the suns", suns[0], ("s", 3), least=-1 - UNIT, most=1 + UNIT)
+    directions = check_array(
+        "directions of the suns", suns[0], ("s", 3), least=-1 - UNIT, most=1 + UNIT
+    )
     check_array("weights of the suns", suns[1], (len(directions),), least=0, most=1 + UNIT)
     for name in ("traced", "unobstructed"):
         check_array(name, getattr(watch, name), (count,), kind="b")
-    cells, points = check_array("covered", watch.covered, (count, "c"), kind="b").shape[1], watch.point_count
+    cells, points = (
+        check_array("covered", watch.covered, (count, "c"), kind="b").shape[1],
+        watch.point_count,
+    )
     if points < 1 or points.bit_count() > 1:
         raise InputError("point_count", f"{points} is not a power of two", "give 1, 2, 4, 8, 16 …")
     if cells < 1 or round(np.sqrt(cells)) ** 2 != cells:
-        raise InputError("cells of covered", f"{cells} is not a square number", "give 1, 4, 9, 16 …")
+        raise InputError(
+            "cells of covered", f"{cells} is not a square number", "give 1, 4, 9, 16 …"
+        )
 
 
 def trace_points(watch, chosen, suns, bits, asked):
@@ -237,7 +268,9 @@ def _set_bits(free, open_points, wanted, chosen, bits):
 
 @njit(nogil=True, cache=True, fastmath={"reassoc"})
 def add_points(bits, aoi_projection, weights, light):
-    """Add (s,) weights times (c, s) cosines of suns to the light, (c, m) float32, of points whose bits are set."""
+    """Add (s,) weights times (c, s) cosines of suns to the light, (c, m) float32, of points whose
+    bits are set.
+    """
     points = light.shape[1]
     for patch in range(len(bits)):
         for sun in range(bits.shape[2]):
@@ -246,12 +279,16 @@ def add_points(bits, aoi_projection, weights, light):
                 seen = np.int64(bits[patch, word, sun])
                 if seen and weighted > 0:
                     for bit in range(min(WORD, points - WORD * word)):
-                        light[patch, WORD * word + bit] += weighted if (seen >> bit) & 1 else NOTHING
+                        light[patch, WORD * word + bit] += (
+                            weighted if (seen >> bit) & 1 else NOTHING
+                        )
 
 
 @njit(nogil=True, cache=True)
 def count_visible(bits, weight, share):
-    """Number of bits that are set, of (p, words, s) uint16, times weights, (p,), written into (p, s) float32."""
+    """Number of bits that are set, of (p, words, s) uint16, times weights, (p,), written into (p,
+    s) float32.
+    """
     for patch in range(len(bits)):
         for sun in range(bits.shape[2]):
             count = np.uint32(0)

@@ -1,6 +1,8 @@
-"""What the rays of all patches of a city meet: all rays of receivers, a quarter of them of all other patches.
+"""What the rays of all patches of a city meet: all rays of receivers, a quarter of them of all
+other patches.
 
-Each patch sends rays, also where no other ray meets it in this round: later rounds meet it, and take its light.
+Each patch sends rays, also where no other ray meets it in this round: later rounds meet it, and
+take its light.
 """
 
 from collections.abc import Callable
@@ -26,7 +28,9 @@ from .trace_hemisphere import trace_rows
 from .traced import SKY_DOME, RayCity, empty_traced
 
 STAGE = "sky and reflections"
-SMALLEST_AREA = 2.0**-20  # [m²] in which areas are added, as whole numbers: in any order they give the same sum
+SMALLEST_AREA = (
+    2.0**-20
+)  # [m²] in which areas are added, as whole numbers: in any order they give the same sum
 
 
 @dataclass(kw_only=True)
@@ -81,11 +85,14 @@ def prepare_gather(prepared, request, progress):
     GatherContext
     """
     scene, patches, plan = prepared.scene, prepared.patches, prepared.plan
-    others = brdfs_of_triangles(scene, request, prepared.materials).index >= 0  # they reflect, but not by Lambert's law
+    others = (
+        brdfs_of_triangles(scene, request, prepared.materials).index >= 0
+    )  # they reflect, but not by Lambert's law
     if others.any():
         patches = replace(patches, albedo=np.where(others, np.float32(0), patches.albedo))
     elements = count_elements(points_above(request.shadow_samples)) if plan.reflections else 1
-    # Starts of rays are told apart where keys have room for them and enough rays start in each element.
+    # Starts of rays are told apart where keys have room for them and enough rays start in each
+    # element.
     resolved = len(patches) * elements**2 * HEMISPHERE_REPLICATES <= LARGEST_KEY + 1
     resolved = resolved and request.samples >= FEWEST_RAYS * elements
     return GatherContext(
@@ -112,13 +119,15 @@ def prepare_gather(prepared, request, progress):
 
 
 def trace_all(context):
-    """What all patches see of sky, far ground and each other, by as many rays as the plan gives to each.
+    """What all patches see of sky, far ground and each other, by as many rays as the plan gives to
+    each.
 
     The same in each state of trees: list of Traced.
     """
     patches, plan, samples = context.patches, context.plan, context.request.samples
     every, fewer = (
-        -(-count // HEMISPHERE_REPLICATES) * HEMISPHERE_REPLICATES for count in (samples, fewer_rays(samples))
+        -(-count // HEMISPHERE_REPLICATES) * HEMISPHERE_REPLICATES
+        for count in (samples, fewer_rays(samples))
     )
     sends = patches.receives & ~context.known
     found = [empty_traced(context) for _ in range(context.ray_scene.states)]
@@ -155,18 +164,23 @@ def ask_samples(context):
     """Hemisphere rays that the plan asks of each patch: (p,) int32; 0: none."""
     samples = context.request.samples
     every, fewer = (
-        -(-count // HEMISPHERE_REPLICATES) * HEMISPHERE_REPLICATES for count in (samples, fewer_rays(samples))
+        -(-count // HEMISPHERE_REPLICATES) * HEMISPHERE_REPLICATES
+        for count in (samples, fewer_rays(samples))
     )
     sends = context.patches.receives & ~context.known
     return np.where(sends, np.where(context.full, every, fewer), 0).astype(np.int32)
 
 
 def fill_closed_forms(context, traced):
-    """Write what patches with nothing in front of them see; patches that receive nothing count as covered."""
+    """Write what patches with nothing in front of them see; patches that receive nothing count as
+    covered.
+    """
     patches, plan, known = context.patches, context.plan, context.known
     normal = patches.normal[known]
     shares = {SKY_DOME: sky_view_of_tilt(normal, plan.terrain)}
-    shares |= {one.name: one.unshaded(normal) * one.seen(normal, plan.terrain) for one in context.sources}
+    shares |= {
+        one.name: one.unshaded(normal) * one.seen(normal, plan.terrain) for one in context.sources
+    }
     for name, share in shares.items():
         traced.first[name].light[known] = traced.first[name].element[known] = share[:, None]
     far_ground = ground_view_of_tilt(normal, plan.terrain)[:, None]

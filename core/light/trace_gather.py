@@ -24,11 +24,21 @@ from .solve_suns import SunLight, SunTask, light_of_first_days, prepare_suns, so
 from .sun_blocks import check_room
 from .trace_all import GatherContext, prepare_gather, trace_all
 from .traced import SKY_DOME, Traced
-from .transfer import ErrorParts, SourceLight, TraceRecord, Transfer, note_interruption, variance_of_mean
+from .transfer import (
+    ErrorParts,
+    SourceLight,
+    TraceRecord,
+    Transfer,
+    note_interruption,
+    variance_of_mean,
+)
 
 SUNS = "suns"  # the name of their light, summed by their weights
 SKIES = "reflections of the sky"  # stage
-ONE_POINT = "of direct light: one shadow point per patch gives no variance estimate; ask for --shadow-samples 2 or more"
+ONE_POINT = (
+    "of direct light: one shadow point per patch gives no variance estimate; ask for "
+    "--shadow-samples 2 or more"
+)
 
 
 @dataclass
@@ -42,7 +52,9 @@ class TracedState:
 
     @property
     def of_surfaces(self):
-        """Light under the sky, per DHI, and under all suns by their weights, per DNI: (n, 2) float64."""
+        """Light under the sky, per DHI, and under all suns by their weights, per DNI: (n, 2)
+        float64.
+        """
         return np.column_stack([self.lights[name].mean for name in (SKY_DOME, SUNS)])
 
 
@@ -77,14 +89,16 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
     prepared : PreparedScene, optional
         Of the scene, where it is known already.
     specular : callable, optional
-        `specular(context, traced, state)` gives the light by way of mirrors, glossy faces and glass: `of_sky` and
-        `of_suns`, see `photons.specular_light`. Needed if the plan has such light.
+        `specular(context, traced, state)` gives the light by way of mirrors, glossy faces and
+        glass: `of_sky` and `of_suns`, see `photons.specular_light`. Needed if the plan has such
+        light.
 
     Returns
     -------
     Transfer
-        `record` has what was decided, how many rays were traced and how long each stage took. If cancelled after some
-        suns (see `core.progress`), `suns` are those that were traced, and `record.interrupted` says so.
+        `record` has what was decided, how many rays were traced and how long each stage took. If
+        cancelled after some suns (see `core.progress`), `suns` are those that were traced, and
+        `record.interrupted` says so.
 
     Raises
     ------
@@ -111,13 +125,16 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     clock.lap("plan and tree")
     traced = trace_all(context)
     clock.lap("sky and reflections")
-    # Every sun is traced, since open hours lie between them; errors are those of the light that counts.
+    # Every sun is traced, since open hours lie between them; errors are those of the light that
+    # counts.
     task, left = prepare_suns(context, traced, without_hidden(suns, plan.terrain)), None
     if plan.reflections and not context.bounces:
         context.bounces, left = choose_bounces(prepared, context, traced[0], task)
         clock.lap("number of reflections")
     hooks = [specular and specular(context, one, state) for state, one in enumerate(traced)]
-    lights = [solve_skies(context, one, hook, clock) for one, hook in zip(traced, hooks, strict=True)]
+    lights = [
+        solve_skies(context, one, hook, clock) for one, hook in zip(traced, hooks, strict=True)
+    ]
     direct = solve_suns(context, traced, task, hooks, folder=folder)
     for one, light, hook, suns_light in zip(traced, lights, hooks, direct, strict=True):
         light[SUNS] = solve_annual(context, one, suns_light.annual)
@@ -125,7 +142,9 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
             light[SUNS].error.own = light[SUNS].error.own + variance_of_mean(suns_light.specular.T)
     clock.lap("suns")
     how = {"clearances": list_clearances(request), "threads": context.threads}
-    room = measure_room_of_patches(ray_scene, context.patches, prepared.scene, traced[0].covered, **how)
+    room = measure_room_of_patches(
+        ray_scene, context.patches, prepared.scene, traced[0].covered, **how
+    )
     clock.lap("room for modules")
     found = TracedCity(prepared, context, task, [], room)
     common = tell_work(context, (traced[0].ray_count, direct[0].ray_count), clock, traced_before)
@@ -145,7 +164,8 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
 def tell_work(context, counts, clock, before):
     """What a run or a round traced in all states of trees: dict, fields of TraceRecord.
 
-    `counts` are rays towards the sky and its sources, a dict, and towards the suns; Embree had taken `before` seconds.
+    `counts` are rays towards the sky and its sources, a dict, and towards the suns; Embree had
+    taken `before` seconds.
     """
     rays, shadow_rays = counts
     return {
@@ -160,7 +180,10 @@ def tell_work(context, counts, clock, before):
         "seconds": clock.seconds,
         "processor_seconds": clock.processor_seconds,
         "embree_thread_seconds": context.ray_scene.thread_seconds - before,
-        "degrees_of_freedom": {"diffuse": HEMISPHERE_REPLICATES - 1, "direct_reflected": HEMISPHERE_REPLICATES - 1},
+        "degrees_of_freedom": {
+            "diffuse": HEMISPHERE_REPLICATES - 1,
+            "direct_reflected": HEMISPHERE_REPLICATES - 1,
+        },
     }
 
 
@@ -176,10 +199,17 @@ def solve_skies(context, traced, hook, clock):
         if context.bounces:
             report(0)
         ground_albedo = context.request.ground_albedo if name == SKY_DOME else 0.0
-        # A ray towards the sky brings its share of all light; patches in closed form and covered ones sent none.
-        sent = (traced.samples > 0) & (traced.covered_share < 1) if name == SKY_DOME else np.zeros(len(factor), bool)
+        # A ray towards the sky brings its share of all light; patches in closed form and covered
+        # ones sent none.
+        sent = (
+            (traced.samples > 0) & (traced.covered_share < 1)
+            if name == SKY_DOME
+            else np.zeros(len(factor), bool)
+        )
         look = np.divide(1.0, traced.samples, out=np.zeros(len(factor)), where=sent)
-        light = lights[name] = solve_light(context, traced, first, ground_albedo, look=look, report=report)
+        light = lights[name] = solve_light(
+            context, traced, first, ground_albedo, look=look, report=report
+        )
         if hook:
             light.add(hook.of_sky(name, factor * light.by_replicate.mean(axis=1)))
         clock.lap("diffuse reflections" if name == SKY_DOME else name)
@@ -187,7 +217,9 @@ def solve_skies(context, traced, hook, clock):
     if context.bounces:
         report(0)
     if not context.keeps:
-        traced.first[SKY_DOME] = replace(traced.first[SKY_DOME], element=None, deviation=None)  # large
+        traced.first[SKY_DOME] = replace(
+            traced.first[SKY_DOME], element=None, deviation=None
+        )  # large
     return lights
 
 
@@ -236,7 +268,8 @@ def make_transfer(found, state, suns, common, left):
 
 
 def light_of_surfaces(context, traced, lights, annual):
-    """What the light of the sky, its sources and the suns' sum is on surfaces, with errors: dict, fields of Transfer.
+    """What the light of the sky, its sources and the suns' sum is on surfaces, with errors: dict,
+    fields of Transfer.
 
     Parameters
     ----------
@@ -250,7 +283,9 @@ def light_of_surfaces(context, traced, lights, annual):
     squares, sources = to_surface.power(2), {}
     for source in context.plan.sources:
         view, light = traced.first[source.name].light.mean(axis=1, dtype=float), lights[source.name]
-        sources[source.name] = SourceLight(to_surface @ view, light.mean, np.asarray(light.error.standard_error))
+        sources[source.name] = SourceLight(
+            to_surface @ view, light.mean, np.asarray(light.error.standard_error)
+        )
     return {
         "sky_view_factor": to_surface @ traced.sky.mean(axis=1),
         "far_ground_view_factor": to_surface @ traced.far_ground.mean(axis=1),
@@ -270,35 +305,51 @@ def light_of_surfaces(context, traced, lights, annual):
 
 
 def shares_of_record(context, lights):
-    """Shares of the light by the last reflection and by further ones, and by what is uneven on patches: dict, fields of
-    TraceRecord."""
+    """Shares of the light by the last reflection and by further ones, and by what is uneven on
+    patches: dict, fields of TraceRecord."""
     sky, suns = lights[SKY_DOME], lights[SUNS]
     return {
         "last_bounce_share_diffuse": sky.last,
         "last_bounce_share_direct": suns.last,
         "cut_reflections": _bound_cut_light(context, lights),
-        "discretisation_error": {"diffuse": sky.discretisation_error, "direct": suns.discretisation_error},
+        "discretisation_error": {
+            "diffuse": sky.discretisation_error,
+            "direct": suns.discretisation_error,
+        },
     }
 
 
 def _bound_cut_light(context, lights):
-    """Share of each light that further reflections add at most: dict as of `TraceRecord.cut_reflections`."""
+    """Share of each light that further reflections add at most: dict as of
+    `TraceRecord.cut_reflections`.
+    """
     surfaces, area = context.surfaces, context.eligible_area
-    names = np.char.add(np.char.add(np.asarray(surfaces.kind, str), " "), np.asarray(surfaces.orientation, str))
-    groups = {name: np.where(names == name, area, 0) for name in np.unique(names[area > 0]).tolist()}
+    names = np.char.add(
+        np.char.add(np.asarray(surfaces.kind, str), " "), np.asarray(surfaces.orientation, str)
+    )
+    groups = {
+        name: np.where(names == name, area, 0) for name in np.unique(names[area > 0]).tolist()
+    }
     found = {}
     for name, weight in (groups | {"all": area if area.any() else surfaces.area}).items():
         counted = weight > 0
-        sums = {key: weight[counted] @ np.stack([light.cut, light.mean])[:, counted].T for key, light in lights.items()}
-        shares = {key: float(cut / whole) if whole > 0 else 0.0 for key, (cut, whole) in sums.items()}
+        sums = {
+            key: weight[counted] @ np.stack([light.cut, light.mean])[:, counted].T
+            for key, light in lights.items()
+        }
+        shares = {
+            key: float(cut / whole) if whole > 0 else 0.0 for key, (cut, whole) in sums.items()
+        }
         found[name] = {key: share if np.isfinite(share) else None for key, share in shares.items()}
     return found
 
 
 def choose_bounces(prepared, context, traced, task):
-    """How often light is followed from patch to patch, and the share of light that is left then: (int, float).
+    """How often light is followed from patch to patch, and the share of light that is left then:
+    (int, float).
 
-    It is found on two columns, the sky and the sum of the first days' suns, and holds for all light.
+    It is found on two columns, the sky and the sum of the first days' suns, and holds for all
+    light.
     """
     factor, sky, threads = traced.factor, traced.first[SKY_DOME], context.threads
     if context.plan["specular"].on:  # what reflects otherwise counts as if it did by Lambert's law
@@ -308,7 +359,10 @@ def choose_bounces(prepared, context, traced, task):
     patches = context.patches
     once = multiply_elements(traced.form_factors, patches.albedo[:, None] * sky.element, threads)
     once += np.float32(context.request.ground_albedo) * traced.far_ground
-    columns = [(sky.light.mean(axis=1), once.mean(axis=1)), light_of_first_days(context, traced, task)]
+    columns = [
+        (sky.light.mean(axis=1), once.mean(axis=1)),
+        light_of_first_days(context, traced, task),
+    ]
     first, light = (np.stack(part, axis=1) for part in zip(*columns, strict=True))
     groups = sparse.csr_matrix(_group_surfaces(context)) @ context.patch_to_surface
     reflect = partial(multiply, traced.form_factors, factor, threads=threads)
@@ -316,7 +370,9 @@ def choose_bounces(prepared, context, traced, task):
 
 
 def _group_surfaces(context):
-    """Weights of surfaces in the light of receivers of each kind and orientation, and of all: (g + 1, n) float64."""
+    """Weights of surfaces in the light of receivers of each kind and orientation, and of all: (g +
+    1, n) float64.
+    """
     area, surfaces = context.eligible_area, context.surfaces
     names = np.char.add(np.asarray(surfaces.kind, str), np.asarray(surfaces.orientation, str))
     groups = [np.where(names == name, area, 0) for name in np.unique(names[area > 0])]
@@ -324,14 +380,20 @@ def _group_surfaces(context):
 
 
 def _measure_outcome(context, traced, lights, left):
-    """What a run tells on what it left out: Measured; `left` of reflections is known where their number was found."""
+    """What a run tells on what it left out: Measured; `left` of reflections is known where their
+    number was found.
+    """
     groups, area, sky = _group_surfaces(context), context.eligible_area, lights[SKY_DOME]
     noise, light = np.sqrt(variance_of_mean(groups @ sky.error.transported)), groups @ sky.mean
-    far = context.request.ground_albedo * (area @ (context.patch_to_surface @ traced.far_ground.mean(axis=1)))
+    far = context.request.ground_albedo * (
+        area @ (context.patch_to_surface @ traced.far_ground.mean(axis=1))
+    )
     return Measured(
         last_bounce=max(sky.last, lights[SUNS].last),
         far_ground=float(far / light[-1]) if light[-1] > 0 else 0.0,
-        passed_on=float(np.divide(noise, light, out=np.zeros(len(light)), where=light > 0)[:-1].max(initial=0)),
+        passed_on=float(
+            np.divide(noise, light, out=np.zeros(len(light)), where=light > 0)[:-1].max(initial=0)
+        ),
         beyond=left,
     )
 

@@ -1,6 +1,8 @@
-"""Hemisphere rays: what is visible from each patch of the sky, the far ground and the other patches.
+"""Hemisphere rays: what is visible from each patch of the sky, the far ground and the other
+patches.
 
-       sky                        A ray that escapes upwards reaches the sky, one that escapes downwards the far
+       sky                        A ray that escapes upwards reaches the sky, one that escapes
+                                  downwards the far
     \\   |   /                      ground. A ray that hits the front of a patch links the two in the matrix F.
  hit ←  \\|/ → far ground          A ray that hits a back carries nothing.
 ═════════════ patch
@@ -10,9 +12,23 @@ import numpy as np
 from numba import njit
 
 from ..patches.cover_cells import enclosed_cells
-from ..patches.fates_of_rays import BACK, DARK, FAR_GROUND, FRONT, LEAVES, SKY, classify_rays, stop_in_crowns
+from ..patches.fates_of_rays import (
+    BACK,
+    DARK,
+    FAR_GROUND,
+    FRONT,
+    LEAVES,
+    SKY,
+    classify_rays,
+    stop_in_crowns,
+)
 from ..patches.find_covered import cells_near_cover, find_covered_cells, lie_in_earth
-from ..rays.hemisphere_rays import CELL_DIVISIONS, hemisphere_rays, points_of_patches, shift_replicates
+from ..rays.hemisphere_rays import (
+    CELL_DIVISIONS,
+    hemisphere_rays,
+    points_of_patches,
+    shift_replicates,
+)
 from ..rays.random_numbers import mix
 from ..rays.ray_scene import HitPlaces
 from ..rays.sample_points import (
@@ -49,22 +65,30 @@ def trace_rows(city, rows, samples):
     list of RowLight
         Of the next patches, in their order: in each state of trees, by the same rays.
     """
-    sequence, step = sobol_digits(samples // HEMISPHERE_REPLICATES), max(1, RAYS_PER_TASK // samples)
+    sequence, step = (
+        sobol_digits(samples // HEMISPHERE_REPLICATES),
+        max(1, RAYS_PER_TASK // samples),
+    )
 
     def trace(some):
         # Rays of cover that go on are few after some turns: more patches at a time take less.
         known = city.covered is not None
-        covered = city.covered[some] if known else find_covered_cells(city.ray_scene, city.patches, some)
+        covered = (
+            city.covered[some] if known else find_covered_cells(city.ray_scene, city.patches, some)
+        )
         parts = [slice(start, start + step) for start in range(0, len(some), step)]
         return [trace_part(city, some[part], covered[part], sequence) for part in parts]
 
     size = step * max(1, min(PARTS, -(-len(rows) // (step * city.threads))))
-    for parts in map_in_order(trace, [rows[start : start + size] for start in range(0, len(rows), size)], city.threads):
+    for parts in map_in_order(
+        trace, [rows[start : start + size] for start in range(0, len(rows), size)], city.threads
+    ):
         yield from parts
 
 
 def trace_part(city, chosen, covered, sequence):
-    """What the rays of some patches, (m,) int, with the same points in each replicate, meet: list of RowLight.
+    """What the rays of some patches, (m,) int, with the same points in each replicate, meet: list
+    of RowLight.
 
     One for each state of trees. `covered` are their cells, (m, CELL_DIVISIONS²) bool.
     """
@@ -73,7 +97,9 @@ def trace_part(city, chosen, covered, sequence):
     origins, directions, start_cells = hemisphere_rays(patches, rows, sequence)
     hits, fates = _follow_rays(city, covered, (origins, directions, start_cells))
     near_cover = cells_near_cover(covered, np.flatnonzero(covered.any(axis=1)))
-    sources = {one.name: _look_at_source(city, one, rows, covered, sequence) for one in city.sources}
+    sources = {
+        one.name: _look_at_source(city, one, rows, covered, sequence) for one in city.sources
+    }
     ray_count = {SKY_DOME: fates[0].size} | {name: count for name, (_, count) in sources.items()}
     cell_of, found = cells_inside(CELL_DIVISIONS, round(np.sqrt(city.elements))), []
     start_of = start_cells, cell_of if city.starts > 1 else np.zeros_like(cell_of), city.starts
@@ -126,7 +152,9 @@ def _hide_sky(city, directions, fate):
     """Give rays, (c, rays, 3), that leave below the distant terrain to the far ground."""
     if city.terrain is not None:
         elevation = np.sin(np.radians(city.terrain.elevation))
-        mark_hidden(fate, np.ascontiguousarray(np.moveaxis(directions, -1, 0)), elevation, SKY, FAR_GROUND)
+        mark_hidden(
+            fate, np.ascontiguousarray(np.moveaxis(directions, -1, 0)), elevation, SKY, FAR_GROUND
+        )
 
 
 def _look_at_source(city, source, rows, covered, sequence):
@@ -155,7 +183,10 @@ def _look_at_source(city, source, rows, covered, sequence):
         return found, 0
     covered, sequence = covered[facing], sequence[: -(-len(sequence) // city.rays_share)]
     rays = source_rays(city.patches, source, rows[facing], sequence, share=city.rays_share)
-    near_cover, scale = cells_near_cover(covered, np.flatnonzero(covered.any(axis=1))), unshaded[facing, None]
+    near_cover, scale = (
+        cells_near_cover(covered, np.flatnonzero(covered.any(axis=1))),
+        unshaded[facing, None],
+    )
     fates = _follow_rays(city, covered, rays)[1]
     fates[fates == FAR_GROUND] = SKY  # at the very horizon
     for light, fate in zip(found, fates, strict=True):
@@ -166,7 +197,8 @@ def _look_at_source(city, source, rows, covered, sequence):
 
 
 def source_rays(patches, source, chosen, sequence, *, share):
-    """Rays from random points of patches towards a source, as `hemisphere_rays` are made, one for `share` of these.
+    """Rays from random points of patches towards a source, as `hemisphere_rays` are made, one for
+    `share` of these.
 
     Returns
     -------
@@ -175,21 +207,32 @@ def source_rays(patches, source, chosen, sequence, *, share):
         Of CELL_DIVISIONS², in which each ray starts.
     """
     keys = mix(patches.key[chosen] ^ source.stream)
-    digits = sequence[None, None] ^ shift_replicates(keys, patches.rays_before[chosen] // share)[:, :, None]
+    digits = (
+        sequence[None, None]
+        ^ shift_replicates(keys, patches.rays_before[chosen] // share)[:, :, None]
+    )
     numbers = (digits.reshape(len(chosen), -1, 4) * np.float32(2.0**-DIGITS)).astype(np.float32)
     b1, b2 = barycentric_of_square(numbers[..., 0], numbers[..., 1])
     directions = source.sample(patches.normal[chosen], numbers[..., 2], numbers[..., 3])
-    return points_of_patches(patches, chosen, b1, b2), directions, cell_of_point(b1, b2, CELL_DIVISIONS)
+    return (
+        points_of_patches(patches, chosen, b1, b2),
+        directions,
+        cell_of_point(b1, b2, CELL_DIVISIONS),
+    )
 
 
 def _darken_rays(fate, start_cells, covered):
-    """Fates of rays, (c, rays), of which those that start in covered cells, (c, CELL_DIVISIONS²) bool, are DARK.
+    """Fates of rays, (c, rays), of which those that start in covered cells, (c, CELL_DIVISIONS²)
+    bool, are DARK.
 
-    All rays from enclosed cells are dark. In cells along the edge of the covered part each ray is judged by what it
-    hits, or the edge would count twice. Rays that escape downwards from a covered cell, below the ground or through a
-    missing floor, do not reach lit ground.
+    All rays from enclosed cells are dark. In cells along the edge of the covered part each ray is
+    judged by what it hits, or the edge would count twice. Rays that escape downwards from a covered
+    cell, below the ground or through a missing floor, do not reach lit ground.
     """
-    within, inside = (np.take_along_axis(cells, start_cells, axis=1) for cells in (covered, enclosed_cells(covered)))
+    within, inside = (
+        np.take_along_axis(cells, start_cells, axis=1)
+        for cells in (covered, enclosed_cells(covered))
+    )
     return np.where(inside | (within & (fate == FAR_GROUND)), np.uint8(DARK), fate)
 
 
@@ -214,26 +257,35 @@ def _tally_rays(fate, start_cells, near_cover, cells):
         As of RowLight.
     """
     rays, counts = fate.shape[1], np.zeros((4, len(fate), HEMISPHERE_REPLICATES, cells), np.int32)
-    _count_fates((fate, start_cells, near_cover), cells_inside(CELL_DIVISIONS, round(np.sqrt(cells))), counts)
+    _count_fates(
+        (fate, start_cells, near_cover), cells_inside(CELL_DIVISIONS, round(np.sqrt(cells))), counts
+    )
     every, downwards, free, started = counts.astype(np.float32)
-    sky, far_ground = (part.sum(axis=2) / np.float32(rays // HEMISPHERE_REPLICATES) for part in (free, downwards))
+    sky, far_ground = (
+        part.sum(axis=2) / np.float32(rays // HEMISPHERE_REPLICATES) for part in (free, downwards)
+    )
     every, below, opened = (part.sum(axis=1) for part in (every, downwards, started))
     open_share = np.divide(opened, every, out=np.ones_like(every), where=every > 0)
     # Where too few rays start in each cell, the patch is taken as a whole.
     resolved = ((rays >= FEWEST_RAYS * cells) & (every > 0))[:, None]
-    free, started = (np.where(resolved, part, part.sum(axis=2, keepdims=True)) for part in (free, started))
-    # The visible sky is a ratio of two counts; the deviation of each replicate from it is linearised in both.
+    free, started = (
+        np.where(resolved, part, part.sum(axis=2, keepdims=True)) for part in (free, started)
+    )
+    # The visible sky is a ratio of two counts; the deviation of each replicate from it is
+    # linearised in both.
     total = np.maximum(started.sum(axis=1, keepdims=True), 1)
     mean = free.sum(axis=1, keepdims=True) / total
     steps = np.rint((free - mean * started) * HEMISPHERE_REPLICATES / total / STEP)
-    deviation = np.ascontiguousarray(np.clip(steps, -MOST_STEPS, MOST_STEPS).astype(np.int16).swapaxes(1, 2))
+    deviation = np.ascontiguousarray(
+        np.clip(steps, -MOST_STEPS, MOST_STEPS).astype(np.int16).swapaxes(1, 2)
+    )
     return FirstLight(sky, mean[:, 0], deviation), far_ground, below / np.float32(rays), open_share
 
 
 @njit(nogil=True, cache=True)
 def _count_fates(rays, cell_of, counts):
-    """Count the rays of each replicate that start in each larger cell: all, those to the far ground, those to the sky,
-    and those that start in the open.
+    """Count the rays of each replicate that start in each larger cell: all, those to the far
+    ground, those to the sky, and those that start in the open.
 
     Parameters
     ----------

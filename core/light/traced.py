@@ -1,6 +1,8 @@
-"""What rays of patches met: RowLight of some patches, and Traced, the same of all patches of a city.
+"""What rays of patches met: RowLight of some patches, and Traced, the same of all patches of a
+city.
 
-       sky                        A ray that escapes upwards reaches the sky, one that escapes downwards the far
+       sky                        A ray that escapes upwards reaches the sky, one that escapes
+                                  downwards the far
     \\   |   /                      ground. A ray that hits the front of a patch links the two in the matrix F.
  hit ←  \\|/ → far ground          A ray that hits a back carries nothing.
 ═════════════ patch
@@ -17,7 +19,9 @@ from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..sun.horizon import TerrainHorizon
 from .form_factors import FormFactors, Rows
 
-STEP = np.float32(1 / 4096)  # of deviations stored as 16-bit integers; the range ends at eight times full light
+STEP = np.float32(
+    1 / 4096
+)  # of deviations stored as 16-bit integers; the range ends at eight times full light
 SKY_DOME = "sky"  # the name of its first light, beside those of `sun.sky_models`
 
 
@@ -29,29 +33,45 @@ class RayCity:
     patches: Patches
     threads: int = 1
     reflections: bool = True  # whether to collect the matrix of form factors
-    covered: np.ndarray | None = None  # (p, CELL_DIVISIONS²) bool, where it is known, as in a room that is lit inside
+    covered: np.ndarray | None = (
+        None  # (p, CELL_DIVISIONS²) bool, where it is known, as in a room that is lit inside
+    )
     elements: int = 1  # of each patch: 1, 4 or 16
     starts: int = 1  # elements by which the starts of rays are resolved in that matrix: all or 1
-    terrain: TerrainHorizon | None = None  # rays that leave below it reach the far ground, not the sky
+    terrain: TerrainHorizon | None = (
+        None  # rays that leave below it reach the far ground, not the sky
+    )
     sources: tuple = ()  # of HorizonBand: further parts of the sky that patches look at
     rays_share: int = 4  # hemisphere rays for each ray towards one of them
 
 
 @dataclass
 class FirstLight:
-    """Light of the sky, or of a source in it, on p patches before reflections: the visible share of the sky."""
+    """Light of the sky, or of a source in it, on p patches before reflections: the visible share of
+    the sky.
+    """
 
     light: np.ndarray  # (p, HEMISPHERE_REPLICATES) float32
-    element: np.ndarray  # (p, elements) float32, of their open part; of the whole patch if too few rays start there
-    deviation: np.ndarray  # (p, elements, HEMISPHERE_REPLICATES) int16, of each replicate from the mean, in units
+    element: (
+        np.ndarray
+    )  # (p, elements) float32, of their open part; of the whole patch if too few rays start there
+    deviation: (
+        np.ndarray
+    )  # (p, elements, HEMISPHERE_REPLICATES) int16, of each replicate from the mean, in units
     unit: np.ndarray | np.float32 = STEP  # of `deviation`; or (p,) float32
 
     def put(self, rows, part):
         """Replace the light of some patches."""
-        self.light[rows], self.element[rows], self.deviation[rows] = part.light, part.element, part.deviation
+        self.light[rows], self.element[rows], self.deviation[rows] = (
+            part.light,
+            part.element,
+            part.deviation,
+        )
 
     def append(self, rows, part, share):
-        """The mean with the light of some patches by further rays, of which these are a share, (c, 1) float32."""
+        """The mean with the light of some patches by further rays, of which these are a share, (c,
+        1) float32.
+        """
         self.light[rows] += share * (part.light - self.light[rows])
         self.element[rows] += share * (part.element - self.element[rows])
         apart = part.deviation.astype(np.float32) - self.deviation[rows]
@@ -67,31 +87,45 @@ def no_light(count, elements, unit=STEP):
 
 @dataclass
 class RowLight:
-    """What the rays of c patches met; and d patches that send none, since they lie wholly inside something."""
+    """What the rays of c patches met; and d patches that send none, since they lie wholly inside
+    something.
+    """
 
     rows: np.ndarray  # (c,) int
     covered: np.ndarray  # (c, CELL_DIVISIONS²) bool, cells that lie inside or under something
     dark: np.ndarray  # (d,) int
     first: dict  # of the sky, and of each source by its name: FirstLight
-    far_ground: np.ndarray  # (c, HEMISPHERE_REPLICATES) float32, share of rays that escape below the horizon
-    element_far_ground: np.ndarray  # (c, elements) float32, share of all rays that start there and do so
-    open_share: np.ndarray  # (c, elements) float32, share of the rays of each element that start in the open
+    far_ground: (
+        np.ndarray
+    )  # (c, HEMISPHERE_REPLICATES) float32, share of rays that escape below the horizon
+    element_far_ground: (
+        np.ndarray
+    )  # (c, elements) float32, share of all rays that start there and do so
+    open_share: (
+        np.ndarray
+    )  # (c, elements) float32, share of the rays of each element that start in the open
     hits: Rows | None  # without reflections None
     ray_count: dict  # rays towards the sky, and towards each source
 
 
 @dataclass
 class Traced:
-    """RowLight of all p patches, to which rays can be added. Those without rows see nothing, all in the open."""
+    """RowLight of all p patches, to which rays can be added. Those without rows see nothing, all in
+    the open.
+    """
 
     first: dict
     far_ground: np.ndarray  # (p, HEMISPHERE_REPLICATES) float32
-    element_far_ground: np.ndarray | None  # (p, elements) float32; None once the element factors are known
+    element_far_ground: (
+        np.ndarray | None
+    )  # (p, elements) float32; None once the element factors are known
     open_share: np.ndarray | None  # (p, elements) float32; likewise
     covered: np.ndarray  # (p, CELL_DIVISIONS²) bool
     form_factors: FormFactors | None
     ray_count: dict = field(default_factory=dict)
-    factor: np.ndarray | None = None  # (p, elements) float32, of `element_factors`; None without reflections
+    factor: np.ndarray | None = (
+        None  # (p, elements) float32, of `element_factors`; None without reflections
+    )
     samples: np.ndarray | None = None  # (p,) int32, hemisphere rays asked of each patch; 0: none
 
     def put(self, part):
@@ -100,7 +134,12 @@ class Traced:
             first.put(part.rows, part.first[name])
             first.put(part.dark, no_light(len(part.dark), first.element.shape[1]))
             self.ray_count[name] = self.ray_count.get(name, 0) + part.ray_count[name]
-        for name, dark in (("far_ground", 0), ("element_far_ground", 0), ("open_share", 0), ("covered", True)):
+        for name, dark in (
+            ("far_ground", 0),
+            ("element_far_ground", 0),
+            ("open_share", 0),
+            ("covered", True),
+        ):
             values = getattr(self, name)
             values[part.rows], values[part.dark] = getattr(part, name), dark
         if part.hits is not None:
@@ -124,7 +163,11 @@ class Traced:
     @property
     def nbytes(self):
         """Bytes of the hits, which grow with every round."""
-        return sum(rows.key.nbytes for rows in self.form_factors.rows) if self.form_factors is not None else 0
+        return (
+            sum(rows.key.nbytes for rows in self.form_factors.rows)
+            if self.form_factors is not None
+            else 0
+        )
 
     @property
     def sky(self):

@@ -1,4 +1,6 @@
-"""Result of tracing, independent of weather: relative irradiance of every surface, its errors, and how it was made."""
+"""Result of tracing, independent of weather: relative irradiance of every surface, its errors, and
+how it was made.
+"""
 
 from dataclasses import asdict, dataclass, field, fields, replace
 
@@ -31,7 +33,9 @@ class TraceRecord:
     processor_seconds: dict | None = None  # stage -> [s] sum over threads
     engine: str | None = None  # packets or rays
     hemisphere_rays: int | None = None
-    source_rays: dict = field(default_factory=dict)  # name of each traced source of light in the sky -> rays
+    source_rays: dict = field(
+        default_factory=dict
+    )  # name of each traced source of light in the sky -> rays
     shadow_rays: int | None = None
     discretisation_error: dict | None = None  # diffuse, direct: see `radiosity.gather_diffuse`
     degrees_of_freedom: dict | None = None  # of the standard errors' replicates
@@ -39,11 +43,13 @@ class TraceRecord:
     rays: int | None = None  # forward
     photons: dict | None = None  # forward: where the light of each source went
     interrupted: dict | None = None  # suns_traced, of: if fewer suns were kept than requested
-    sun_sampling: dict | None = None  # bias, rms [% of full load hours], patches; the same by groups
+    sun_sampling: dict | None = (
+        None  # bias, rms [% of full load hours], patches; the same by groups
+    )
     rounds: int = 1  # samples of all rounds that were merged, in units of those of the first
     standard_error_unknown: str | None = None  # which standard error, and why
-    # Kind and orientation, or "all" -> sky, each source and suns -> share of its light that further reflections add at
-    # most, None: no bound is known. None: the run does not tell.
+    # Kind and orientation, or "all" -> sky, each source and suns -> share of its light that further
+    # reflections add at most, None: no bound is known. None: the run does not tell.
     cut_reflections: dict | None = None
 
     def as_dict(self):
@@ -62,7 +68,9 @@ def record_of_dict(values):
         Names the missing or unknown key.
     """
     rays = {name: values[name + OF_SOURCE] for name in SOURCES if name + OF_SOURCE in values}
-    values = {name: value for name, value in values.items() if name.removesuffix(OF_SOURCE) not in rays}
+    values = {
+        name: value for name, value in values.items() if name.removesuffix(OF_SOURCE) not in rays
+    }
     return build_from(TraceRecord, values | {"source_rays": rays})
 
 
@@ -75,15 +83,22 @@ def note_interruption(kept, count):
 class ErrorParts:
     """Parts of the standard errors of n surfaces that are not independent between surfaces.
 
-    The rest of each standard error is noise of the surface's own rays. "Direct" is the mean weighted with the suns.
+    The rest of each standard error is noise of the surface's own rays. "Direct" is the mean
+    weighted with the suns.
     """
 
-    diffuse_passed_on: np.ndarray  # (n, r) deviations of r replicates of the light that other surfaces re-emit
+    diffuse_passed_on: (
+        np.ndarray
+    )  # (n, r) deviations of r replicates of the light that other surfaces re-emit
     direct_passed_on: np.ndarray  # (n, r)
-    diffuse_discretisation: np.ndarray  # (n,) signed, error from light that is uneven within cells of patches
+    diffuse_discretisation: (
+        np.ndarray
+    )  # (n,) signed, error from light that is uneven within cells of patches
     direct_discretisation: np.ndarray  # (n,)
     covariance: np.ndarray  # (n,) of own noise in diffuse and in direct light
-    direct_points: np.ndarray  # (n,) the part of the variance of own noise in direct light that is from shadow points
+    direct_points: (
+        np.ndarray
+    )  # (n,) the part of the variance of own noise in direct light that is from shadow points
 
 
 def scale_direct(parts, growth):
@@ -99,9 +114,13 @@ def scale_direct(parts, growth):
 
 @dataclass
 class SourceLight:
-    """Relative irradiance of n surfaces by a traced source of light in the sky, in its unit (`sun.horizon_band`)."""
+    """Relative irradiance of n surfaces by a traced source of light in the sky, in its unit
+    (`sun.horizon_band`).
+    """
 
-    view_factor: np.ndarray  # (n,) without reflections, at most 1; where all of it is free, `HorizonBand.unshaded`
+    view_factor: (
+        np.ndarray
+    )  # (n,) without reflections, at most 1; where all of it is free, `HorizonBand.unshaded`
     relative: np.ndarray  # (n,) reflections included
     standard_error: np.ndarray  # (n,) of `relative`
 
@@ -110,9 +129,10 @@ class SourceLight:
 class Transfer:
     """Relative irradiance of n surfaces: diffuse per DHI, direct per DNI for each of s suns.
 
-    The direct irradiance at any time is stored in three parts, since cosines can be computed exactly for every hour:
-    `aoi_projection · visible_share` (direct sunlight), `far_ground_view_factor · ground_albedo · cos(zenith)` (from the
-    open ground beyond the scene), and `direct_reflected` (all other reflections, as traced for the nearest suns).
+    The direct irradiance at any time is stored in three parts, since cosines can be computed
+    exactly for every hour: `aoi_projection · visible_share` (direct sunlight),
+    `far_ground_view_factor · ground_albedo · cos(zenith)` (from the open ground beyond the scene),
+    and `direct_reflected` (all other reflections, as traced for the nearest suns).
     """
 
     surfaces: Surfaces
@@ -120,26 +140,48 @@ class Transfer:
     suns: Suns
     covered_share: np.ndarray  # (n,) share of the surface that lies inside or under buildings
     sky_view_factor: np.ndarray  # (n,) cosine-weighted visible share of the sky
-    far_ground_view_factor: np.ndarray  # (n,) cosine-weighted visible share of the open ground; 0 without far ground
+    far_ground_view_factor: (
+        np.ndarray
+    )  # (n,) cosine-weighted visible share of the open ground; 0 without far ground
     ground_albedo: float
     diffuse_relative: np.ndarray  # (n,) per DHI, reflections included
     diffuse_relative_standard_error: np.ndarray  # (n,)
-    visible_share: np.ndarray  # (n, s) float32, memory-mapped if large; sunlit share of the surface, by points
+    visible_share: (
+        np.ndarray
+    )  # (n, s) float32, memory-mapped if large; sunlit share of the surface, by points
     direct_reflected: np.ndarray  # (n, s) float32, the same; per DNI
-    direct_annual_standard_error: np.ndarray  # (n,) of direct_relative weighted with suns.weight; NaN: unknown
+    direct_annual_standard_error: (
+        np.ndarray
+    )  # (n,) of direct_relative weighted with suns.weight; NaN: unknown
     record: TraceRecord | None = None  # how it was made; None: unknown
-    albedo: np.ndarray | None = None  # (n,) used for tracing; of non-diffuse surfaces the largest; None: unknown
-    material: list | None = None  # (n,) str, material used for tracing, "" if only an albedo was given
-    albedos: list | None = None  # of dict: all albedos and materials, of `read_albedo.describe_albedo`
+    albedo: np.ndarray | None = (
+        None  # (n,) used for tracing; of non-diffuse surfaces the largest; None: unknown
+    )
+    material: list | None = (
+        None  # (n,) str, material used for tracing, "" if only an albedo was given
+    )
+    albedos: list | None = (
+        None  # of dict: all albedos and materials, of `read_albedo.describe_albedo`
+    )
     error_parts: ErrorParts | None = None  # None: the standard errors are own noise only
-    sources: dict = field(default_factory=dict)  # name -> SourceLight, those of `sun.sky_models` that were traced
+    sources: dict = field(
+        default_factory=dict
+    )  # name -> SourceLight, those of `sun.sky_models` that were traced
     outlines: Outlines | None = None  # shapes of the surfaces, for plans; None: unknown
-    bare: "Transfer | None" = None  # the same with deciduous trees without leaves; None: one state all year
+    bare: "Transfer | None" = (
+        None  # the same with deciduous trees without leaves; None: one state all year
+    )
     leaf_months: tuple = ()  # 1 to 12, in which this state holds if there is a bare one
-    no_room: np.ndarray | None = None  # (n, k) share that is open, but looks at a face from less than each clearance
+    no_room: np.ndarray | None = (
+        None  # (n, k) share that is open, but looks at a face from less than each clearance
+    )
     clearances: tuple = ()  # (k,) [m]; none: unknown
-    terrain: TerrainHorizon | None = None  # hides suns, hour by hour; `visible_share` is without it; None: level
-    base: "Transfer | None" = None  # of the city before an edit, solved again with more light; None: as it was
+    terrain: TerrainHorizon | None = (
+        None  # hides suns, hour by hour; `visible_share` is without it; None: level
+    )
+    base: "Transfer | None" = (
+        None  # of the city before an edit, solved again with more light; None: as it was
+    )
     notes: tuple = ()  # of str: what its file, written by another version, lacks
 
     @property
@@ -155,13 +197,17 @@ def no_parts(count):
 
 
 def _own_variance(standard_error, transported, discretisation):
-    """Variance from own rays: squared standard error, (n,), less those of replicates (n, r) and discretisation (n,)."""
+    """Variance from own rays: squared standard error, (n,), less those of replicates (n, r) and
+    discretisation (n,).
+    """
     whole = np.asarray(standard_error, float) ** 2
     return np.maximum(whole - variance_of_mean(transported) - discretisation**2, 0)
 
 
 def variance_of_mean(replicates):
-    """Variance of the mean of independent replicates, along the last axis, in the square of their unit."""
+    """Variance of the mean of independent replicates, along the last axis, in the square of their
+    unit.
+    """
     return replicates.var(axis=-1, ddof=1, dtype=float) / replicates.shape[-1]
 
 
@@ -173,7 +219,9 @@ def own_diffuse(transfer):
 
 
 def own_direct(transfer):
-    """Variance of the annual mean of direct irradiance per DNI from own rays: (n,) [–]; NaN if it is unknown."""
+    """Variance of the annual mean of direct irradiance per DNI from own rays: (n,) [–]; NaN if it
+    is unknown.
+    """
     parts = transfer.error_parts or no_parts(len(transfer.surfaces))
     error = transfer.direct_annual_standard_error
     return _own_variance(error, parts.direct_passed_on, parts.direct_discretisation)
@@ -191,7 +239,9 @@ def take_rows(transfer, rows):
     -------
     Transfer
     """
-    taken = {name: take_fields(getattr(transfer, name), rows) for name in ("surfaces", "error_parts")}
+    taken = {
+        name: take_fields(getattr(transfer, name), rows) for name in ("surfaces", "error_parts")
+    }
     taken["sources"] = {name: take_fields(light, rows) for name, light in transfer.sources.items()}
     own = {name: value for name, value in vars(transfer).items() if isinstance(value, np.ndarray)}
     taken |= {name: np.asarray(value[rows]) for name, value in own.items()}
@@ -201,9 +251,15 @@ def take_rows(transfer, rows):
 
 
 def take_fields(part, rows):
-    """Some rows of each field of a dataclass whose fields are arrays or lists with as many; None of None."""
+    """Some rows of each field of a dataclass whose fields are arrays or lists with as many; None of
+    None.
+    """
     if part is None:
         return None
     values = {one.name: getattr(part, one.name) for one in fields(part)}
-    lists = {name: [value[k] for k in rows] for name, value in values.items() if isinstance(value, list)}
-    return replace(part, **{n: v[rows] for n, v in values.items() if isinstance(v, np.ndarray)}, **lists)
+    lists = {
+        name: [value[k] for k in rows] for name, value in values.items() if isinstance(value, list)
+    }
+    return replace(
+        part, **{n: v[rows] for n, v in values.items() if isinstance(v, np.ndarray)}, **lists
+    )

@@ -2,12 +2,14 @@
 
 Each is a dataclass. Lambert's directions are those of `cosine_direction`; the others have
 
-    sample(arriving, draws)      from (n, 3) float and (n, 2 or more) uniform random numbers: one sampled direction
-                                 `leaving` per row, (n, 3) float64, and its sample weight `share`, (n,) float64
+    sample(arriving, draws)      from (n, 3) float and (n, 2 or more) uniform random numbers: one
+                                 sampled direction
+                                 `leaving` per row, (n, 3) float64, and its sample weight `share`,
+                                 (n,) float64
 
-The share is reflected radiance · cosine / density: its mean is the directional reflectance. `albedo` is its upper
-bound. Directions are unit vectors in the local frame of the surface, whose normal is z; both point away from it:
-`arriving` points to where the light comes from.
+The share is reflected radiance · cosine / density: its mean is the directional reflectance.
+`albedo` is its upper bound. Directions are unit vectors in the local frame of the surface, whose
+normal is z; both point away from it: `arriving` points to where the light comes from.
 """
 
 from dataclasses import dataclass
@@ -40,26 +42,31 @@ class Mirror:
 class Glossy:
     """Microfacets of constant reflectance, with a GGX distribution of normals.
 
-    Only single scattering is modelled, so that a rough surface reflects less than its facets: under an isotropic sky
-    3 % less at a roughness of 0.1, 15 % at 0.3, 59 % at 1.
+    Only single scattering is modelled, so that a rough surface reflects less than its facets: under
+    an isotropic sky 3 % less at a roughness of 0.1, 15 % at 0.3, 59 % at 1.
 
     References
     ----------
-    B. Walter et al. (2007), Microfacet models for refraction through rough surfaces, doi:10.2312/EGWR/EGSR07/195-206.
-    E. Heitz (2014), Understanding the masking-shadowing function in microfacet-based BRDFs, JCGT 3(2).
-    E. Heitz (2018), Sampling the GGX distribution of visible normals, JCGT 7(4).
+    B. Walter et al. (2007), Microfacet models for refraction through rough surfaces,
+    doi:10.2312/EGWR/EGSR07/195-206. E. Heitz (2014), Understanding the masking-shadowing function
+    in microfacet-based BRDFs, JCGT 3(2). E. Heitz (2018), Sampling the GGX distribution of visible
+    normals, JCGT 7(4).
     """
 
     albedo: float  # of each facet
     roughness: float  # α of GGX: 0 would be a mirror, 1 is nearly diffuse
 
     def sample(self, arriving, draws):
-        """Reflect at sampled visible facets: leaving (n, 3) and share (n,) float64, 0 below the surface."""
+        """Reflect at sampled visible facets: leaving (n, 3) and share (n,) float64, 0 below the
+        surface.
+        """
         facet = _sample_facets(arriving, self.roughness, draws.astype(float))
         leaving = 2 * (arriving * facet).sum(axis=1, keepdims=True) * facet - arriving
         above = np.where(leaving[:, 2] > 0, leaving[:, 2], 1.0)
         masked, shadowed = hidden(arriving[:, 2], self.roughness), hidden(above, self.roughness)
-        return leaving, np.where(leaving[:, 2] > 0, self.albedo * (1 + masked) / (1 + masked + shadowed), 0.0)
+        return leaving, np.where(
+            leaving[:, 2] > 0, self.albedo * (1 + masked) / (1 + masked + shadowed), 0.0
+        )
 
 
 def hidden(cosine, roughness):
@@ -71,15 +78,17 @@ def hidden(cosine, roughness):
 def _sample_facets(seen_from, roughness, draws):
     """Sample the distribution of visible normals: (n, 3) float64.
 
-    Stretching turns the facets into a hemisphere; its projection along the view direction is half a disk and half an
-    ellipse. A point is sampled there and projected back to the sphere.
+    Stretching turns the facets into a hemisphere; its projection along the view direction is half a
+    disk and half an ellipse. A point is sampled there and projected back to the sphere.
     """
     stretched = seen_from * [roughness, roughness, 1]
     stretched /= np.linalg.norm(stretched, axis=1, keepdims=True)
     level = np.hypot(stretched[:, 0], stretched[:, 1])
     upright = level < 1e-12
     sideways = np.column_stack([-stretched[:, 1], stretched[:, 0], np.zeros(len(level))])
-    sideways = np.where(upright[:, None], [1.0, 0, 0], sideways / np.where(upright, 1, level)[:, None])
+    sideways = np.where(
+        upright[:, None], [1.0, 0, 0], sideways / np.where(upright, 1, level)[:, None]
+    )
     upwards = np.cross(stretched, sideways)
     radius, angle = np.sqrt(draws[:, 0]), 2 * np.pi * draws[:, 1]
     across, along = radius * np.cos(angle), radius * np.sin(angle)
@@ -97,18 +106,23 @@ class Glass:
     """Specular reflection that increases towards grazing incidence."""
 
     refractive_index: float = 1.52  # of soda-lime glass in visible light
-    interfaces: int = 2  # between glass and air: 1 for a solid block, 2 for a pane, 4 for double glazing
+    interfaces: int = (
+        2  # between glass and air: 1 for a solid block, 2 for a pane, 4 for double glazing
+    )
     albedo: float = 1.0  # at grazing incidence
 
     def sample(self, arriving, draws):
         """Specular direction with Fresnel reflectance: leaving (n, 3) and share (n,) float64."""
-        return arriving * MIRRORED, reflect_interfaces(arriving[:, 2], self.refractive_index, self.interfaces)
+        return arriving * MIRRORED, reflect_interfaces(
+            arriving[:, 2], self.refractive_index, self.interfaces
+        )
 
 
 def reflect_interfaces(cosine, refractive_index, interfaces):
     """Reflectance of parallel interfaces between air and clear glass for unpolarised light.
 
-    Multiple reflections between them add up without interference, for each polarisation: R_k = k R / (1 + (k - 1) R).
+    Multiple reflections between them add up without interference, for each polarisation: R_k = k R
+    / (1 + (k - 1) R).
 
     Parameters
     ----------
@@ -123,15 +137,16 @@ def reflect_interfaces(cosine, refractive_index, interfaces):
 
     References
     ----------
-    G. G. Stokes (1862), On the intensity of the light reflected from or transmitted through a pile of plates,
-    Proceedings of the Royal Society of London 11.
+    G. G. Stokes (1862), On the intensity of the light reflected from or transmitted through a pile
+    of plates, Proceedings of the Royal Society of London 11.
     """
     single = fresnel(cosine, refractive_index)
     return (interfaces * single / (1 + (interfaces - 1) * single)).mean(axis=0)
 
 
 def fresnel(cosine, refractive_index):
-    """Reflectance of one interface, for polarisation perpendicular and parallel to the plane of incidence.
+    """Reflectance of one interface, for polarisation perpendicular and parallel to the plane of
+    incidence.
 
     Returns
     -------

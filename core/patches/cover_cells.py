@@ -1,4 +1,6 @@
-"""Cover cells: what those of a patch tell on each other, in the midst of their like or between some that agree."""
+"""Cover cells: what those of a patch tell on each other, in the midst of their like or between some
+that agree.
+"""
 
 import numpy as np
 from scipy import sparse
@@ -12,8 +14,8 @@ UNKNOWN, FACING, OPEN, TOUCHING, COVERED = np.int8(range(5))  # what a ray from 
 def settled_cells(states):
     """The verdicts on cells that all their neighbours share; UNKNOWN for the others.
 
-    Along the edge of the covered part a single ray says little, and where none around reaches the sky, fronts may be
-    those of something inside.
+    Along the edge of the covered part a single ray says little, and where none around reaches the
+    sky, fronts may be those of something inside.
 
     Parameters
     ----------
@@ -43,16 +45,18 @@ def enclosed_cells(covered):
     -------
     (c, cells) bool
     """
-    # Sparse, since a product of full matrices would start BLAS threads that compete with the tracer's.
+    # Sparse, since a product of full matrices would start BLAS threads that compete with the
+    # tracer's.
     contacts = sparse.csr_matrix(cell_contacts(round(np.sqrt(covered.shape[1]))))
     return covered & ~(contacts @ ~covered.T).T
 
 
 def _leading_cells():
-    """Cells that lead, (m,) int, and which of them touch each, itself alone if it leads: (m, cells) int8.
+    """Cells that lead, (m,) int, and which of them touch each, itself alone if it leads: (m, cells)
+    int8.
 
-    All that share an edge with the patch, since what is covered ends along an edge, and a third of the other upright
-    ones: each cell touches two or more.
+    All that share an edge with the patch, since what is covered ends along an edge, and a third of
+    the other upright ones: each cell touches two or more.
     """
     row, place = cell_places(CELL_DIVISIONS)
     upright, last = place % 2 == 0, 2 * (CELL_DIVISIONS - 1 - row)
@@ -67,7 +71,8 @@ LEADING, TOUCH = _leading_cells()
 
 
 def share_verdicts(verdict, states):
-    """The verdicts on cells between leading ones that agree; UNKNOWN where these differ or a first ray denies it.
+    """The verdicts on cells between leading ones that agree; UNKNOWN where these differ or a first
+    ray denies it.
 
     Parameters
     ----------
@@ -83,5 +88,7 @@ def share_verdicts(verdict, states):
     leading, touching = (verdict[:, LEADING] == COVERED).astype(np.int8), TOUCH.sum(axis=0)
     covered = leading @ TOUCH  # whole numbers, for which no BLAS threads start
     agreed = np.select([covered == touching, covered == 0], [COVERED, OPEN], UNKNOWN)
-    fitting = np.where(agreed == COVERED, enclosed_cells(states != OPEN), enclosed_cells(states < TOUCHING))
+    fitting = np.where(
+        agreed == COVERED, enclosed_cells(states != OPEN), enclosed_cells(states < TOUCHING)
+    )
     return np.where((verdict == UNKNOWN) & fitting, agreed, verdict)

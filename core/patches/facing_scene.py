@@ -1,13 +1,16 @@
 """Coincident faces: a ray hits the one that faces it, and of several such the first.
 
-  light                 Models draw thin objects, such as a roof or a canopy, as two faces in one place, and
-    ↘                   some faces twice. A ray may hit any of them. The hit is assigned to the face whose
+  light                 Models draw thin objects, such as a roof or a canopy, as two faces in one
+                        place, and
+    ↘                   some faces twice. A ray may hit any of them. The hit is assigned to the face
+                        whose
 ═══════↑═  front        front is towards the ray; the opposite one is the other side of the same sheet.
 ═══════↓═  back
 
-Light does not reach the fronts of party walls, which face into a neighbour's house. To a ray, a roof drawn from both
-sides and a party wall are the same: a back and a front in one place. They differ in what is in front of the front.
-Rays from the middle of the overlap of the two faces find out.
+Light does not reach the fronts of party walls, which face into a neighbour's house. To a ray, a
+roof drawn from both sides and a party wall are the same: a back and a front in one place. They
+differ in what is in front of the front. Rays from the middle of the overlap of the two faces find
+out.
 """
 
 import numpy as np
@@ -47,26 +50,35 @@ class FacingScene(LeafyScene):
             self.coincident = _drop_hidden(self, patches, self.coincident, threads)
 
     def trace_places(self, ray_origins, ray_directions):
-        """As of `RayScene`; a hit on the back of a face with a coincident front is assigned to the front."""
+        """As of `RayScene`; a hit on the back of a face with a coincident front is assigned to the
+        front.
+        """
         ray_directions = np.asfortranarray(ray_directions, np.float32)
         places = super().trace_places(ray_origins, ray_directions)
         if len(self.coincident):
-            _turn_to_fronts(tuple(vars(self.coincident).values()), self._kinds, ray_directions, tuple(places))
+            _turn_to_fronts(
+                tuple(vars(self.coincident).values()), self._kinds, ray_directions, tuple(places)
+            )
         if self._other_side is not None:
             _turn_sheets(self._other_side, self._kinds[0], ray_directions, tuple(places))
         return places
 
     def trace_as_drawn(self, ray_origins, ray_directions):
-        """As of `RayScene`; of several coincident faces the first is hit, whichever way it faces."""
+        """As of `RayScene`; of several coincident faces the first is hit, whichever way
+        it faces.
+        """
         ray_directions = np.asfortranarray(ray_directions, np.float32)
         places = super().trace_places(ray_origins, ray_directions)
         if len(self.coincident):
             kinds = self._kinds[0], self._none
-            _turn_to_fronts(tuple(vars(self.coincident).values()), kinds, ray_directions, tuple(places))
+            _turn_to_fronts(
+                tuple(vars(self.coincident).values()), kinds, ray_directions, tuple(places)
+            )
         return places
 
     def find_doubles(self, places):
-        """Other faces that light reaches together with the front that it hit: coincident ones that face the same way.
+        """Other faces that light reaches together with the front that it hit: coincident ones that
+        face the same way.
 
         Parameters
         ----------
@@ -87,7 +99,9 @@ class FacingScene(LeafyScene):
 
 @njit(nogil=True, cache=True, inline="always")
 def _place_on(places, entry, b1, b2):
-    """Whether a point of one face of a pair lies on the other, and its barycentric weights there."""
+    """Whether a point of one face of a pair lies on the other, and its barycentric
+    weights there.
+    """
     c1 = places[entry, 0, 0] + places[entry, 0, 1] * b1 + places[entry, 0, 2] * b2
     c2 = places[entry, 1, 0] + places[entry, 1, 1] * b1 + places[entry, 1, 2] * b2
     return min(c1, c2, 1 - c1 - c2) >= -ROUNDING, c1, c2
@@ -96,14 +110,18 @@ def _place_on(places, entry, b1, b2):
 @njit(nogil=True, cache=True, inline="always")
 def _runs_along(facing, face, direction):
     """Whether a ray hits the back of a face, as in `meets_back`."""
-    along = direction[0] * facing[face, 0] + direction[1] * facing[face, 1] + direction[2] * facing[face, 2]
+    along = (
+        direction[0] * facing[face, 0]
+        + direction[1] * facing[face, 1]
+        + direction[2] * facing[face, 2]
+    )
     return along + facing[face, 3] > 0
 
 
 @njit(nogil=True, cache=True)
 def _turn_to_fronts(pairs, kinds, directions, hits):
-    """Change hits on coincident faces to the first of the fronts that receive light; without any such, to the first of
-    all. Which of them the tracer meets depends on the rest of the city.
+    """Change hits on coincident faces to the first of the fronts that receive light; without any
+    such, to the first of all. Which of them the tracer meets depends on the rest of the city.
 
     Parameters
     ----------
@@ -138,7 +156,8 @@ def _turn_to_fronts(pairs, kinds, directions, hits):
 
 @njit(nogil=True, cache=True)
 def _turn_sheets(other_side, facing, directions, hits):
-    """Change hits on the backs of sheets to hits on their other sides: the same triangles, reversed.
+    """Change hits on the backs of sheets to hits on their other sides: the same triangles,
+    reversed.
 
     Parameters
     ----------
@@ -158,7 +177,9 @@ def _turn_sheets(other_side, facing, directions, hits):
 
 @njit(nogil=True, cache=True)
 def _list_doubles(pairs, kinds, hits):
-    """Indices of places, and further faces that coincide there, receive light and face the same way."""
+    """Indices of places, and further faces that coincide there, receive light and face the same
+    way.
+    """
     (start, other, places), (facing, receives), (hit, b1, b2) = pairs, kinds, hits
     row, doubles = [np.int64(0) for _ in range(0)], [np.int32(0) for _ in range(0)]
     for ray in range(len(hit)):
@@ -172,12 +193,15 @@ def _list_doubles(pairs, kinds, hits):
     return np.array(row, np.int64), np.array(doubles, np.int32)
 
 
-MOST_CORNERS = 24  # of a triangle clipped by three edges: 6, and never more than twice as many after each cut
+MOST_CORNERS = (
+    24  # of a triangle clipped by three edges: 6, and never more than twice as many after each cut
+)
 PAIRS_PER_TASK = 1 << 13
 
 
 def _drop_hidden(ray_scene, patches, coincident, threads=1):
-    """Coincident faces without the fronts that light does not reach; only pairs that face opposite ways are tested.
+    """Coincident faces without the fronts that light does not reach; only pairs that face opposite
+    ways are tested.
 
     Parameters
     ----------
@@ -194,7 +218,10 @@ def _drop_hidden(ray_scene, patches, coincident, threads=1):
     other = coincident.other
     opposite = np.einsum("ex,ex->e", patches.normal[one], patches.normal[other]) < 0
     doubtful = np.flatnonzero(opposite & patches.receives[other])
-    tasks = [doubtful[begin : begin + PAIRS_PER_TASK] for begin in range(0, len(doubtful), PAIRS_PER_TASK)]
+    tasks = [
+        doubtful[begin : begin + PAIRS_PER_TASK]
+        for begin in range(0, len(doubtful), PAIRS_PER_TASK)
+    ]
 
     def vote(entries):
         faces, middle = other[entries], _middle_of_overlap(coincident.places[entries])
@@ -210,9 +237,11 @@ def _drop_hidden(ray_scene, patches, coincident, threads=1):
 
 @njit(nogil=True, cache=True)
 def _middle_of_overlap(places):
-    """A point that lies on both faces of each pair, in barycentric weights of the other face: (e, 2) float32.
+    """A point that lies on both faces of each pair, in barycentric weights of the other face: (e,
+    2) float32.
 
-    The first face is clipped by the edges of the other; the result is convex, so the mean of its corners lies inside.
+    The first face is clipped by the edges of the other; the result is convex, so the mean of its
+    corners lies inside.
 
     Parameters
     ----------
@@ -241,10 +270,11 @@ def _middle_of_overlap(places):
 
 @njit(nogil=True, cache=True)
 def _cut_off(corners, count, edge, clipped):
-    """Clip a convex polygon of `count` corners, in barycentric weights, to the inner side of an edge.
+    """Clip a convex polygon of `count` corners, in barycentric weights, to the inner side of an
+    edge.
 
-    The result is written to `clipped`, and its number of corners returned. Loops over numbers, not slices of arrays,
-    which would take numba ten times as long to compile.
+    The result is written to `clipped`, and its number of corners returned. Loops over numbers, not
+    slices of arrays, which would take numba ten times as long to compile.
 
     References
     ----------
@@ -253,7 +283,10 @@ def _cut_off(corners, count, edge, clipped):
     kept = 0
     for corner in range(count):
         after = (corner + 1) % count
-        inside_here, inside_there = _inside_of_edge(corners, corner, edge), _inside_of_edge(corners, after, edge)
+        inside_here, inside_there = (
+            _inside_of_edge(corners, corner, edge),
+            _inside_of_edge(corners, after, edge),
+        )
         if inside_here >= 0:
             for axis in range(2):
                 clipped[kept, axis] = corners[corner, axis]
@@ -261,7 +294,9 @@ def _cut_off(corners, count, edge, clipped):
         if inside_here * inside_there < 0:
             share = inside_here / (inside_here - inside_there)
             for axis in range(2):
-                clipped[kept, axis] = corners[corner, axis] + share * (corners[after, axis] - corners[corner, axis])
+                clipped[kept, axis] = corners[corner, axis] + share * (
+                    corners[after, axis] - corners[corner, axis]
+                )
             kept += 1
     return kept
 

@@ -20,7 +20,11 @@ def classify_rays(hit, directions, facing, fate):
     for patch in range(len(hit)):
         for ray in range(hit.shape[1]):
             met = hit[patch, ray]
-            x, y, z = directions[0, patch, ray], directions[1, patch, ray], directions[2, patch, ray]
+            x, y, z = (
+                directions[0, patch, ray],
+                directions[1, patch, ray],
+                directions[2, patch, ray],
+            )
             if met < 0:
                 fate[patch, ray] = SKY if z > 0 else FAR_GROUND
                 continue
@@ -29,7 +33,8 @@ def classify_rays(hit, directions, facing, fate):
 
 
 def meets_back(patches, hit, directions):
-    """Whether rays hit the back of a patch: they go along its normal, or it is a footprint. Sheets have no back.
+    """Whether rays hit the back of a patch: they go along its normal, or it is a footprint. Sheets
+    have no back.
 
     Parameters
     ----------
@@ -78,7 +83,9 @@ def stop_in_crowns(ray_scene, patches, rays, places, wanted):
 
 
 def _measure_reach(patches, origins, directions, places):
-    """Distance from origins to hits, (c, r) float64 [m]; practically infinite where nothing is hit."""
+    """Distance from origins to hits, (c, r) float64 [m]; practically infinite where nothing
+    is hit.
+    """
     hit, b1, b2 = places
     reach = np.full(hit.shape, 1e30)
     row, ray = np.nonzero(hit >= 0)

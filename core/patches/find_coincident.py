@@ -1,8 +1,9 @@
 """Coincident faces: triangles that overlap in one plane, whichever way each of them faces.
 
-They are found with a hash grid: boxes sorted by the cubic cells that they touch. Triangles are sorted by size into
-layers; the cells of a layer are as large as its triangles, so that each of these, and every smaller one, touches at
-most eight cells. Every triangle is compared with those of its own layer and of the coarser ones.
+They are found with a hash grid: boxes sorted by the cubic cells that they touch. Triangles are
+sorted by size into layers; the cells of a layer are as large as its triangles, so that each of
+these, and every smaller one, touches at most eight cells. Every triangle is compared with those of
+its own layer and of the coarser ones.
 """
 
 from dataclasses import dataclass
@@ -14,8 +15,11 @@ from numba import njit
 from ..rays.random_numbers import GOLDEN
 from ..settings.threads import map_in_order
 
-PARALLEL = 0.9  # least cosine between normals to test a pair further; loose, as normals of slivers are mostly rounding
-LAYER_GROWTH = 2.0  # as a power of two: cells of one layer are four times as large as those of the next finer one
+# least cosine between normals to test a pair further; loose, as normals of slivers are mostly
+# rounding
+PARALLEL = 0.9
+# as a power of two: cells of one layer are four times as large as those of the next finer one
+LAYER_GROWTH = 2.0
 TRIANGLES_PER_TASK = 1 << 15
 MOST_PAIRS = 256  # per triangle; a pair that shares several cells counts in each
 TINY = np.finfo(np.float32).tiny
@@ -24,11 +28,15 @@ SMALLEST = np.finfo(float).tiny
 
 @dataclass
 class Coincident:
-    """For each of p patches, those that overlap it in its plane, no further away than the offset of ray origins."""
+    """For each of p patches, those that overlap it in its plane, no further away than the offset of
+    ray origins.
+    """
 
     start: np.ndarray  # (p + 1,) int64, where the entries of each patch begin
     other: np.ndarray  # (e,) int32, ascending for each patch
-    places: np.ndarray  # (e, 2, 3) float64, maps (1, b1, b2) of a point on the patch to b1 and b2 on the other
+    places: (
+        np.ndarray
+    )  # (e, 2, 3) float64, maps (1, b1, b2) of a point on the patch to b1 and b2 on the other
 
     def __len__(self):
         return len(self.other)
@@ -41,8 +49,8 @@ def find_coincident(corners, offset, threads=1):
     ----------
     corners : (t, 3, 3) float [m]
     offset : (t,) float [m]
-        Distance of ray origins from the plane: triangles no further away than this coincide. Triangles that overlap by
-        less than this in any direction only touch.
+        Distance of ray origins from the plane: triangles no further away than this coincide.
+        Triangles that overlap by less than this in any direction only touch.
     threads : int
 
     Returns
@@ -54,7 +62,9 @@ def find_coincident(corners, offset, threads=1):
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.sqrt(normal[:, 0] ** 2 + normal[:, 1] ** 2 + normal[:, 2] ** 2)
     normal /= np.maximum(length, SMALLEST)[:, None]
-    boxes = np.concatenate([corners.min(axis=1) - offset[:, None], corners.max(axis=1) + offset[:, None]], axis=1)
+    boxes = np.concatenate(
+        [corners.min(axis=1) - offset[:, None], corners.max(axis=1) + offset[:, None]], axis=1
+    )
     extent = (boxes[:, 3:] - boxes[:, :3]).max(axis=1, initial=0)
     layer = np.ceil(np.log2(np.maximum(extent, TINY)) / LAYER_GROWTH).astype(np.int32)
     largest = int(layer[length > 0].max(initial=-(1 << 20)))
@@ -67,9 +77,18 @@ def find_coincident(corners, offset, threads=1):
         first, last = np.searchsorted(sorted_layer, [one, one + 1])
         buckets = 1 << int(2 * (last - first)).bit_length()
         start, listed = _fill_buckets(order[first:last], boxes, size, buckets)
-        grid = start, listed, normal[listed].astype(np.float32)  # contiguous: most pairs fail by normals
-        tasks = [order[begin : min(begin + TRIANGLES_PER_TASK, last)] for begin in range(0, last, TRIANGLES_PER_TASK)]
-        found.extend(map_in_order(partial(_pairs_in_grid, grid=grid, size=size, faces=faces), tasks, threads))
+        grid = (
+            start,
+            listed,
+            normal[listed].astype(np.float32),
+        )  # contiguous: most pairs fail by normals
+        tasks = [
+            order[begin : min(begin + TRIANGLES_PER_TASK, last)]
+            for begin in range(0, last, TRIANGLES_PER_TASK)
+        ]
+        found.extend(
+            map_in_order(partial(_pairs_in_grid, grid=grid, size=size, faces=faces), tasks, threads)
+        )
     return _list_pairs(np.concatenate(found), corners)
 
 
@@ -103,8 +122,8 @@ def _list_pairs(pairs, corners):
 def _pairs_in_grid(chosen, grid, size, faces):
     """Pairs of chosen triangles with triangles of a grid: (k, 2) int32, some of them several times.
 
-    A triangle is the first one in at most MOST_PAIRS of them: more in one place are an error of the model, and
-    thousands would give millions of pairs.
+    A triangle is the first one in at most MOST_PAIRS of them: more in one place are an error of the
+    model, and thousands would give millions of pairs.
     """
     (start, listed, normals), (corners, normal, offset, boxes, layer) = grid, faces
     mask, touched = np.uint64(len(start) - 2), np.empty(27, np.int64)
@@ -115,9 +134,13 @@ def _pairs_in_grid(chosen, grid, size, faces):
             for entry in range(start[touched[place]], start[touched[place] + 1]):
                 other = listed[entry]
                 if found == most or (other <= one and layer[one] == layer[other]):
-                    break  # buckets are in descending order: the remaining pairs are found from their other triangle
+                    # buckets are in descending order: the remaining pairs are found from their
+                    # other triangle
+                    break
                 along = normal[one, 0] * normals[entry, 0] + normal[one, 1] * normals[entry, 1]
-                if abs(along + normal[one, 2] * normals[entry, 2]) < PARALLEL or not _boxes_meet(boxes, one, other):
+                if abs(along + normal[one, 2] * normals[entry, 2]) < PARALLEL or not _boxes_meet(
+                    boxes, one, other
+                ):
                     continue
                 reach = max(offset[one], offset[other])
                 level = _lies_in_plane(corners, normal, one, other, reach)
@@ -153,7 +176,9 @@ def _lies_in_plane(corners, normal, one, other, reach):
 
 @njit(nogil=True, cache=True)
 def _separated(corners, normal, one, other, reach):
-    """Whether an edge of one of two triangles separates them up to `reach`, seen along the normal of the first."""
+    """Whether an edge of one of two triangles separates them up to `reach`, seen along the normal
+    of the first.
+    """
     n0, n1, n2 = normal[one, 0], normal[one, 1], normal[one, 2]
     for owner in (one, other):
         for corner in range(3):
@@ -161,7 +186,11 @@ def _separated(corners, normal, one, other, reach):
             e0 = corners[owner, after, 0] - corners[owner, corner, 0]
             e1 = corners[owner, after, 1] - corners[owner, corner, 1]
             e2 = corners[owner, after, 2] - corners[owner, corner, 2]
-            a0, a1, a2 = e1 * n2 - e2 * n1, e2 * n0 - e0 * n2, e0 * n1 - e1 * n0  # normal to the edge, in the plane
+            a0, a1, a2 = (
+                e1 * n2 - e2 * n1,
+                e2 * n0 - e0 * n2,
+                e0 * n1 - e1 * n0,
+            )  # normal to the edge, in the plane
             one_low, one_high = _reach_along(corners, one, a0, a1, a2)
             other_low, other_high = _reach_along(corners, other, a0, a1, a2)
             common = min(one_high - other_low, other_high - one_low)
@@ -175,7 +204,9 @@ def _reach_along(corners, one, a0, a1, a2):
     """Smallest and largest coordinate of a triangle's corners along a direction."""
     low, high = np.inf, -np.inf
     for point in range(3):
-        place = corners[one, point, 0] * a0 + corners[one, point, 1] * a1 + corners[one, point, 2] * a2
+        place = (
+            corners[one, point, 0] * a0 + corners[one, point, 1] * a1 + corners[one, point, 2] * a2
+        )
         low, high = min(low, place), max(high, place)
     return low, high
 
@@ -191,7 +222,8 @@ def _bucket_of_cell(x, y, z, mask):
 
 @njit(nogil=True, cache=True)
 def _touch_cells(box, size, mask, touched):
-    """Write the buckets of the cells that a box touches, each once, into `touched`, and return their number.
+    """Write the buckets of the cells that a box touches, each once, into `touched`, and return
+    their number.
 
     Parameters
     ----------

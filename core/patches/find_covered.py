@@ -1,7 +1,8 @@
-"""Which parts of patches lie inside or under something: the vote of rays from each of 64 cover cells.
+"""Which parts of patches lie inside or under something: the vote of rays from each of 64 cover
+cells.
 
-A surface counts as covered where more than half of its area is (`counted_area`). What the cells of a patch tell on each
-other stands in `cover_cells`, rays that go on from fronts in `inside_test`.
+A surface counts as covered where more than half of its area is (`counted_area`). What the cells of
+a patch tell on each other stands in `cover_cells`, rays that go on from fronts in `inside_test`.
 """
 
 import numpy as np
@@ -9,7 +10,13 @@ import numpy as np
 from ..rays.hemisphere_rays import CELL_DIVISIONS, points_of_patches, rays_from_patches
 from ..rays.random_numbers import mix, uniform_of
 from ..rays.ray_scene import HitPlaces
-from ..rays.sample_points import additive_recurrence, cell_places, cosine_direction, shifted, stratified_points
+from ..rays.sample_points import (
+    additive_recurrence,
+    cell_places,
+    cosine_direction,
+    shifted,
+    stratified_points,
+)
 from .cover_cells import (
     COVERED,
     FACING,
@@ -35,7 +42,9 @@ from .inside_test import (
 )
 
 AFTER_FIRST = np.arange(RAYS) > 0
-UPRIGHT = np.flatnonzero(cell_places(CELL_DIVISIONS)[1] % 2 == 0)  # cells: all along the edges, half of the others
+UPRIGHT = np.flatnonzero(
+    cell_places(CELL_DIVISIONS)[1] % 2 == 0
+)  # cells: all along the edges, half of the others
 STATE_OF_FATE = np.full(DARK + 1, UNKNOWN)
 STATE_OF_FATE[[FRONT, SKY, BACK]] = FACING, OPEN, COVERED
 
@@ -43,10 +52,11 @@ STATE_OF_FATE[[FRONT, SKY, BACK]] = FACING, OPEN, COVERED
 def find_covered_cells(ray_scene, patches, chosen):
     """Which cells of some patches lie inside or under something.
 
-    Points and rays are the same for every seed and any number of samples: what is covered is geometry, and a wall that
-    is covered for about half would otherwise be eligible with some seeds only. Each cell has one point. First rays from
-    the upright cells, which are all that line the edges of a patch and half of the others, tell whether the patch is
-    examined at all. They rise wherever they can: below the ground, rays that descend hit nothing.
+    Points and rays are the same for every seed and any number of samples: what is covered is
+    geometry, and a wall that is covered for about half would otherwise be eligible with some seeds
+    only. Each cell has one point. First rays from the upright cells, which are all that line the
+    edges of a patch and half of the others, tell whether the patch is examined at all. They rise
+    wherever they can: below the ground, rays that descend hit nothing.
 
     Parameters
     ----------
@@ -98,16 +108,21 @@ def _first_states(ray_scene, patches, chosen, starts, *, rising=False):
     starts : tuple of (c, m), (c, m) and two (c, m) float32
         Barycentric weights of the points, and two random numbers in [0, 1).
     rising : bool
-        Whether rays that would descend are mirrored at the horizontal plane, where that leaves them in front.
+        Whether rays that would descend are mirrored at the horizontal plane, where that leaves them
+        in front.
 
     Returns
     -------
     (c, m) int8
-        COVERED if it hits a back, FACING a front, TOUCHING one that is as good as in the same place; OPEN if it reaches
-        the sky, UNKNOWN if it leaves below the horizon, from an open place or from below the ground.
+        COVERED if it hits a back, FACING a front, TOUCHING one that is as good as in the same
+        place; OPEN if it reaches the sky, UNKNOWN if it leaves below the horizon, from an open
+        place or from below the ground.
     """
     b1, b2, shifts = starts
-    u, v = (shifted(around, shifts[axis])[..., 0] for axis, around in enumerate(additive_recurrence(1, 2).T))
+    u, v = (
+        shifted(around, shifts[axis])[..., 0]
+        for axis, around in enumerate(additive_recurrence(1, 2).T)
+    )
     local = cosine_direction(u, v)
     origins, directions = rays_from_patches(patches, chosen, b1, b2, local)
     if rising:
@@ -130,13 +145,15 @@ def _first_states(ray_scene, patches, chosen, starts, *, rising=False):
 def _examine_cells(ray_scene, patches, chosen, starts):
     """Which cells of patches lie inside or under something, by rays from one point in each.
 
-    First rays settle cells deep in the open or deep inside. In the others RAYS rays vote, first in the leading ones; a
-    cell between such as agree takes their verdict, unless its first ray or a neighbour's denies it. A cell is covered
-    if more than half of the rays hit backs and at most one reaches the sky. Real models are open shells: a single ray
-    proves nothing, and rays into an open house from outside hit backs, but others reach the sky, or do so when they go
-    on from the fronts that they meet. From a wall that continues below the ground, rays hit the back of the ground
-    upwards and nothing downwards: no ray carries light, so the cell is covered too. Below a slope some rays would
-    escape to the sky under the hill; there a vertical ray decides, which hits the back of the ground first.
+    First rays settle cells deep in the open or deep inside. In the others RAYS rays vote, first in
+    the leading ones; a cell between such as agree takes their verdict, unless its first ray or a
+    neighbour's denies it. A cell is covered if more than half of the rays hit backs and at most one
+    reaches the sky. Real models are open shells: a single ray proves nothing, and rays into an open
+    house from outside hit backs, but others reach the sky, or do so when they go on from the fronts
+    that they meet. From a wall that continues below the ground, rays hit the back of the ground
+    upwards and nothing downwards: no ray carries light, so the cell is covered too. Below a slope
+    some rays would escape to the sky under the hill; there a vertical ray decides, which hits the
+    back of the ground first.
 
     Parameters
     ----------
@@ -167,7 +184,8 @@ def _examine_cells(ray_scene, patches, chosen, starts):
 
 
 def _judge_cells(ray_scene, patches, places, shifts, keys):
-    """Whether some cells lie inside or under something, by a vote of rays that go on from fronts where they disagree.
+    """Whether some cells lie inside or under something, by a vote of rays that go on from fronts
+    where they disagree.
 
     Parameters
     ----------
@@ -185,15 +203,20 @@ def _judge_cells(ray_scene, patches, places, shifts, keys):
     hits, back, sky, below = _trace_vote(ray_scene, patches, places, shifts)
     backs, skies, belows = ends = np.stack([which.sum(axis=1) for which in (back, sky, below)])
     # Inside something, or in the earth.
-    found = ((2 * backs > RAYS) & (skies <= STRAY_RAYS)) | ((4 * backs > RAYS) & (backs + belows == RAYS))
+    found = ((2 * backs > RAYS) & (skies <= STRAY_RAYS)) | (
+        (4 * backs > RAYS) & (backs + belows == RAYS)
+    )
     doubtful = ~found & (ends[1] == 0)
     touching = np.zeros(len(found), bool)
     own, b1, b2 = places.take(doubtful)
     origins = points_of_patches(patches, own, b1[:, None], b2[:, None])[:, 0]
-    touching[doubtful] = find_touching(patches, own, ray_scene.trace_places(origins, patches.normal[own]))
+    touching[doubtful] = find_touching(
+        patches, own, ray_scene.trace_places(origins, patches.normal[own])
+    )
     hidden = doubtful & ~touching & (ends[0] == 0)
     going = (found | (doubtful & ~touching))[:, None] & ~(back | sky | below)
-    # Of places from which all rays met fronts most are in the open: one that leaves tells, and spares the others.
+    # Of places from which all rays met fronts most are in the open: one that leaves tells, and
+    # spares the others.
     for part in (going & ~(hidden[:, None] & AFTER_FIRST), going & (hidden[:, None] & AFTER_FIRST)):
         point, ray = np.nonzero(part & ~(hidden & (ends[1] + ends[2] > 0))[:, None])
         rays = hits.take((point, ray)), point, number_rays(keys)[point, ray]
@@ -205,7 +228,9 @@ def _judge_cells(ray_scene, patches, places, shifts, keys):
 
 
 def _trace_vote(ray_scene, patches, places, shifts):
-    """Where the rays of a vote end: HitPlaces, and whether at a back, in the sky, below the horizon: all (k, RAYS)."""
+    """Where the rays of a vote end: HitPlaces, and whether at a back, in the sky, below the
+    horizon: all (k, RAYS).
+    """
     around = additive_recurrence(RAYS, 2)
     u, v = (shifted(around[:, axis], shifts[:, axis]) for axis in (0, 1))
     own, b1, b2 = places
@@ -233,13 +258,16 @@ def lie_in_earth(ray_scene, patches, points):
         return np.zeros(points.shape[:2], bool)
     up = np.tile(np.float32([0, 0, 1]), (points.shape[0] * points.shape[1], 1))
     above = ray_scene.trace_closest(points.reshape(-1, 3), up)
-    return ((above >= 0) & patches.ground[above] & (patches.normal[above, 2] > 0)).reshape(points.shape[:2])
+    return ((above >= 0) & patches.ground[above] & (patches.normal[above, 2] > 0)).reshape(
+        points.shape[:2]
+    )
 
 
 def cells_near_cover(covered, within):
     """Cells that are covered or touch a covered one: (c, cells) bool.
 
-    In these, whether a ray starts in the open is decided ray by ray: it does if it does not hit a back.
+    In these, whether a ray starts in the open is decided ray by ray: it does if it does not hit a
+    back.
 
     Parameters
     ----------
@@ -248,5 +276,7 @@ def cells_near_cover(covered, within):
         Patches that have such cells.
     """
     near_cover = np.zeros(covered.shape, bool)
-    near_cover[within] = ~enclosed_cells(~covered[within])  # all but open cells surrounded by open ones
+    near_cover[within] = ~enclosed_cells(
+        ~covered[within]
+    )  # all but open cells surrounded by open ones
     return near_cover

@@ -1,13 +1,15 @@
-"""The inside test, of places from which rays meet hardly anything but fronts: in something, or in a gap or a court.
+"""The inside test, of places from which rays meet hardly anything but fronts: in something, or in a
+gap or a court.
 
-┌──────────────┐ roof          No ray from the wall w reaches the sky, and half of them meet the front of the house
+┌──────────────┐ roof          No ray from the wall w reaches the sky, and half of them meet the
+                               front of the house
 │  ┌────┐      │               inside, not a back. What a ray reaches without crossing a face is inside if the place
 │  │    │ ←─ w │               is; so rays go on from fronts until they meet a back or leave. In a court they leave.
 └──┴────┴──────┘               In a closed room, all of fronts, they never do: no light gets there.
 
-By the cosine a ray would leave a deep gap after as many turns as the square of its depth over its width. Whether rays
-can leave does not depend on the law of their directions, so they go on by one as likely to take them from one to
-two widths of the gap along it as from a hundred to two hundred.
+By the cosine a ray would leave a deep gap after as many turns as the square of its depth over its
+width. Whether rays can leave does not depend on the law of their directions, so they go on by one
+as likely to take them from one to two widths of the gap along it as from a hundred to two hundred.
 """
 
 import numpy as np
@@ -20,21 +22,27 @@ from .fates_of_rays import meets_back
 RAYS = 8  # from each point
 STRAY_RAYS = 1  # of them that may reach the sky through a hole from inside an open shell
 TURNS = 32  # most faces that a ray goes on from
-MANY_TURNS = 200  # before a place counts as closed: of a shaft 50 times as deep as wide one turn in a hundred leaves
+# before a place counts as closed: of a shaft 50 times as deep as wide one turn in a hundred leaves
+MANY_TURNS = 200
 FLATTEST = 1e-3  # cosine of the angle to the normal of the flattest rays along a face
-CONTACT = 0.01  # [m]: faces that look at each other from closer than this touch, but for the rounding of a model
-WIDTH = 1.0  # [m] of a patch, the root of its area; on smaller ones they must be closer in proportion
+# [m]: faces that look at each other from closer than this touch, but for the rounding of a model
+CONTACT = 0.01
+WIDTH = (
+    1.0  # [m] of a patch, the root of its area; on smaller ones they must be closer in proportion
+)
 OPPOSITE = -0.9  # cosine between the normals of faces that look at each other
 
 
 def judge_ends(backs, skies, below):
-    """Whether points lie inside something, from how many of their RAYS rays end at backs, in the sky and below the
-    horizon: (k,) bool. If none leaves, the others still go on: the place is closed."""
+    """Whether points lie inside something, from how many of their RAYS rays end at backs, in the
+    sky and below the horizon: (k,) bool. If none leaves, the others still go on: the place is
+    closed."""
     return (2 * backs > RAYS) & (skies <= STRAY_RAYS) | (skies + below == 0)
 
 
 def lie_inside(ray_scene, patches, places, keys, ahead=0.0, *, turns=TURNS):
-    """Whether some points of patches lie inside something, by RAYS rays from each that go on from fronts: (k,) bool.
+    """Whether some points of patches lie inside something, by RAYS rays from each that go on from
+    fronts: (k,) bool.
 
     Parameters
     ----------
@@ -70,8 +78,8 @@ def follow(ray_scene, patches, rays, ends, *, owner, ahead=0, turns=TURNS):
     rays : tuple of HitPlaces, (r,) int and (r,) uint64
         Where they start, the point that each belongs to, and keys of random numbers.
     ends : (3, k) int
-        For each point, how many end at backs, in the sky and below the horizon is added to the rows. From points with
-        more than STRAY_RAYS in the sky none is followed any more.
+        For each point, how many end at backs, in the sky and below the horizon is added to the
+        rows. From points with more than STRAY_RAYS in the sky none is followed any more.
     owner : (k,) int
         The patch of each point.
     ahead : (r, 3) float32 [m], optional
@@ -83,7 +91,9 @@ def follow(ray_scene, patches, rays, ends, *, owner, ahead=0, turns=TURNS):
         # Directions along the face with an even logarithm of their cosine to the normal.
         height, angle = np.float32(FLATTEST) ** u, np.float32(2 * np.pi) * v
         along = np.sqrt(1 - height * height)
-        local = tuple(part[:, None] for part in (along * np.cos(angle), along * np.sin(angle), height))
+        local = tuple(
+            part[:, None] for part in (along * np.cos(angle), along * np.sin(angle), height)
+        )
         starts = rays_from_patches(patches, triangle, b1[:, None], b2[:, None], local)
         origins, directions = (part[:, 0] for part in starts)
         origins = origins + ahead if turn == 0 else origins
@@ -118,8 +128,8 @@ def find_touching(patches, own, hits):
 
 
 def facing_distance(patches, own, hits):
-    """Distance from patches to the faces that rays from there meet, as of `find_touching`: (m,) float32 [m]; infinite
-    where these do not look back at them."""
+    """Distance from patches to the faces that rays from there meet, as of `find_touching`: (m,)
+    float32 [m]; infinite where these do not look back at them."""
     distance = np.full(len(own), np.inf, np.float32)
     _measure_facing((patches.corner, patches.edges, patches.facing), own, tuple(hits), distance)
     return distance

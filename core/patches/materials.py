@@ -1,16 +1,20 @@
-"""Named materials, and those of computer graphics: how walls, roofs and streets reflect, each with its source.
+"""Named materials, and those of computer graphics: how walls, roofs and streets reflect, each with
+its source.
 
-The albedo of a material is the middle of the range in its source. Real facades differ; a measured albedo is better.
+The albedo of a material is the middle of the range in its source. Real facades differ; a measured
+albedo is better.
 
-The albedo of a shader (base colour, metallic, roughness, transmission) is the luminance of the base colour,
-Y = 0.2126 R + 0.7152 G + 0.0722 B (ITU-R BT.709-6, linear RGB), as given by "RGB to BW" in Blender. This is the visible
-reflectance. About half of the solar power is infrared, of which bricks, tiles and leaves reflect more; a colour does
-not tell how much. A shader mixes metal, glass and a diffuse base; the one with more than half of the weight is taken.
-The clear coat over a diffuse base (4 % at normal incidence) is neglected.
+The albedo of a shader (base colour, metallic, roughness, transmission) is the luminance of the base
+colour, Y = 0.2126 R + 0.7152 G + 0.0722 B (ITU-R BT.709-6, linear RGB), as given by "RGB to BW" in
+Blender. This is the visible reflectance. About half of the solar power is infrared, of which
+bricks, tiles and leaves reflect more; a colour does not tell how much. A shader mixes metal, glass
+and a diffuse base; the one with more than half of the weight is taken. The clear coat over a
+diffuse base (4 % at normal incidence) is neglected.
 
 References
 ----------
-B. Burley (2012), Physically based shading at Disney, SIGGRAPH course notes: the α of GGX is the roughness squared.
+B. Burley (2012), Physically based shading at Disney, SIGGRAPH course notes: the α of GGX is the
+roughness squared.
 """
 
 import re
@@ -21,9 +25,13 @@ from ..settings.errors import InputError
 from .brdfs import Glass, Glossy, Lambertian, Mirror
 
 OKE = "T. R. Oke (1987), Boundary layer climates, 2nd edition, Methuen"
-PVSYST = "PVsyst, Albedo usual coefficients, www.pvsyst.com/help/physical-models-used/irradiation-models"
+PVSYST = (
+    "PVsyst, Albedo usual coefficients, www.pvsyst.com/help/physical-models-used/irradiation-models"
+)
 STOKES = "Fresnel's equations, G. G. Stokes (1862), Proceedings of the Royal Society of London 11"
-DE_SOTO = "Fresnel's equations, glass of W. De Soto et al. (2006), doi:10.1016/j.solener.2005.06.010"
+DE_SOTO = (
+    "Fresnel's equations, glass of W. De Soto et al. (2006), doi:10.1016/j.solener.2005.06.010"
+)
 HALE = "Fresnel's equations, water of G. M. Hale, M. R. Querry (1973), doi:10.1364/AO.12.000555"
 
 DIFFUSE = {  # name -> lowest and highest albedo, source
@@ -76,8 +84,14 @@ class MaterialSpec:
             The albedo is not between 0 and 1, or the material is not known.
         """
         if self.albedo is not None and not 0 <= self.albedo <= 1:
-            raise InputError(self.material or "albedo", f"{self.albedo:g}", "give a number from 0 to 1")
-        return brdf_of_material(self.material, self.albedo) if self.material else Lambertian(self.albedo)
+            raise InputError(
+                self.material or "albedo", f"{self.albedo:g}", "give a number from 0 to 1"
+            )
+        return (
+            brdf_of_material(self.material, self.albedo)
+            if self.material
+            else Lambertian(self.albedo)
+        )
 
 
 def brdf_of_material(name, albedo=None):
@@ -88,7 +102,8 @@ def brdf_of_material(name, albedo=None):
     name : str
         A named material, `mirror`, or `glossy:ROUGHNESS` with a roughness above 0 and up to 1.
     albedo : float, optional
-        Overrides the material's own. Required for mirrors and glossy surfaces; not allowed for glass and water.
+        Overrides the material's own. Required for mirrors and glossy surfaces; not allowed for
+        glass and water.
 
     Returns
     -------
@@ -114,16 +129,21 @@ def brdf_of_material(name, albedo=None):
         with suppress(ValueError):
             if 0 < float(number) <= 1:
                 return Glossy(albedo, float(number))
-        raise InputError(name, "needs a roughness above 0 and up to 1", "write for example glossy:0.1")
+        raise InputError(
+            name, "needs a roughness above 0 and up to 1", "write for example glossy:0.1"
+        )
     raise InputError(name, "is not a known material", f"use one of {', '.join(WORDS)}")
 
 
 def recognise_material(name):
-    """Known material for a name from another program: "White_Paint.001" is white paint; "" if there is none.
+    """Known material for a name from another program: "White_Paint.001" is white paint; "" if there
+    is none.
 
     Case, underscores, hyphens and the number of a copy are ignored; the whole name must match.
     """
-    plain = " ".join(re.sub(r"\.\d+$", "", name).replace("_", " ").replace("-", " ").lower().split())
+    plain = " ".join(
+        re.sub(r"\.\d+$", "", name).replace("_", " ").replace("-", " ").lower().split()
+    )
     return plain if plain in (*DIFFUSE, *CLEAR, "mirror") else ""
 
 
@@ -139,7 +159,9 @@ def describe_finish(finish):
     if finish is None:
         return ""
     brdf = finish.brdf()
-    words = f"reflects {describe_brdf(brdf)}" + ("" if finish.material in CLEAR else f", albedo {brdf.albedo:.3f}")
+    words = f"reflects {describe_brdf(brdf)}" + (
+        "" if finish.material in CLEAR else f", albedo {brdf.albedo:.3f}"
+    )
     return f"{finish.material}: {words}" if finish.material else words
 
 
@@ -168,8 +190,8 @@ def shader_material(colour, metallic=0.0, roughness=0.5, transmission=0.0):
     colour : (3,) float, optional
         Linear Rec. 709.
     metallic, roughness, transmission : float, optional
-        From 0 to 1, as in Blender's Principled BSDF. For all parameters None means unknown, for example given by a
-        texture.
+        From 0 to 1, as in Blender's Principled BSDF. For all parameters None means unknown, for
+        example given by a texture.
 
     Returns
     -------
@@ -189,7 +211,8 @@ def shader_material(colour, metallic=0.0, roughness=0.5, transmission=0.0):
 
 
 def named_material(name, colour=None):
-    """MaterialSpec of a material in a file: by its name if that is known, else by its diffuse colour.
+    """MaterialSpec of a material in a file: by its name if that is known, else by its diffuse
+    colour.
 
     Parameters
     ----------

@@ -1,6 +1,8 @@
-"""Patches: the triangles of the scene as receivers and reflectors of light, and what their rays follow from.
+"""Patches: the triangles of the scene as receivers and reflectors of light, and what their rays
+follow from.
 
-All of it follows from the triangle itself, its name or its place, so that an edit of the city elsewhere changes none.
+All of it follows from the triangle itself, its name or its place, so that an edit of the city
+elsewhere changes none.
 """
 
 import re
@@ -14,15 +16,23 @@ from ..city.scene import check_scene, other_sides, surface_of_triangles
 from ..rays.random_numbers import digest_names, key_of_digests, mix
 from ..settings.errors import check_array, check_seed
 
-OFFSET_SPACINGS = 8  # distance of ray origins from their face in float32 spacings; at 2 the first rays get lost
+OFFSET_SPACINGS = (
+    8  # distance of ray origins from their face in float32 spacings; at 2 the first rays get lost
+)
 LARGEST_INSET = 1 / 64  # as a share of the distance to the middle
 PLACE = 0.01  # [m] to which the place of a triangle is rounded
 OFF_TIES = 0.0123  # of these, as middles of corners in millimetres would often lie between two
 REPEATED = 1_024_000  # of these, after which random numbers repeat: squares of 10 m × 2¹⁰
-ASKEW = np.array([0.36, 0.48, 0.8])  # hardly any face is parallel to it: tells which of two opposite sides one is
-MADE_UP = re.compile(r"(_\d+|.*~\d+)([#/].*)?")  # of a surface, behind its building's: see `city.assemble_city`
+ASKEW = np.array(
+    [0.36, 0.48, 0.8]
+)  # hardly any face is parallel to it: tells which of two opposite sides one is
+MADE_UP = re.compile(
+    r"(_\d+|.*~\d+)([#/].*)?"
+)  # of a surface, behind its building's: see `city.assemble_city`
 UNNAMED = "\x00"
-NEIGHBOUR_SHARE = 1 / 16  # of the longest edge: error of the plane of a large neighbour, in spacings
+NEIGHBOUR_SHARE = (
+    1 / 16
+)  # of the longest edge: error of the plane of a large neighbour, in spacings
 
 
 @dataclass
@@ -36,11 +46,17 @@ class Patches:
     area: np.ndarray  # (p,) float64 [m²]
     offset: np.ndarray  # (p,) float32 [m], distance of ray origins from the face
     key: np.ndarray  # (p,) uint64, key of the random numbers
-    rays_before: np.ndarray  # (p,) uint32, points of the sequence that each replicate of its rays took before
+    rays_before: (
+        np.ndarray
+    )  # (p,) uint32, points of the sequence that each replicate of its rays took before
     points_before: np.ndarray  # (p,) uint32, the same of its shadow points
-    place_key: np.ndarray  # (p,) uint64, the same for every seed: what is covered is geometry, not chance
+    place_key: (
+        np.ndarray
+    )  # (p,) uint64, the same for every seed: what is covered is geometry, not chance
     albedo: np.ndarray  # (p,) float32
-    facing: np.ndarray  # (p, 4) float32, normal and 2 for footprints (visible only from under a building), else 0
+    facing: (
+        np.ndarray
+    )  # (p, 4) float32, normal and 2 for footprints (visible only from under a building), else 0
     ground: np.ndarray  # (p,) bool, ground: points below it are in the earth
     other_side: np.ndarray  # (p,) int32, the patch on the other side of a sheet; -1 if not a sheet
     receives: np.ndarray  # (p,) bool, false for footprints, closures, floors at rest and no area
@@ -51,7 +67,9 @@ class Patches:
 
 def take_patches(patches, chosen):
     """Some rows of the patches."""
-    return Patches(**{field.name: getattr(patches, field.name)[chosen] for field in fields(Patches)})
+    return Patches(
+        **{field.name: getattr(patches, field.name)[chosen] for field in fields(Patches)}
+    )
 
 
 def patches_of_scene(scene, albedo, seed):
@@ -78,7 +96,9 @@ def patches_of_scene(scene, albedo, seed):
     length = np.linalg.norm(normal, axis=1)
     normal /= np.maximum(length, np.finfo(float).tiny)[:, None]
     # The frame depends on the triangle only, and so turns with it, as its rays do.
-    along = edges[:, 0] / np.maximum(np.linalg.norm(edges[:, 0], axis=1), np.finfo(float).tiny)[:, None]
+    along = (
+        edges[:, 0] / np.maximum(np.linalg.norm(edges[:, 0], axis=1), np.finfo(float).tiny)[:, None]
+    )
     ground = find_ground(scene)
     offset = _measure_offset(corners, edges, normal)
     inset = _inset_triangles(corners, length, offset)
@@ -103,11 +123,13 @@ def patches_of_scene(scene, albedo, seed):
 
 
 def _measure_offset(corners, edges, normal):
-    """How far above its face a ray must start so as not to hit the face itself or others in its plane.
+    """How far above its face a ray must start so as not to hit the face itself or others in its
+    plane.
 
-    Rounding moves a point off the face only by the components of the normal along each axis: a roof at the far end of a
-    wide plain needs no larger offset than one in the middle. A large neighbour in the same plane may be off by the
-    rounding of its own far corners; how large one can be is rounded, so that no other face changes this one's rays.
+    Rounding moves a point off the face only by the components of the normal along each axis: a roof
+    at the far end of a wide plain needs no larger offset than one in the middle. A large neighbour
+    in the same plane may be off by the rounding of its own far corners; how large one can be is
+    rounded, so that no other face changes this one's rays.
 
     Parameters
     ----------
@@ -128,8 +150,8 @@ def _measure_offset(corners, edges, normal):
 def _inset_triangles(corners, doubled_area, offset):
     """Triangles scaled towards their middles so that their edges lie one offset further in.
 
-    By rounding, a ray from the very edge of a face might start on the wrong side of the adjacent face, and escape from
-    a closed room.
+    By rounding, a ray from the very edge of a face might start on the wrong side of the adjacent
+    face, and escape from a closed room.
 
     Parameters
     ----------
@@ -142,14 +164,16 @@ def _inset_triangles(corners, doubled_area, offset):
     (t, 3, 3) float64 [m]
     """
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    # The middle is a third of the height away from each edge; slivers thinner than their offset shrink very little.
+    # The middle is a third of the height away from each edge; slivers thinner than their offset
+    # shrink very little.
     height = doubled_area / np.maximum(longest, np.finfo(float).tiny)
     share = np.minimum(3 * offset / np.maximum(height, np.finfo(float).tiny), LARGEST_INSET)
     return corners + share[:, None, None] * (corners.mean(axis=1, keepdims=True) - corners)
 
 
 def keys_of_triangles(scene, *seeds):
-    """One random key per triangle, from the name of its surface and its number there, or from its place.
+    """One random key per triangle, from the name of its surface and its number there, or from its
+    place.
 
     Returns
     -------
@@ -167,8 +191,8 @@ def keys_of_triangles(scene, *seeds):
 def number_triangles(scene):
     """What tells each triangle from the others of its surface: (t,) int64.
 
-    Its index among them, or, on the ground and on surfaces whose names the reader made up, its place: neither the order
-    of a file nor an edit elsewhere changes it.
+    Its index among them, or, on the ground and on surfaces whose names the reader made up, its
+    place: neither the order of a file nor an edit elsewhere changes it.
     """
     surface = surface_of_triangles(scene)
     order = np.argsort(surface, kind="stable")
@@ -176,17 +200,26 @@ def number_triangles(scene):
     number[order] = np.arange(len(surface)) - np.searchsorted(surface[order], surface[order])
     rows = np.flatnonzero(np.append(_find_made_up(scene), True)[surface])
     corners = np.asarray(scene.vertices, float)[scene.triangles[rows]]
-    cells = np.round(bring_to_grid(corners.mean(axis=1), scene.site) / PLACE + OFF_TIES).astype(np.int64)
+    cells = np.round(bring_to_grid(corners.mean(axis=1), scene.site) / PLACE + OFF_TIES).astype(
+        np.int64
+    )
     cells[:, :2] %= REPEATED  # so a city moved by whole squares of the ground stays the same
     cells[surface[rows] < 0, 2] = 0  # ground has one height at a place
-    cells[:, 2] = 2 * cells[:, 2] + (np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) @ ASKEW > 0)
+    cells[:, 2] = 2 * cells[:, 2] + (
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) @ ASKEW > 0
+    )
     east, north, height = cells.view(np.uint64).T
     number[rows] = mix(mix(mix(east) ^ north) ^ height).view(np.int64)
     return number
 
 
 def _find_made_up(scene):
-    """Surfaces whose names tell only their order in the file, for want of another or of a unique one: (n,) bool."""
+    """Surfaces whose names tell only their order in the file, for want of another or of a unique
+    one: (n,) bool.
+    """
     surfaces = scene.surfaces
     pairs = zip(surfaces.surface_id, surfaces.building_id, strict=True)
-    return np.array([MADE_UP.fullmatch(name.removeprefix(building)) is not None for name, building in pairs], bool)
+    return np.array(
+        [MADE_UP.fullmatch(name.removeprefix(building)) is not None for name, building in pairs],
+        bool,
+    )

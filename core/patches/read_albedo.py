@@ -67,18 +67,24 @@ def brdfs_of_triangles(scene, request, found=None):
     TriangleBrdfs
     """
     distinct, which = _list_distinct(name_brdfs(scene, request) if found is None else found)
-    brdfs = list(dict.fromkeys(one.brdf for one in distinct if not isinstance(one.brdf, Lambertian)))
+    brdfs = list(
+        dict.fromkeys(one.brdf for one in distinct if not isinstance(one.brdf, Lambertian))
+    )
     place = {brdf: index for index, brdf in enumerate(brdfs)}
-    brdf_index = np.array([place.get(one.brdf, -1) for one in distinct])[which[surface_of_triangles(scene)]]
+    brdf_index = np.array([place.get(one.brdf, -1) for one in distinct])[
+        which[surface_of_triangles(scene)]
+    ]
     if scene.rack_of_back is not None:
         brdf_index[scene.rack_of_back >= 0] = -1  # undersides and edges of racks are Lambertian
     return TriangleBrdfs(brdfs, brdf_index)
 
 
 def _list_distinct(found):
-    """The objects of a list, each once in the order of their first places, and which of them stands in each place.
+    """The objects of a list, each once in the order of their first places, and which of them stands
+    in each place.
 
-    Most surfaces share one Found: looking at each of them takes longer than all else that is asked of materials.
+    Most surfaces share one Found: looking at each of them takes longer than all else that is asked
+    of materials.
 
     Returns
     -------
@@ -93,9 +99,10 @@ def _list_distinct(found):
 def name_brdfs(scene, request):
     """BRDF of each surface and, last, of the generated ground, with its source.
 
-    In order of precedence: the albedo file's line for the surface, its line for the surface's material, the material
-    itself (from `request.materials` or, with `request.file_materials`, from the city's files), the albedo file's line
-    for the kind, `request.albedo`, or of ground `request.ground_albedo`. A cell ``id#k`` takes the line of ``id``.
+    In order of precedence: the albedo file's line for the surface, its line for the surface's
+    material, the material itself (from `request.materials` or, with `request.file_materials`, from
+    the city's files), the albedo file's line for the kind, `request.albedo`, or of ground
+    `request.ground_albedo`. A cell ``id#k`` takes the line of ``id``.
 
     Returns
     -------
@@ -105,25 +112,42 @@ def name_brdfs(scene, request):
     specs = read_albedo(request.albedo_file) if request.albedo_file else {}
     of_key = {key: (spec.material, spec.brdf()) for key, spec in specs.items()}
     surfaces = scene.surfaces
-    names, kinds, materials = surfaces.surface_id, surfaces.kind.tolist(), surfaces.material or [""] * len(surfaces)
+    names, kinds, materials = (
+        surfaces.surface_id,
+        surfaces.kind.tolist(),
+        surfaces.material or [""] * len(surfaces),
+    )
     whole = [whole_of_cell(name) for name in names] if of_key else names
     named = {*materials, request.ground_material} - {""}
     unused = set(of_key) - {*names, *whole, *named, *kinds, "ground"}
     if unused:
-        problem = f"{sorted(unused)[0]!r} is neither a surface nor a kind nor a material of this city"
-        cure = "use surface_id or kind as in faces.csv, or a material as `citypv inspect` lists them"
+        problem = (
+            f"{sorted(unused)[0]!r} is neither a surface nor a kind nor a material of this city"
+        )
+        cure = (
+            "use surface_id or kind as in faces.csv, or a material as `citypv inspect` lists them"
+        )
         raise InputError(request.albedo_file, problem, cure)
     of_name = {}
     if request.file_materials:
         if not scene.colours:
-            raise InputError("--materials", "the files of this city have no materials", "omit it, or use --albedo-file")
+            raise InputError(
+                "--materials",
+                "the files of this city have no materials",
+                "omit it, or use --albedo-file",
+            )
         of_name = {name: named_material(name, colour) for name, colour in scene.colours.items()}
     of_name = {name: spec for name, spec in (of_name | request.materials).items() if spec}
-    of_material = {name: Found(MATERIALS, name, name, _brdf_of_named(name, spec)) for name, spec in of_name.items()}
+    of_material = {
+        name: Found(MATERIALS, name, name, _brdf_of_named(name, spec))
+        for name, spec in of_name.items()
+    }
     of_material |= {name: Found(FILE, name, name, of_key[name][1]) for name in named & set(of_key)}
     plain = dict.fromkeys(kinds, Found("--albedo", "", "", Lambertian(request.albedo)))
     plain["ground"] = Found("--ground-albedo", "", "", Lambertian(request.ground_albedo))
-    of_kind = plain | {kind: Found(FILE, kind, *of_key[kind]) for kind in {*kinds, "ground"} & set(of_key)}
+    of_kind = plain | {
+        kind: Found(FILE, kind, *of_key[kind]) for kind in {*kinds, "ground"} & set(of_key)
+    }
     found = []
     for name, parent, material, kind in zip(names, whole, materials, kinds, strict=True):
         own = of_key.get(name) or of_key.get(parent)
@@ -136,7 +160,9 @@ def _brdf_of_named(name, spec):
     try:
         return spec.brdf()
     except InputError as error:
-        raise InputError(f"Material {name!r}", f"{error.source}: {error.problem}", error.cure) from error
+        raise InputError(
+            f"Material {name!r}", f"{error.source}: {error.problem}", error.cure
+        ) from error
 
 
 def check_materials(request):
@@ -159,10 +185,10 @@ def describe_albedo(scene, request):
     Returns
     -------
     list of dict
-        One per source, name in it and BRDF: `from`, `name`, `material` ("" if only an albedo is given), `albedo` (the
-        highest one if it depends on the angle), `law` (lambertian, mirror, glossy, glass), `reflects` (the same in
-        words), and count (`surfaces`) and `area` [m²] of the surfaces with it. The generated ground comes last, without
-        these two.
+        One per source, name in it and BRDF: `from`, `name`, `material` ("" if only an albedo is
+        given), `albedo` (the highest one if it depends on the angle), `law` (lambertian, mirror,
+        glossy, glass), `reflects` (the same in words), and count (`surfaces`) and `area` [m²] of
+        the surfaces with it. The generated ground comes last, without these two.
     """
     return materials_of_surfaces(scene, name_brdfs(scene, request))["albedos"]
 
@@ -179,7 +205,8 @@ def materials_of_surfaces(scene, found):
     Returns
     -------
     dict
-        `albedo` (n,) float64, `material` (n,) list of str, and `albedos`, a list as in `describe_albedo`.
+        `albedo` (n,) float64, `material` (n,) list of str, and `albedos`, a list as in
+        `describe_albedo`.
     """
     *found, ground = found
     distinct, which = _list_distinct(found)
@@ -191,7 +218,12 @@ def materials_of_surfaces(scene, found):
     rows = [*rows.items(), *([(ground, None)] if (surface_of_triangles(scene) < 0).any() else [])]
     described = []
     for one, size in rows:
-        row = {"from": one.source, "name": one.name, "material": one.material, "albedo": one.brdf.albedo}
+        row = {
+            "from": one.source,
+            "name": one.name,
+            "material": one.material,
+            "albedo": one.brdf.albedo,
+        }
         row |= {"law": type(one.brdf).__name__.lower(), "reflects": describe_brdf(one.brdf)}
         described.append(row | (dict(zip(("surfaces", "area"), size, strict=True)) if size else {}))
     return {
@@ -202,13 +234,14 @@ def materials_of_surfaces(scene, found):
 
 
 def read_albedo(path):
-    """Read albedos or materials by surface id, by kind, or by the name of a material in the city's files.
+    """Read albedos or materials by surface id, by kind, or by the name of a material in the city's
+    files.
 
     Parameters
     ----------
     path : str or path-like
-        CSV with the header `surface,albedo`, `surface,material` or `surface,albedo,material`. A row may leave albedo or
-        material empty.
+        CSV with the header `surface,albedo`, `surface,material` or `surface,albedo,material`. A row
+        may leave albedo or material empty.
 
     Returns
     -------
@@ -217,8 +250,8 @@ def read_albedo(path):
     Raises
     ------
     InputError
-        If the file cannot be read, has other columns, or holds an albedo that is not a number from 0 to 1 or a
-        material that is not known.
+        If the file cannot be read, has other columns, or holds an albedo that is not a number from
+        0 to 1 or a material that is not known.
     """
     try:
         with open_input(path) as stream:
@@ -235,10 +268,15 @@ def read_albedo(path):
     specs = {}
     for number, row in enumerate(rows, start=2):
         if len(row) != len(header):
-            problem = f"line {number} is not {'a name and a number' if header == HEADERS[0] else 'as the header'}"
+            problem = (
+                f"line {number} is not "
+                f"{'a name and a number' if header == HEADERS[0] else 'as the header'}"
+            )
             raise InputError(path, problem, f"write {','.join(['name', *header[1:]])}")
         cells = dict(zip(header, row, strict=True))
-        specs[id_of_cell(row[0])] = _spec_of_row(path, number, cells.get("albedo", ""), cells.get("material", ""))
+        specs[id_of_cell(row[0])] = _spec_of_row(
+            path, number, cells.get("albedo", ""), cells.get("material", "")
+        )
     return specs
 
 
@@ -248,7 +286,11 @@ def _spec_of_row(path, number, albedo, material):
         spec = MaterialSpec(float(albedo) if albedo or not material else None, material)
         spec.brdf()
     except InputError as error:
-        raise InputError(path, f"line {number}: {error.source} {error.problem}", error.cure) from error
+        raise InputError(
+            path, f"line {number}: {error.source} {error.problem}", error.cure
+        ) from error
     except ValueError as error:
-        raise InputError(path, f"line {number} is not a name and a number", "write name,albedo") from error
+        raise InputError(
+            path, f"line {number} is not a name and a number", "write name,albedo"
+        ) from error
     return spec

@@ -1,8 +1,10 @@
 """Emit photons: light of sun, sky and far ground enters through the bounding box of the scene.
 
-       sky                      All light that can reach the scene passes through its bounding box, with the
+       sky                      All light that can reach the scene passes through its bounding box,
+                                with the
     ↘   ↓   ↙                   same ray density as from the paper's sun-facing disk (Eq. 3) and sky
-  ┌───────────┐ lid             hemisphere (Eq. 1). But no ray misses the box, rays that would rise from
+  ┌───────────┐ lid             hemisphere (Eq. 1). But no ray misses the box, rays that would rise
+                                from
 ↘ │   ▟▙      │ ↙  sky, sun     the sky are never generated, and nothing depends on the radius of the
 ↗ │▂▂▂██▂▂▂▂▂▂│ ↖  far ground   hemisphere or the axes of the disk. All photons of a source have equal power.
   └───────────┘ bottom
@@ -18,26 +20,37 @@ from ..sun.horizon import TerrainHorizon
 from ..sun.horizon_band import HorizonBand
 
 MARGIN = 64 * np.finfo(np.float32).eps  # of the largest coordinate: margin of the box
-INWARDS = np.array([[0, 0, -1], [0, 0, 1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], float)  # lid, bottom, sides
-# Shares of isotropic light that enter through each side: all of it through lid or bottom, half through the others.
+INWARDS = np.array(
+    [[0, 0, -1], [0, 0, 1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], float
+)  # lid, bottom, sides
+# Shares of isotropic light that enter through each side: all of it through lid or bottom, half
+# through the others.
 FROM_ABOVE, FROM_BELOW = np.array([1, 0, 0.5, 0.5, 0.5, 0.5]), np.array([0, 1, 0.5, 0.5, 0.5, 0.5])
 
 
 @dataclass
 class _Source:
-    """Light that enters the box: from a sun, isotropic from above or below the horizon, or from a part of the sky."""
+    """Light that enters the box: from a sun, isotropic from above or below the horizon, or from a
+    part of the sky.
+    """
 
     name: str
     low: np.ndarray  # (3,) float64 [m], corner of the box
     size: np.ndarray  # (3,) float64 [m]
-    power: np.ndarray  # (6,) float64 [m²], power entering through each side of the box, per irradiance
+    power: (
+        np.ndarray
+    )  # (6,) float64 [m²], power entering through each side of the box, per irradiance
     key: np.uint64  # of its random numbers
-    travel: np.ndarray | None = None  # (3,) float64, direction of a sun's rays; None if the light is isotropic
+    travel: np.ndarray | None = (
+        None  # (3,) float64, direction of a sun's rays; None if the light is isotropic
+    )
     rising: bool = False  # from below the horizon
     behind: int = 0  # reflections that its light has behind it already, where it enters
     of: HorizonBand | None = None  # a traced source in the sky; None: sun, dome or ground
     terrain: TerrainHorizon | None = None  # of distant terrain, which covers a part of the light
-    beyond: bool = False  # whether only light from below that horizon counts, or only that from above
+    beyond: bool = (
+        False  # whether only light from below that horizon counts, or only that from above
+    )
 
 
 class Box(NamedTuple):
@@ -94,26 +107,34 @@ def emit_photons(source, replicate, place):
     numbers = low_discrepancy(source.key, replicate, place, 2 if source.travel is not None else 4)
     side, along = choose_by_power(source.power, numbers[:, 0])
     axis, sign = np.abs(INWARDS).argmax(axis=1)[side], INWARDS.sum(axis=1)[side]  # of the normal
-    frame = np.arange(len(side))[:, None], (axis[:, None] + np.arange(3)) % 3  # along the normal, then in the side
+    frame = (
+        np.arange(len(side))[:, None],
+        (axis[:, None] + np.arange(3)) % 3,
+    )  # along the normal, then in the side
     share, directions = np.empty((2, len(side), 3))
-    share[frame] = np.stack([sign < 0, along, numbers[:, 1]], axis=1)  # the far side if light enters against the axis
+    share[frame] = np.stack(
+        [sign < 0, along, numbers[:, 1]], axis=1
+    )  # the far side if light enters against the axis
     origins = source.low + share * source.size
     if source.travel is not None:
         directions = np.broadcast_to(source.travel, origins.shape)
     elif source.of is not None:
         directions = source.of.enter(axis, sign, numbers[:, 2:])
     else:
-        # Cosine-distributed inwards, and mirrored at the horizon where they have the wrong sign: isotropic light has
-        # the same density on both sides of it.
+        # Cosine-distributed inwards, and mirrored at the horizon where they have the wrong sign:
+        # isotropic light has the same density on both sides of it.
         radius, turn = np.sqrt(numbers[:, 2]), 2 * np.pi * numbers[:, 3]
         inwards = sign * np.sqrt(1 - numbers[:, 2])
-        directions[frame] = np.stack([inwards, radius * np.cos(turn), radius * np.sin(turn)], axis=1)
+        directions[frame] = np.stack(
+            [inwards, radius * np.cos(turn), radius * np.sin(turn)], axis=1
+        )
         directions[:, 2] = np.abs(directions[:, 2]) * (1 if source.rising else -1)
     return origins.astype(np.float32), directions.astype(np.float32)
 
 
 def choose_by_power(power, number):
-    """Choose rows in proportion to their power, (f,), by uniform numbers, (m,): rows (m,), and what is left of these.
+    """Choose rows in proportion to their power, (f,), by uniform numbers, (m,): rows (m,), and what
+    is left of these.
 
     Rescaled within what chose its row, each number is uniform again.
     """
@@ -146,7 +167,9 @@ def low_discrepancy(key, replicate, place, dimensions):
     ratio = 2.0
     for _ in range(64):
         ratio = (1 + ratio) ** (1 / (dimensions + 1))
-    steps = np.array([int(2.0**64 * ratio**-power) for power in range(1, dimensions + 1)], np.uint64)
+    steps = np.array(
+        [int(2.0**64 * ratio**-power) for power in range(1, dimensions + 1)], np.uint64
+    )
     stream = mix(key ^ mix((replicate + 1).astype(np.uint64)))
     shifts = mix(stream[:, None] + np.arange(1, dimensions + 1, dtype=np.uint64) * GOLDEN)
     words = shifts + place.astype(np.uint64)[:, None] * steps

@@ -1,8 +1,9 @@
-"""Trace photons from their source to their end: hits, deposits, and reflections by the BRDF of the patch they hit.
+"""Trace photons from their source to their end: hits, deposits, and reflections by the BRDF of the
+patch they hit.
 
-Weights are shares of a photon's initial power, rounded to multiples of 2⁻²⁶. Sums of up to 10⁸ of them are exact in
-float64 whatever their order: results are the same to the last bit on any number of threads, and emitted power is
-accounted for without a remainder.
+Weights are shares of a photon's initial power, rounded to multiples of 2⁻²⁶. Sums of up to 10⁸ of
+them are exact in float64 whatever their order: results are the same to the last bit on any number
+of threads, and emitted power is accounted for without a remainder.
 """
 
 from dataclasses import dataclass, fields, replace
@@ -36,7 +37,9 @@ class Target:
     patches: Patches
     surface: np.ndarray  # (p,) int, of each patch; `surface_count` if it has none
     surface_count: int
-    covered: np.ndarray  # (p, CELL_DIVISIONS²) bool, cells of patches that lie inside or under something
+    covered: (
+        np.ndarray
+    )  # (p, CELL_DIVISIONS²) bool, cells of patches that lie inside or under something
     brdfs: TriangleBrdfs  # of the patches
     state: int = 0  # of trees: 0 in leaf, 1 bare
 
@@ -62,7 +65,8 @@ class Photons:
 
 
 def follow_photons(target, source, numbers, per_replicate, max_bounces):
-    """Emit photons and trace each until it escapes, hits a back side or was reflected `max_bounces` times.
+    """Emit photons and trace each until it escapes, hits a back side or was reflected `max_bounces`
+    times.
 
     Parameters
     ----------
@@ -81,7 +85,12 @@ def follow_photons(target, source, numbers, per_replicate, max_bounces):
     number = np.arange(numbers.start, numbers.stop)
     replicate, place = np.divmod(number, per_replicate)
     rows = int(replicate[-1] - replicate[0]) + 1
-    photons = Photons(*emit_photons(source, replicate, place), np.ones(len(number)), number, replicate - replicate[0])
+    photons = Photons(
+        *emit_photons(source, replicate, place),
+        np.ones(len(number)),
+        number,
+        replicate - replicate[0],
+    )
     found = Light(*np.zeros((2, rows, target.surface_count)), begin=int(replicate[0]))
     found.tally.emitted = float(len(number))
     if source.terrain is not None:
@@ -92,7 +101,11 @@ def follow_photons(target, source, numbers, per_replicate, max_bounces):
         found.ray_count += len(photons.number)
         photons, places = meet_fronts(target, photons, found.tally, source if bounce == 0 else None)
         first = source.of is not None and bounce == 0
-        received, photons = _weigh_first(target, source.of, photons, places[0], found.tally) if first else [photons] * 2
+        received, photons = (
+            _weigh_first(target, source.of, photons, places[0], found.tally)
+            if first
+            else [photons] * 2
+        )
         sums = found.first if bounce == 0 else found.reflected
         deposit(received, target.surface[places[0]], sums)
         # Coincident surfaces of the same orientation are all lit, but the photon is reflected once.
@@ -139,14 +152,21 @@ def meet_fronts(target, photons, tally, source=None):
     closure = ~missed & ~back & ~patches.receives[hit]
     covered = np.zeros(len(hit), bool)
     if source is not None and source.rising:
-        # The ground has no thickness: photons rising from below it may hit walls that extend below ground.
+        # The ground has no thickness: photons rising from below it may hit walls that extend below
+        # ground.
         fronts = np.flatnonzero(~missed & ~back & ~closure)
         covered[fronts] = target.covered[hit, cell_of_point(b1, b2, CELL_DIVISIONS)][fronts]
-        # In cells that the line of the ground crosses each place is asked, as gather asks the start of each ray.
+        # In cells that the line of the ground crosses each place is asked, as gather asks the start
+        # of each ray.
         doubtful = fronts[target.covered[hit[fronts]].any(axis=1) & ~covered[fronts]]
         starts = points_of_patches(patches, hit[doubtful], b1[doubtful, None], b2[doubtful, None])
         covered[doubtful] = lie_in_earth(target.ray_scene, patches, starts)[:, 0]
-    for name, chosen in (("escaped", missed), ("on_backs", back), ("closure", closure), ("covered", covered)):
+    for name, chosen in (
+        ("escaped", missed),
+        ("on_backs", back),
+        ("closure", closure),
+        ("covered", covered),
+    ):
         setattr(tally, name, getattr(tally, name) + float(photons.weight[chosen].sum()))
     lit = ~(missed | back | closure | covered)
     return photons.take(lit), places.take(lit)
@@ -157,15 +177,18 @@ def end_in_crowns(target, origins, directions, places):
     if target.ray_scene.canopy is None:
         return np.zeros(len(origins), bool)
     rays, wanted = (origins[:, None], directions[:, None]), np.ones((len(origins), 1), bool)
-    stopped = stop_in_crowns(target.ray_scene, target.patches, rays, places.take(np.s_[:, None]), wanted)
+    stopped = stop_in_crowns(
+        target.ray_scene, target.patches, rays, places.take(np.s_[:, None]), wanted
+    )
     return stopped[target.state, :, 0]
 
 
 def _slip_past_edges(target, places, directions, front):
-    """Photons that slip through a shared edge by rounding: past the back of one patch onto the front of the next.
+    """Photons that slip through a shared edge by rounding: past the back of one patch onto the
+    front of the next.
 
-    For hits closer to an edge than the ray offset, a ray is traced back from the offset point: it is free only if the
-    photon came from outside.
+    For hits closer to an edge than the ray offset, a ray is traced back from the offset point: it
+    is free only if the photon came from outside.
 
     Parameters
     ----------
@@ -181,7 +204,9 @@ def _slip_past_edges(target, places, directions, front):
     """
     hit, b1, b2 = places
     edges = target.patches.edges[hit]
-    longest = np.linalg.norm(np.concatenate([edges, edges[:, 1:] - edges[:, :1]], axis=1), axis=2).max(axis=1)
+    longest = np.linalg.norm(
+        np.concatenate([edges, edges[:, 1:] - edges[:, :1]], axis=1), axis=2
+    ).max(axis=1)
     height = 2 * target.patches.area[hit] / np.maximum(longest, np.finfo(np.float32).tiny)
     inside = np.minimum(np.minimum(b1, b2), 1 - b1 - b2) * height
     near = np.flatnonzero(front & (inside < target.patches.offset[hit]))
@@ -193,9 +218,11 @@ def _slip_past_edges(target, places, directions, front):
 
 
 def _weigh_first(target, source, photons, hit, tally):
-    """Photons of a part of the sky with the weight that they have on the patches that they hit first.
+    """Photons of a part of the sky with the weight that they have on the patches that they hit
+    first.
 
-    Faces that reflect as mirrors do show that part of the sky as it is: photons go on from there with all their weight.
+    Faces that reflect as mirrors do show that part of the sky as it is: photons go on from there
+    with all their weight.
 
     Parameters
     ----------
@@ -230,11 +257,14 @@ def deposit(photons, surface, sums):
     """
     replicates, count = sums.shape
     place = photons.row * (count + 1) + surface
-    sums += np.bincount(place, photons.weight, replicates * (count + 1)).reshape(replicates, -1)[:, :-1]
+    sums += np.bincount(place, photons.weight, replicates * (count + 1)).reshape(replicates, -1)[
+        :, :-1
+    ]
 
 
 def reflect_photons(target, key, photons, places, bounce):
-    """Reflect photons by the BRDF of the patch that each hits; the absorbed part is removed from their weight.
+    """Reflect photons by the BRDF of the patch that each hits; the absorbed part is removed from
+    their weight.
 
     Parameters
     ----------
@@ -260,8 +290,12 @@ def reflect_photons(target, key, photons, places, bounce):
     for index, brdf in enumerate(others):
         chosen = np.flatnonzero(brdf_index[hit] == index)
         # Towards the origin of light, in the local frames of the patches.
-        axes = np.concatenate([patches.tangents[hit[chosen]], patches.normal[hit[chosen], None]], axis=1)
-        arriving = -np.einsum("mij,mj->mi", axes.astype(float), photons.directions[chosen].astype(float))
+        axes = np.concatenate(
+            [patches.tangents[hit[chosen]], patches.normal[hit[chosen], None]], axis=1
+        )
+        arriving = -np.einsum(
+            "mij,mj->mi", axes.astype(float), photons.directions[chosen].astype(float)
+        )
         arriving[:, 2] = np.maximum(arriving[:, 2], FLATTEST)
         arriving /= np.linalg.norm(arriving, axis=1, keepdims=True)
         leaving, share[chosen] = brdf.sample(arriving, draws[chosen])

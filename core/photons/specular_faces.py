@@ -1,4 +1,5 @@
-"""Light from faces that do not reflect by Lambert's law: photons that start there, with their first such reflection.
+"""Light from faces that do not reflect by Lambert's law: photons that start there, with their first
+such reflection.
 
        sun
          ↘  shadow ray      Every path with a reflection at a mirror, a glossy face or glass has a first one. Photons
@@ -85,12 +86,19 @@ def photons_of_sun(target, faces, power, direction, batch):
     seen = np.flatnonzero(~target.covered[places[0], cell_of_point(*places[1:], CELL_DIVISIONS)])
     seen = seen[~target.ray_scene.trace_blocked(origins[seen], direction)]
     towards, nothing = np.broadcast_to(direction, (len(seen), 3)), np.zeros(len(seen))
-    seen = seen[~end_in_crowns(target, origins[seen], towards, HitPlaces(nothing.astype(int) - 1, nothing, nothing))]
-    return _reflect_first(target, batch, places.take(seen), np.broadcast_to(-direction, (len(seen), 3)), seen)
+    seen = seen[
+        ~end_in_crowns(
+            target, origins[seen], towards, HitPlaces(nothing.astype(int) - 1, nothing, nothing)
+        )
+    ]
+    return _reflect_first(
+        target, batch, places.take(seen), np.broadcast_to(-direction, (len(seen), 3)), seen
+    )
 
 
 def photons_of_surroundings(target, faces, batch, is_sky):
-    """Photons that bring light of everything around to faces and are reflected there; per radiosity.
+    """Photons that bring light of everything around to faces and are reflected there; per
+    radiosity.
 
     Parameters
     ----------
@@ -103,7 +111,8 @@ def photons_of_surroundings(target, faces, batch, is_sky):
     -------
     Photons
     origin : (m,) int
-        Of all photons of the batch: the patch from which the light comes, SKY, FAR_GROUND or NOTHING.
+        Of all photons of the batch: the patch from which the light comes, SKY, FAR_GROUND or
+        NOTHING.
     directions : (m, 3) float32
         From which it comes.
     """
@@ -123,7 +132,9 @@ def photons_of_surroundings(target, faces, batch, is_sky):
 
 
 def _reflect_first(target, batch, places, travel, chosen):
-    """Photons after their reflection at places of faces, on which they arrived in directions `travel`."""
+    """Photons after their reflection at places of faces, on which they arrived in directions
+    `travel`.
+    """
     number = batch.number[chosen]
     photons = Photons(travel, travel, np.ones(len(number)), number, number // batch.per_replicate)
     return reflect_photons(target, batch.key, photons, places, 0)

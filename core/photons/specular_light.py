@@ -1,7 +1,8 @@
-"""The specular pass: light by paths that meet a face which does not reflect by Lambert's law, beside gather.
+"""The specular pass: light by paths that meet a face which does not reflect by Lambert's law,
+beside gather.
 
-Gather takes such faces as black, and so has all paths without them. The specular pass has all others, split at their
-first reflection at such a face:
+Gather takes such faces as black, and so has all paths without them. The specular pass has all
+others, split at their first reflection at such a face:
 
     sun ──────────────────────────► face ─► … ─► surface      photons from the faces' sunlit points, sun by sun
     sky, far ground ──────────────► face ─► … ─► surface  ⎫   photons from the faces, the same for all suns: a matrix S
@@ -25,7 +26,14 @@ from ..rays.random_numbers import key_of_names
 from ..settings.threads import map_in_order
 from ..sun.horizon import is_above
 from .follow_photons import Target, deposit
-from .specular_faces import FAR_GROUND, SKY, Batch, follow_reflected, photons_of_sun, photons_of_surroundings
+from .specular_faces import (
+    FAR_GROUND,
+    SKY,
+    Batch,
+    follow_reflected,
+    photons_of_sun,
+    photons_of_surroundings,
+)
 
 REPLICATES = 8  # independent sets of photons; their variance gives the standard error
 PHOTONS_PER_TASK = 1 << 16
@@ -34,9 +42,11 @@ BATCHES_PER_SUM = 128  # so many pieces of the matrix are added at once
 
 @dataclass
 class _SpecularLight:
-    """What n surfaces receive by way of faces that do not reflect by Lambert's law: the hooks for gather.
+    """What n surfaces receive by way of faces that do not reflect by Lambert's law: the hooks for
+    gather.
 
-    All but `of_suns` follows from radiosity alone, that of the sky, the far ground and patches; r replicates.
+    All but `of_suns` follows from radiosity alone, that of the sky, the far ground and patches; r
+    replicates.
     """
 
     context: GatherContext
@@ -48,7 +58,9 @@ class _SpecularLight:
     mean: sparse.csr_matrix  # (n, p) float32, of the replicates
 
     def of_sky(self, name, radiosity):
-        """Irradiance under the sky or a traced part of it, and by light of patches under it, (p,): (r, n) float64."""
+        """Irradiance under the sky or a traced part of it, and by light of patches under it, (p,):
+        (r, n) float64.
+        """
         return self.skies[name] + self.from_patches(radiosity)
 
     def from_patches(self, radiosity):
@@ -109,32 +121,51 @@ def _trace_specular(prepared, context, traced, state=0):
     target = Target(context.ray_scene, patches, surface, count, traced.covered, plan.brdfs, state)
     faces = np.flatnonzero((plan.brdfs[1] >= 0) & patches.receives & ~traced.covered.all(axis=1))
     per_replicate = -(-context.request.samples * len(faces) // REPLICATES)
-    batches = _batches_of(key_of_names(["specular surroundings"], context.request.seed)[0], per_replicate)
+    batches = _batches_of(
+        key_of_names(["specular surroundings"], context.request.seed)[0], per_replicate
+    )
     # The last columns are the far ground, the sky and its parts that are traced.
-    matrix, pending, done = sparse.csr_matrix((REPLICATES * count, len(patches) + 2 + len(plan.sources))), [], 0
-    found = map_in_order(lambda batch: _arrivals_from(context, target, faces, batch), batches, context.threads)
+    matrix, pending, done = (
+        sparse.csr_matrix((REPLICATES * count, len(patches) + 2 + len(plan.sources))),
+        [],
+        0,
+    )
+    found = map_in_order(
+        lambda batch: _arrivals_from(context, target, faces, batch), batches, context.threads
+    )
     for batch, entries in zip(batches, found, strict=True):
         pending.append(entries)
         done += len(batch.numbers)
         if len(pending) == BATCHES_PER_SUM or done == per_replicate * REPLICATES:
             rows, sources, weights = (np.concatenate(parts) for parts in zip(*pending, strict=True))
-            matrix, pending = matrix + sparse.csr_matrix((weights, (rows, sources)), shape=matrix.shape), []
+            matrix, pending = (
+                matrix + sparse.csr_matrix((weights, (rows, sources)), shape=matrix.shape),
+                [],
+            )
         context.progress("specular light", done, per_replicate * REPLICATES, "photons")
     factor = _per_area(target, float(patches.area[faces].sum()), per_replicate)
     matrix = sparse.diags_array(np.tile(factor, REPLICATES)) @ matrix
     far_ground, sky, *parts = matrix[:, len(patches) :].toarray().T.reshape(-1, REPLICATES, count)
     skies = {SKY_DOME: sky + context.request.ground_albedo * far_ground}
-    skies |= {source.name: source.radiance * part for source, part in zip(plan.sources, parts, strict=True)}
+    skies |= {
+        source.name: source.radiance * part
+        for source, part in zip(plan.sources, parts, strict=True)
+    }
     mean = sparse.hstack([sparse.eye_array(count)] * REPLICATES).tocsr() / REPLICATES
     of_patches = matrix[:, : len(patches)].tocsr()
-    return _SpecularLight(context, target, faces, skies, far_ground, of_patches, (mean @ of_patches).tocsr())
+    return _SpecularLight(
+        context, target, faces, skies, far_ground, of_patches, (mean @ of_patches).tocsr()
+    )
 
 
 def _batches_of(key, per_replicate):
     """Photons of all replicates in pieces: list of Batch."""
     count = per_replicate * REPLICATES
     starts = range(0, count, PHOTONS_PER_TASK)
-    return [Batch(key, range(first, min(first + PHOTONS_PER_TASK, count)), per_replicate) for first in starts]
+    return [
+        Batch(key, range(first, min(first + PHOTONS_PER_TASK, count)), per_replicate)
+        for first in starts
+    ]
 
 
 def _per_area(target, power, per_replicate):
@@ -150,13 +181,16 @@ def _arrivals_from(context, target, faces, batch):
     rows : (e,) int
         Replicate times number of surfaces plus surface.
     sources : (e,) int
-        Patch the light comes from, or the number of patches for the far ground, one more for the sky, and two or more
-        for that part of the sky that is a traced source.
+        Patch the light comes from, or the number of patches for the far ground, one more for the
+        sky, and two or more for that part of the sky that is a traced source.
     weights : (e,) float64
     """
     plan, patches = context.plan, len(context.patches)
     photons, origin, towards = photons_of_surroundings(
-        target, faces, batch, lambda directions: (directions[:, 2] > 0) & is_above(plan.terrain, directions)
+        target,
+        faces,
+        batch,
+        lambda directions: (directions[:, 2] > 0) & is_above(plan.terrain, directions),
     )
     if not plan.far_ground:
         photons = photons.take(origin[photons.number - batch.numbers.start] != FAR_GROUND)
@@ -171,17 +205,25 @@ def _arrivals_from(context, target, faces, batch):
         own = surface < target.surface_count
         source = origin[arrived.number[own] - batch.numbers.start]
         rows = arrived.row[own] * target.surface_count + surface[own]
-        entries.append((rows, np.where(source >= 0, source, patches + (source == SKY)), arrived.weight[own]))
+        entries.append(
+            (rows, np.where(source >= 0, source, patches + (source == SKY)), arrived.weight[own])
+        )
         for place, part in enumerate(plan.sources, patches + 2):
-            inside = (source == SKY) & part.contains(towards[arrived.number[own] - batch.numbers.start])
-            entries.append((rows[inside], np.full(int(inside.sum()), place), arrived.weight[own][inside]))
+            inside = (source == SKY) & part.contains(
+                towards[arrived.number[own] - batch.numbers.start]
+            )
+            entries.append(
+                (rows[inside], np.full(int(inside.sum()), place), arrived.weight[own][inside])
+            )
     return tuple(np.concatenate(parts) for parts in zip(*entries, strict=True))
 
 
 def _trace_sun(light, direction, name):
-    """Irradiance of surfaces by light of a sun that the faces reflect: (r, n) float64 of a SpecularLight, per DNI.
+    """Irradiance of surfaces by light of a sun that the faces reflect: (r, n) float64 of a
+    SpecularLight, per DNI.
 
-    `direction`, (3,) float32, is that towards the sun, `name` tells its random numbers from those of others.
+    `direction`, (3,) float32, is that towards the sun, `name` tells its random numbers from those
+    of others.
     """
     context, target, faces = light.context, light.target, light.faces
     power = context.patches.area[faces] * np.maximum(context.patches.normal[faces] @ direction, 0)
@@ -200,7 +242,9 @@ def trace_hybrid(scene, suns, request, progress, folder=None, *, prepared=None):
     Parameters, result and errors as of `trace_gather`.
     """
     prepared = prepared or prepare_scene(scene, request, suns=suns)
-    return trace_gather(scene, suns, request, progress, folder, prepared=prepared, specular=specular_of(prepared))
+    return trace_gather(
+        scene, suns, request, progress, folder, prepared=prepared, specular=specular_of(prepared)
+    )
 
 
 def specular_of(prepared):

@@ -1,9 +1,10 @@
 """Trace a scene with photons, to a Transfer: the forward estimator.
 
-Photons start at sun, sky and far ground and are counted where they hit (Bredemeier et al., Eq. 1 to 4). They are
-reflected at the exact hit point, and summed per surface: there is no assumption of constant radiosity per patch, so
-results are noisy but unbiased. Every source is traced through all reflections; the cost is (suns + 3) · samples ·
-patches photons, of at most 1 + max_bounces rays each.
+Photons start at sun, sky and far ground and are counted where they hit (Bredemeier et al., Eq. 1 to
+4). They are reflected at the exact hit point, and summed per surface: there is no assumption of
+constant radiosity per patch, so results are noisy but unbiased. Every source is traced through all
+reflections; the cost is (suns + 3) · samples · patches photons, of at most 1 + max_bounces rays
+each.
 
 The covered share of a surface is geometry, and the same as in gather.
 """
@@ -50,7 +51,8 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
     scene : Scene
     suns : Suns
     request : Request
-        `samples` is the number of photons per patch from each source: the sky, the far ground and every sun.
+        `samples` is the number of photons per patch from each source: the sky, the far ground and
+        every sun.
     progress : callable
         See `core.progress`.
     folder : path-like, optional
@@ -63,10 +65,11 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
     Returns
     -------
     Transfer
-        Shares are clipped at 1. Noise above that is kept, so that sums stay unbiased: it remains in `diffuse_relative`,
-        and is added to `direct_reflected`. `record` has what was decided and traced, and under `photons` the energy
-        balance of sky, far ground and suns. If cancelled after some suns (see `core.progress`), `suns` are those that
-        were traced, and `record.interrupted` says so.
+        Shares are clipped at 1. Noise above that is kept, so that sums stay unbiased: it remains in
+        `diffuse_relative`, and is added to `direct_reflected`. `record` has what was decided and
+        traced, and under `photons` the energy balance of sky, far ground and suns. If cancelled
+        after some suns (see `core.progress`), `suns` are those that were traced, and
+        `record.interrupted` says so.
 
     Raises
     ------
@@ -80,17 +83,23 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
     prepared = prepared or prepare_scene(scene, request, suns=suns)
     traced, patches, plan = prepared.scene, prepared.patches, prepared.plan
     patch_to_surface = area_means(traced.triangle_surface, patches.area, len(scene.surfaces))
-    traced_before = prepared.plan.ray_scene.thread_seconds if prepared.plan.ray_scene else 0.0  # by earlier rounds
+    traced_before = (
+        prepared.plan.ray_scene.thread_seconds if prepared.plan.ray_scene else 0.0
+    )  # by earlier rounds
     run, covered_share = _prepare_run(prepared, request, progress, state)
     clock.lap("plan, tree and cover")
 
-    brightest = max(float(patches.albedo.max(initial=0)), request.ground_albedo if plan.far_ground else 0.0)
+    brightest = max(
+        float(patches.albedo.max(initial=0)), request.ground_albedo if plan.far_ground else 0.0
+    )
     bounces = count_surely(brightest) if plan.max_bounces is None else plan.max_bounces
     sky, far, parts = _trace_surroundings(run, plan, request.seed, bounces)
     clock.lap("sky and far ground")
     weighed = without_hidden(suns, plan.terrain)
     sources = [
-        make_source(f"sun {k}", run.box, request.seed, np.maximum(INWARDS @ travel, 0), travel=travel)
+        make_source(
+            f"sun {k}", run.box, request.seed, np.maximum(INWARDS @ travel, 0), travel=travel
+        )
         for k, travel in enumerate(-suns.direction.astype(float))
     ]
     lit = trace_sources(run, sources, bounces, SUN_STAGE)
@@ -172,15 +181,19 @@ def _prepare_run(prepared, request, progress, state):
     brdfs = brdfs_of_triangles(scene, request, prepared.materials)
     target = Target(ray_scene, patches, surface, count, covered, brdfs, state)
     box = box_of_scene(scene, ray_scene.canopy)
-    return Run(target, box, per_replicate, threads, progress), covered.mean(axis=1, dtype=np.float32)
+    return Run(target, box, per_replicate, threads, progress), covered.mean(
+        axis=1, dtype=np.float32
+    )
 
 
 def _trace_surroundings(run, plan, seed, bounces):
-    """Light of the sky, of the far ground per radiosity, and of parts of the sky that are traced by themselves.
+    """Light of the sky, of the far ground per radiosity, and of parts of the sky that are traced by
+    themselves.
 
-    A surface receives of the far ground the share of its hemisphere that misses everything below the horizon; that its
-    light arrives already counts as the first reflection. Distant terrain between the horizontal and its horizon has the
-    same radiosity. Parts of the sky are in their units.
+    A surface receives of the far ground the share of its hemisphere that misses everything below
+    the horizon; that its light arrives already counts as the first reflection. Distant terrain
+    between the horizontal and its horizon has the same radiosity. Parts of the sky are in their
+    units.
 
     Returns
     -------
@@ -188,20 +201,31 @@ def _trace_surroundings(run, plan, seed, bounces):
     parts : dict of str to Light
     """
     sources = [make_source("sky", run.box, seed, FROM_ABOVE, terrain=plan.terrain)]
-    sources += [make_source(one.name, run.box, seed, one.sides, of=one, terrain=plan.terrain) for one in plan.sources]
+    sources += [
+        make_source(one.name, run.box, seed, one.sides, of=one, terrain=plan.terrain)
+        for one in plan.sources
+    ]
     if plan.far_ground:
         sources.append(make_source("far ground", run.box, seed, FROM_BELOW, rising=True, behind=1))
     if plan.far_ground and plan.terrain is not None:
-        sources.append(make_source("terrain", run.box, seed, FROM_ABOVE, terrain=plan.terrain, beyond=True, behind=1))
+        sources.append(
+            make_source(
+                "terrain", run.box, seed, FROM_ABOVE, terrain=plan.terrain, beyond=True, behind=1
+            )
+        )
     sky, *others = trace_sources(run, sources, bounces, "sky and far ground")
-    parts, far = {one.name: others.pop(0) for one in plan.sources}, no_light(run.target.surface_count)
+    parts, far = (
+        {one.name: others.pop(0) for one in plan.sources},
+        no_light(run.target.surface_count),
+    )
     for light in others:
         far.add(light)
     return sky, far, parts
 
 
 def _trace_direct(run, lit, suns, far, ground_albedo, *, patch_to_surface, folder):
-    """Visible share and reflected irradiance of the surfaces for every sun; if cancelled, for those that are done.
+    """Visible share and reflected irradiance of the surfaces for every sun; if cancelled, for those
+    that are done.
 
     Parameters
     ----------
@@ -232,7 +256,9 @@ def _trace_direct(run, lit, suns, far, ground_albedo, *, patch_to_surface, folde
     try:
         for index, light in enumerate(lit):
             towards = suns.direction[index : index + 1].astype(np.float32)
-            unshaded = patch_to_surface @ projection_in_front(run.target.patches.normal, towards)[:, 0].astype(float)
+            unshaded = patch_to_surface @ projection_in_front(run.target.patches.normal, towards)[
+                :, 0
+            ].astype(float)
             first = np.minimum(light.first.mean(axis=0), unshaded)
             column = slice(index, index + 1)
             share = np.divide(first, unshaded, out=np.zeros(len(first)), where=unshaded > 0)

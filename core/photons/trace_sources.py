@@ -1,4 +1,6 @@
-"""Trace photons of one source after the other, on several threads, and sum the irradiance of surfaces."""
+"""Trace photons of one source after the other, on several threads, and sum the irradiance of
+surfaces.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,7 +13,9 @@ from .emit_photons import Box
 from .follow_photons import Target, follow_photons
 from .light_of_photons import Light
 
-PHOTON_REPLICATES = 16  # independent sets of photons of each source; their variance gives the standard error
+PHOTON_REPLICATES = (
+    16  # independent sets of photons of each source; their variance gives the standard error
+)
 PHOTONS_PER_TASK = 1 << 16
 
 
@@ -47,10 +51,15 @@ def trace_sources(run, sources, max_bounces, stage):
     total, done = len(sources) * count, 0
     if total:
         run.progress(stage, done, total, "photons")
-    ranges = [range(first, min(first + PHOTONS_PER_TASK, count)) for first in range(0, count, PHOTONS_PER_TASK)]
+    ranges = [
+        range(first, min(first + PHOTONS_PER_TASK, count))
+        for first in range(0, count, PHOTONS_PER_TASK)
+    ]
     tasks = ((source, numbers) for source in sources if source.power.any() for numbers in ranges)
     found = map_in_order(
-        lambda task: follow_photons(run.target, *task, run.per_replicate, max_bounces - task[0].behind),
+        lambda task: follow_photons(
+            run.target, *task, run.per_replicate, max_bounces - task[0].behind
+        ),
         tasks,
         run.threads,
     )
@@ -60,7 +69,8 @@ def trace_sources(run, sources, max_bounces, stage):
             light.add(part)
             done += int(part.tally.emitted)
             run.progress(stage, done, total, "photons")
-        # Hits per area, relative to the photon density on an unshaded surface facing the source (Eq. 1 to 4).
+        # Hits per area, relative to the photon density on an unshaded surface facing the source
+        # (Eq. 1 to 4).
         area = np.where(run.target.area > 0, run.target.area, np.inf)
         per_photon = source.power.sum() / max(run.per_replicate, 1) / area
         light.first *= per_photon
@@ -77,8 +87,8 @@ def no_light(count):
 def standard_error(replicates, photons, unreachable):
     """Standard error of the mean of independent replicates.
 
-    With few or no photons their variance is not reliable. The contribution of one more photon is added, which gives
-    √(k + 1) instead of √k for k photons.
+    With few or no photons their variance is not reliable. The contribution of one more photon is
+    added, which gives √(k + 1) instead of √k for k photons.
 
     Parameters
     ----------
@@ -92,4 +102,6 @@ def standard_error(replicates, photons, unreachable):
     -------
     (n,) float64
     """
-    return np.sqrt(replicates.var(axis=0, ddof=1) / len(replicates) + np.where(unreachable, 0, photons))
+    return np.sqrt(
+        replicates.var(axis=0, ddof=1) / len(replicates) + np.where(unreachable, 0, photons)
+    )

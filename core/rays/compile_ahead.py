@@ -1,8 +1,9 @@
 """Start a second process that compiles loops, where none are kept on this computer yet.
 
-numba compiles one loop after the other, whatever the number of threads. The second process compiles from the last loop
-that a run needs towards the first, the run itself from the first one on, as it comes to them; what either has compiled
-the other takes from numba's cache on disk, so that they meet between.
+numba compiles one loop after the other, whatever the number of threads. The second process compiles
+from the last loop that a run needs towards the first, the run itself from the first one on, as it
+comes to them; what either has compiled the other takes from numba's cache on disk, so that they
+meet between.
 """
 
 import os
@@ -35,8 +36,9 @@ compile_loops()
 def compile_ahead(threads=None, wanted=True):
     """Let a second process compile during the `with` block.
 
-    Nothing is started where the loops are kept already, or with one thread. That process prints nothing, ends with the
-    block or with this process, and its failure is none of the run's: the run compiles what is missing.
+    Nothing is started where the loops are kept already, or with one thread. That process prints
+    nothing, ends with the block or with this process, and its failure is none of the run's: the run
+    compiles what is missing.
 
     Parameters
     ----------
@@ -66,7 +68,9 @@ def start_child():
 
 
 def stop_child(child):
-    """End the process. Files of numba's cache are whole at any time: it writes them beside and renames them."""
+    """End the process. Files of numba's cache are whole at any time: it writes them beside and
+    renames them.
+    """
     child.kill()
     child.wait()
     child.stdin.close()
@@ -77,20 +81,26 @@ CORE = __package__.rpartition(".")[0]
 
 
 def compile_loops():
-    """Compile all loops. Ends early when the process that started this one ends, or closes its end of the pipe."""
+    """Compile all loops. Ends early when the process that started this one ends, or closes its end
+    of the pipe.
+    """
     Thread(target=_end_with_parent, daemon=True).start()
     for line in reversed(read_loops()):
         compile_loop(line)
 
 
 def _end_with_parent():
-    """Wait for the end of the standard input, which the parent never writes to; then end this process."""
+    """Wait for the end of the standard input, which the parent never writes to; then end this
+    process.
+    """
     os.read(sys.stdin.fileno(), 1)
     os._exit(0)
 
 
 def read_loops():
-    """Lines of `loops.txt`, in the order in which a run needs them: module, function, types of the arguments."""
+    """Lines of `loops.txt`, in the order in which a run needs them: module, function, types of the
+    arguments.
+    """
     lines = LOOPS.read_text("utf-8").splitlines()
     return [line for line in lines if line and not line.startswith("#")]
 
@@ -101,7 +111,8 @@ def compile_loop(line):
     Parameters
     ----------
     line : str
-        Module of core, function and types of the arguments as numba writes them, separated by a blank.
+        Module of core, function and types of the arguments as numba writes them, separated by a
+        blank.
 
     Returns
     -------

@@ -1,8 +1,8 @@
 """Embree, called in packets of rays if a self-test passes, else ray by ray.
 
-embreex (github.com/trimesh/embreex) traces one ray at a time. The Embree library bundled with its wheel traces packets
-of rays with one direction several times as fast; its C interface (github.com/RenderKit/embree, version 4) is called
-here through ctypes, without a compiler.
+embreex (github.com/trimesh/embreex) traces one ray at a time. The Embree library bundled with its
+wheel traces packets of rays with one direction several times as fast; its C interface
+(github.com/RenderKit/embree, version 4) is called here through ctypes, without a compiler.
 """
 
 import ctypes
@@ -81,7 +81,11 @@ def load_library():
     """
     import embreex.rtcore_scene  # noqa: F401, loads the library's own dependencies
 
-    paths = [entry.locate() for entry in metadata.files("embreex") or () if "embree4" in entry.name.lower()]
+    paths = [
+        entry.locate()
+        for entry in metadata.files("embreex") or ()
+        if "embree4" in entry.name.lower()
+    ]
     if not paths:
         raise LibraryError("embreex has no Embree 4 library bundled")
     try:
@@ -96,14 +100,20 @@ def load_library():
         raise LibraryError("Embree cannot create a device")
     if library.rtcGetDeviceProperty(device, VERSION_MAJOR) != 4:
         raise LibraryError("its library is not Embree 4")
-    widths = [width for width, number in NATIVE_PACKETS.items() if library.rtcGetDeviceProperty(device, number)]
+    widths = [
+        width
+        for width, number in NATIVE_PACKETS.items()
+        if library.rtcGetDeviceProperty(device, number)
+    ]
     if not widths:
         raise LibraryError("this processor has no native support for ray packets")
     return library, device, max(widths)
 
 
 def _build_tree(library, device, vertices, triangles):
-    """Handle of a committed triangle scene; the arrays must outlive it, `vertices` needs one spare row at the end."""
+    """Handle of a committed triangle scene; the arrays must outlive it, `vertices` needs one spare
+    row at the end.
+    """
     scene, mesh = library.rtcNewScene(device), library.rtcNewGeometry(device, TRIANGLES)
     library.rtcSetSceneFlags(scene, ROBUST)
     share = library.rtcSetSharedGeometryBuffer
@@ -120,7 +130,8 @@ def _build_tree(library, device, vertices, triangles):
 
 
 class PacketTree:
-    """Embree's BVH over triangles, traced in packets. Methods as in `RayScene`, without input checks.
+    """Embree's BVH over triangles, traced in packets. Methods as in `RayScene`, without input
+    checks.
 
     Parameters
     ----------
@@ -142,8 +153,15 @@ class PacketTree:
         # Shadow rays of a packet are coherent, hemisphere rays are not.
         self._arguments = _Arguments(feature_mask=-1), _Arguments(flags=COHERENT, feature_mask=-1)
         self._closest, self._blocked = (
-            (ctypes.cast(self._library[name + str(self._width)], POINTER).value, self._scene, how, self._width)
-            for name, how in zip(("rtcIntersect", "rtcOccluded"), map(ctypes.addressof, self._arguments), strict=True)
+            (
+                ctypes.cast(self._library[name + str(self._width)], POINTER).value,
+                self._scene,
+                how,
+                self._width,
+            )
+            for name, how in zip(
+                ("rtcIntersect", "rtcOccluded"), map(ctypes.addressof, self._arguments), strict=True
+            )
         )
 
     def __del__(self):
@@ -152,7 +170,9 @@ class PacketTree:
             self._scene = None
 
     def trace_places(self, origins, directions):
-        """First triangle hit by each ray and barycentric coordinates of the hit: (n,) int32, (n,) and (n,) float32."""
+        """First triangle hit by each ray and barycentric coordinates of the hit: (n,) int32, (n,)
+        and (n,) float32.
+        """
         rays = np.ascontiguousarray(origins.T), np.ascontiguousarray(directions.T)
         hit = np.empty(len(origins), np.int32)
         b1, b2 = np.empty((2, len(origins)), np.float32)
@@ -168,7 +188,8 @@ class PacketTree:
 
 
 class _RayTree:
-    """Embree's BVH over triangles, traced ray by ray. Methods as in `RayScene`, without input checks.
+    """Embree's BVH over triangles, traced ray by ray. Methods as in `RayScene`, without input
+    checks.
 
     Parameters
     ----------
@@ -183,8 +204,12 @@ class _RayTree:
         self._scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
 
     def trace_places(self, origins, directions):
-        """First triangle hit by each ray and barycentric coordinates of the hit: (n,) int32, (n,) and (n,) float32."""
-        found = self._scene.run(np.ascontiguousarray(origins), np.ascontiguousarray(directions), output=1)
+        """First triangle hit by each ray and barycentric coordinates of the hit: (n,) int32, (n,)
+        and (n,) float32.
+        """
+        found = self._scene.run(
+            np.ascontiguousarray(origins), np.ascontiguousarray(directions), output=1
+        )
         return found["primID"], found["u"], found["v"]
 
     def trace_shadow_rays(self, position, wanted, directions):
@@ -220,23 +245,35 @@ def choose_engine():
     """
     asked = os.environ.get(VARIABLE)
     if asked and asked not in TREES:
-        raise InputError(VARIABLE, f"{asked!r} is not an engine", f"set it to {' or '.join(TREES)}, or unset it")
+        raise InputError(
+            VARIABLE, f"{asked!r} is not an engine", f"set it to {' or '.join(TREES)}, or unset it"
+        )
     if asked == "rays":
         return "rays", f"requested by {VARIABLE}"
     fault = fault_of_packets()
     if fault and asked:
-        raise InputError(VARIABLE, f"packets do not work here: {fault}", "set it to rays, or unset it")
-    return ("rays", f"no packets: {fault}") if fault else ("packets", "they agree with single rays on a test scene")
+        raise InputError(
+            VARIABLE, f"packets do not work here: {fault}", "set it to rays, or unset it"
+        )
+    return (
+        ("rays", f"no packets: {fault}")
+        if fault
+        else ("packets", "they agree with single rays on a test scene")
+    )
 
 
 @functools.cache
 def fault_of_packets():
-    """Why packets cannot be used in this process, "" if they agree with single rays on a small test scene."""
+    """Why packets cannot be used in this process, "" if they agree with single rays on a small test
+    scene.
+    """
     generator = np.random.default_rng(1)  # a few hundred triangles in a box, and rays through them
     middles = generator.uniform(-10, 10, (300, 1, 3))
     vertices = (middles + generator.normal(size=(300, 3, 3))).reshape(-1, 3).astype(np.float32)
     triangles = np.arange(900, dtype=np.int32).reshape(-1, 3)
-    origins, directions = generator.normal(size=(2, PROOF_RAYS, 3)).astype(np.float32) * np.float32([[[5]], [[1]]])
+    origins, directions = generator.normal(size=(2, PROOF_RAYS, 3)).astype(np.float32) * np.float32(
+        [[[5]], [[1]]]
+    )
     try:
         packets, rays = PacketTree(vertices, triangles), _RayTree(vertices, triangles)
     except (LibraryError, AttributeError) as error:
@@ -247,7 +284,9 @@ def fault_of_packets():
         return "hits differ from those of single rays"
     wanted = np.ones((len(origins) // 10, 3), bool)
     position = origins.reshape(-1, 10, 3)
-    found, true = (tree.trace_shadow_rays(position, wanted, directions[:3]) for tree in (packets, rays))
+    found, true = (
+        tree.trace_shadow_rays(position, wanted, directions[:3]) for tree in (packets, rays)
+    )
     if (found != true).any():
         return "shadows differ from those of single rays"
     return ""

@@ -1,4 +1,6 @@
-"""Cosine-distributed rays from random points of patches, and values at two halves of their nets of points as one."""
+"""Cosine-distributed rays from random points of patches, and values at two halves of their nets of
+points as one.
+"""
 
 from pathlib import Path
 
@@ -8,15 +10,23 @@ from numba import njit
 from .random_numbers import uniform
 from .sample_points import DIGITS, HEMISPHERE_REPLICATES, grid_of, points_of_grid, sobol_points
 
-CELL_DIVISIONS = 8  # each patch is divided into 64 cells, tested for being inside or under something
-HALF, ONE, TURN, UNIT = np.float32(0.5), np.float32(1), np.float32(2 * np.pi), np.float32(2.0**-DIGITS)
+CELL_DIVISIONS = (
+    8  # each patch is divided into 64 cells, tested for being inside or under something
+)
+HALF, ONE, TURN, UNIT = (
+    np.float32(0.5),
+    np.float32(1),
+    np.float32(2 * np.pi),
+    np.float32(2.0**-DIGITS),
+)
 
 
 def hemisphere_rays(patches, chosen, sequence):
     """Origins, directions and cells of the hemisphere rays of patches.
 
-    Position and direction come from one four-dimensional Sobol sequence with a random digital shift for each patch and
-    replicate; pairs from two-dimensional sequences would be correlated. Patches that sent rays before go on from there.
+    Position and direction come from one four-dimensional Sobol sequence with a random digital shift
+    for each patch and replicate; pairs from two-dimensional sequences would be correlated. Patches
+    that sent rays before go on from there.
 
     Parameters
     ----------
@@ -51,8 +61,8 @@ def shift_replicates(keys, before):
     ----------
     keys : (c,) uint64
     before : (c,) int
-        Points of the sequence that each replicate took before: a multiple of the smallest power of two not below the
-        number to take now.
+        Points of the sequence that each replicate took before: a multiple of the smallest power of
+        two not below the number to take now.
 
     Returns
     -------
@@ -85,32 +95,53 @@ def _make_rays(places, shift, sequence, made):
             first = replicate * samples
             mask = shift[patch, replicate]
             for sample in range(samples):
-                s, t = fraction(sequence[0, sample] ^ mask[0]), fraction(sequence[1, sample] ^ mask[1])
+                s, t = (
+                    fraction(sequence[0, sample] ^ mask[0]),
+                    fraction(sequence[1, sample] ^ mask[1]),
+                )
                 b1[sample] = s * HALF if t > s else s - t * HALF
                 b2[sample] = t - s * HALF if t > s else t * HALF
-            # The leading digits of the angle select an entry of the table; the others rotate all entries alike.
+            # The leading digits of the angle select an entry of the table; the others rotate all
+            # entries alike.
             rest = TURN * fraction(mask[3] & ((1 << last) - 1))
             cosine_rest, sine_rest = np.cos(rest), np.sin(rest)
             for sample in range(samples):
-                u, entry = fraction(sequence[2, sample] ^ mask[2]), (sequence[3, sample] ^ mask[3]) >> last
+                u, entry = (
+                    fraction(sequence[2, sample] ^ mask[2]),
+                    (sequence[3, sample] ^ mask[3]) >> last,
+                )
                 radius = np.sqrt(u)
                 along[sample] = radius * (cosine[entry] * cosine_rest - sine[entry] * sine_rest)
                 across[sample] = radius * (sine[entry] * cosine_rest + cosine[entry] * sine_rest)
                 height[sample] = np.sqrt(ONE - u)
             for axis in range(3):
-                corner, first_edge, second_edge = start[patch, axis], edges[patch, 0, axis], edges[patch, 1, axis]
-                one, other, up = frames[patch, 0, axis], frames[patch, 1, axis], frames[patch, 2, axis]
+                corner, first_edge, second_edge = (
+                    start[patch, axis],
+                    edges[patch, 0, axis],
+                    edges[patch, 1, axis],
+                )
+                one, other, up = (
+                    frames[patch, 0, axis],
+                    frames[patch, 1, axis],
+                    frames[patch, 2, axis],
+                )
                 to, towards = origins[axis, patch, first:], directions[axis, patch, first:]
                 for sample in range(samples):
                     to[sample] = corner + b1[sample] * first_edge + b2[sample] * second_edge
-                    towards[sample] = along[sample] * one + across[sample] * other + height[sample] * up
+                    towards[sample] = (
+                        along[sample] * one + across[sample] * other + height[sample] * up
+                    )
             for sample in range(samples):
-                cells[patch, first + sample] = cell_at(b1[sample], b2[sample], np.int64(CELL_DIVISIONS))
+                cells[patch, first + sample] = cell_at(
+                    b1[sample], b2[sample], np.int64(CELL_DIVISIONS)
+                )
 
 
 @njit(nogil=True, cache=True)
 def _table_of_angles(count):
-    """Cosine and sine of the angles given by the leading digits of `count` points, and number of other digits."""
+    """Cosine and sine of the angles given by the leading digits of `count` points, and number of
+    other digits.
+    """
     leading = 0
     while (1 << leading) < count:
         leading += 1
@@ -130,7 +161,9 @@ def fraction(digits):
 
 @njit(nogil=True, cache=True)
 def cell_at(b1, b2, divisions):
-    """Which of the `divisions`² congruent sub-triangles contains a point: `cell_of_point` for one point."""
+    """Which of the `divisions`² congruent sub-triangles contains a point: `cell_of_point` for one
+    point.
+    """
     row = int(min(b2 * np.float32(divisions), np.float32(divisions - 1)))
     along = int(min(b1 * np.float32(divisions), np.float32(divisions - 1)))
     inverted = (b1 + b2) * np.float32(divisions) - np.float32(row) - np.float32(along) >= ONE
@@ -138,7 +171,8 @@ def cell_at(b1, b2, divisions):
 
 
 def rays_from_patches(patches, chosen, b1, b2, local):
-    """Rays from points on patches (barycentric coordinates) in directions given in the patches' local frames.
+    """Rays from points on patches (barycentric coordinates) in directions given in the patches'
+    local frames.
 
     Parameters
     ----------
@@ -157,14 +191,18 @@ def rays_from_patches(patches, chosen, b1, b2, local):
 
 
 def points_of_patches(patches, chosen, b1, b2):
-    """Ray origins just in front of patches: (c, m, 3) float32. Parameters as in `rays_from_patches`."""
+    """Ray origins just in front of patches: (c, m, 3) float32. Parameters as in
+    `rays_from_patches`.
+    """
     start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
     frames = np.concatenate([start[:, None], patches.edges[chosen]], axis=1)
     return _add_vectors(frames, (np.ones(b1.shape), b1, b2))
 
 
 def _add_vectors(frames, weights):
-    """Sums of three vectors of each patch, (c, 3, 3) float32, by their weights, three (c, m): (c, m, 3) float32."""
+    """Sums of three vectors of each patch, (c, 3, 3) float32, by their weights, three (c, m): (c,
+    m, 3) float32.
+    """
     first, second, third = (part.astype(np.float32, copy=False) for part in weights)
     one, other, last = frames.transpose(1, 2, 0)[..., None]
     return np.moveaxis(first * one + second * other + third * last, 0, -1)
@@ -177,7 +215,8 @@ def is_compiled():
 
 
 def merge_nets(shifts, halves):
-    """Values at the points of two halves of a net with digital shifts, in the order of `points_of_grid`.
+    """Values at the points of two halves of a net with digital shifts, in the order of
+    `points_of_grid`.
 
     Parameters
     ----------
@@ -195,10 +234,13 @@ def merge_nets(shifts, halves):
     row, column = np.divmod(np.arange(points), columns)
     whole = np.empty((count, 2 * points), np.float32)
     for shift, values in zip(shifts, halves, strict=True):
-        # As in `place_points`: which point lies in each rectangle, and then in which of the finer grid.
+        # As in `place_points`: which point lies in each rectangle, and then in which of the finer
+        # grid.
         along, across = shift.astype(np.int64).T[:, :, None]
         place = (row ^ (across * rows >> DIGITS)) * columns + (column ^ (along * columns >> DIGITS))
-        u, v = np.moveaxis(points_of_grid(points).astype(np.int64)[place], -1, 0) ^ np.stack([along, across])
+        u, v = np.moveaxis(points_of_grid(points).astype(np.int64)[place], -1, 0) ^ np.stack(
+            [along, across]
+        )
         finer = (v * finer_rows >> DIGITS) * finer_columns + (u * finer_columns >> DIGITS)
         np.put_along_axis(whole, finer, values, axis=1)
     return whole

@@ -1,6 +1,7 @@
 """Loops that fill ray packets, call Embree and read the results (compiled by numba).
 
-A packet is Embree's RTCRayHit of `width` rays: 12 rows for the rays, 9 for the hits, each as wide as the packet.
+A packet is Embree's RTCRayHit of `width` rays: 12 rows for the rays, 9 for the hits, each as wide
+as the packet.
 """
 
 import numpy as np
@@ -8,7 +9,16 @@ from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
 
-ORIGIN, NEAR, DIRECTION, TIME, FAR, MASK, NUMBER, FLAGS = 0, 3, 4, 7, 8, 9, 10, 11  # rows of a packet
+ORIGIN, NEAR, DIRECTION, TIME, FAR, MASK, NUMBER, FLAGS = (
+    0,
+    3,
+    4,
+    7,
+    8,
+    9,
+    10,
+    11,
+)  # rows of a packet
 B1, B2, TRIANGLE, MESH, INSTANCE, ROWS = 15, 16, 17, 18, 19, 24
 NONE = -1
 
@@ -19,7 +29,9 @@ def _call_embree(_, function, valid, scene, packet, arguments):
 
     def generate(context, builder, _, values):
         word = ir.IntType(64)
-        pointer = builder.inttoptr(values[0], ir.FunctionType(ir.VoidType(), [word] * 4).as_pointer())
+        pointer = builder.inttoptr(
+            values[0], ir.FunctionType(ir.VoidType(), [word] * 4).as_pointer()
+        )
         builder.call(pointer, values[1:])
         return context.get_dummy_value()
 
@@ -90,7 +102,10 @@ def trace_shadow_rays(tree, position, wanted, directions, free):
     function, scene, arguments, width = tree
     packet, valid = aligned(ROWS * width), aligned(width).view(np.int32)
     packet.view(np.int32)[MASK * width : (MASK + 1) * width] = -1
-    towards, far = packet[DIRECTION * width : (DIRECTION + 3) * width], packet[FAR * width : (FAR + 1) * width]
+    towards, far = (
+        packet[DIRECTION * width : (DIRECTION + 3) * width],
+        packet[FAR * width : (FAR + 1) * width],
+    )
     point_count = position.shape[1]
     lanes = min(width, point_count)  # of one patch
     together = width // lanes  # patches in a packet
@@ -113,7 +128,9 @@ def trace_shadow_rays(tree, position, wanted, directions, free):
 
 @njit(nogil=True, cache=True)
 def _load_origins(packet, width, position):
-    """Write the points of some patches, (members, lanes, 3), into a packet; rays beyond them repeat the last one."""
+    """Write the points of some patches, (members, lanes, 3), into a packet; rays beyond them repeat
+    the last one.
+    """
     members, lanes = position.shape[:2]
     for lane in range(width):
         used = min(lane, members * lanes - 1)
@@ -124,7 +141,9 @@ def _load_origins(packet, width, position):
 
 @njit(nogil=True, cache=True)
 def _choose_lanes(valid, wanted, lanes):
-    """Write which rays of a packet are traced, those of the members that are `wanted`; return whether any is."""
+    """Write which rays of a packet are traced, those of the members that are `wanted`; return
+    whether any is.
+    """
     valid[:] = 0
     some = False
     for member in range(len(wanted)):
@@ -136,7 +155,9 @@ def _choose_lanes(valid, wanted, lanes):
 
 @njit(nogil=True, cache=True)
 def _read_free(far, valid, free):
-    """Write which of the rays that were traced, whose ends are given, are free: (members, lanes) bool."""
+    """Write which of the rays that were traced, whose ends are given, are free: (members, lanes)
+    bool.
+    """
     members, lanes = free.shape
     for member in range(members):
         if valid[member * lanes]:

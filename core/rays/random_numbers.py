@@ -1,4 +1,6 @@
-"""Counter-based random numbers per surface and sample, so that results do not depend on threads, chunks or order."""
+"""Counter-based random numbers per surface and sample, so that results do not depend on threads,
+chunks or order.
+"""
 
 from hashlib import blake2b
 
@@ -29,7 +31,9 @@ def mix(words):
 
 def digest_names(names):
     """Hashes of names: (n,) uint64."""
-    return np.frombuffer(b"".join(blake2b(name.encode(), digest_size=8).digest() for name in names), dtype="<u8")
+    return np.frombuffer(
+        b"".join(blake2b(name.encode(), digest_size=8).digest() for name in names), dtype="<u8"
+    )
 
 
 def key_of_digests(digests, seed):
@@ -59,7 +63,9 @@ def uniform(keys, count):
 
 
 def uniform_of(keys, numbers):
-    """Some of these numbers: (n, m) float32 of keys, (n, 1) uint64, and of their places from 1 on, (m,) int."""
+    """Some of these numbers: (n, m) float32 of keys, (n, 1) uint64, and of their places from 1 on,
+    (m,) int.
+    """
     found = np.empty((len(keys), len(numbers)), np.float32)
     _fill_uniform(keys.ravel(), numbers.astype(np.uint64) * GOLDEN, found)
     return found
@@ -67,7 +73,9 @@ def uniform_of(keys, numbers):
 
 @njit(nogil=True, cache=True)
 def _fill_uniform(keys, counters, found):
-    """Write numbers in [0, 1) of keys, (n,) uint64, and counters, (m,) uint64, into (n, m) float32; `mix` in a loop."""
+    """Write numbers in [0, 1) of keys, (n,) uint64, and counters, (m,) uint64, into (n, m) float32;
+    `mix` in a loop.
+    """
     for row in range(len(keys)):
         for column in range(len(counters)):
             word = keys[row] + counters[column]
@@ -79,8 +87,8 @@ def _fill_uniform(keys, counters, found):
 def are_among(values, others):
     """Which of some whole numbers, (n,) int, are among others, (m,) int: (n,) bool.
 
-    Both are sorted, so that each search ends close to the one before: of a million numbers with 64 bits five times
-    faster than a hash table.
+    Both are sorted, so that each search ends close to the one before: of a million numbers with 64
+    bits five times faster than a hash table.
     """
     order, others, found = np.argsort(values), np.sort(others), np.zeros(len(values), bool)
     if len(others):

@@ -1,7 +1,7 @@
 """Ray queries on a triangle scene: closest hits and shadow rays with Embree.
 
-Packets of rays go directly to the Embree library if its self-test passes (`choose_engine`), else single rays go through
-embreex (github.com/trimesh/embreex). Both give the same results.
+Packets of rays go directly to the Embree library if its self-test passes (`choose_engine`), else
+single rays go through embreex (github.com/trimesh/embreex). Both give the same results.
 """
 
 import threading
@@ -29,12 +29,13 @@ class RayScene:
     Raises
     ------
     InputError
-        If an array has the wrong shape, a vertex index is out of range or a number is not finite, which Embree does not
-        check.
+        If an array has the wrong shape, a vertex index is out of range or a number is not finite,
+        which Embree does not check.
     """
 
     canopy = None  # city.canopy.Canopy of scenes with trees
-    whole = None  # of a part of a city: its tree, patches of all triangles, and which of these the part has
+    # of a part of a city: its tree, patches of all triangles, and which of these the part has
+    whole = None
 
     def __init__(self, vertices, triangles, engine=None):
         vertices, triangles = check_triangles(vertices, triangles)
@@ -106,7 +107,10 @@ class RayScene:
         ray_direction = _usable_rays("ray_direction", np.asarray(ray_direction)[None])
         if not self.triangle_count or not len(ray_origins):
             return np.zeros(len(ray_origins), bool)
-        position, wanted = np.ascontiguousarray(ray_origins)[:, None], np.ones((len(ray_origins), 1), bool)
+        position, wanted = (
+            np.ascontiguousarray(ray_origins)[:, None],
+            np.ones((len(ray_origins), 1), bool),
+        )
         with self._timed():
             return ~self._tree.trace_shadow_rays(position, wanted, ray_direction)[:, 0, 0]
 
@@ -146,9 +150,13 @@ class RayScene:
 
 
 def _usable_rays(name, rays):
-    """Ray origins or directions for the engines: (n, 3) float32, finite, contiguous in C or Fortran order."""
+    """Ray origins or directions for the engines: (n, 3) float32, finite, contiguous in C or Fortran
+    order.
+    """
     rays = np.asarray(check_array(name, rays, ("n", 3)), np.float32)
-    return rays if rays.flags.c_contiguous or rays.flags.f_contiguous else np.ascontiguousarray(rays)
+    return (
+        rays if rays.flags.c_contiguous or rays.flags.f_contiguous else np.ascontiguousarray(rays)
+    )
 
 
 class HitPlaces(NamedTuple):

@@ -5,16 +5,20 @@ import functools
 import numpy as np
 
 DIGITS = 24  # binary digits of float32 numbers below 1
-DIRECTION_NUMBERS = (  # of dimensions 2 to 4: coefficients of the primitive polynomial, and initial numbers
+# of dimensions 2 to 4: coefficients of the primitive polynomial, and initial numbers
+DIRECTION_NUMBERS = (
     (0, (1,)),
     (1, (1, 3)),
     (1, (1, 3, 1)),
 )
-HEMISPHERE_REPLICATES = 4  # independent sets of hemisphere rays per patch; their variance gives the standard error
+HEMISPHERE_REPLICATES = (
+    4  # independent sets of hemisphere rays per patch; their variance gives the standard error
+)
 
 
 def additive_recurrence(count, dimensions):
-    """Low-discrepancy points (R-sequence): multiples of the powers of the generalised golden ratio, modulo 1.
+    """Low-discrepancy points (R-sequence): multiples of the powers of the generalised golden ratio,
+    modulo 1.
 
     Returns
     -------
@@ -34,8 +38,8 @@ def additive_recurrence(count, dimensions):
 def sobol_digits(count):
     """The first four-dimensional points of Sobol's sequence, as binary fractions.
 
-    The first 2^k of them form a digital net; a digital shift (XOR of each coordinate with a random number) keeps this
-    property.
+    The first 2^k of them form a digital net; a digital shift (XOR of each coordinate with a random
+    number) keeps this property.
 
     Returns
     -------
@@ -44,8 +48,9 @@ def sobol_digits(count):
 
     References
     ----------
-    I. M. Sobol (1967), doi:10.1016/0041-5553(67)90144-9. Direction numbers: S. Joe and F. Y. Kuo (2008),
-    doi:10.1137/070709359. The same points come from `scipy.stats.qmc`, whose import takes longer than a draft's rays.
+    I. M. Sobol (1967), doi:10.1016/0041-5553(67)90144-9. Direction numbers: S. Joe and F. Y. Kuo
+    (2008), doi:10.1137/070709359. The same points come from `scipy.stats.qmc`, whose import takes
+    longer than a draft's rays.
     """
     return sobol_points(np.arange(count))
 
@@ -53,8 +58,8 @@ def sobol_digits(count):
 def sobol_points(index):
     """Points of the same sequence by their numbers, from 0: (n, 4) uint32 of (n,) int.
 
-    Points k 2^m to (k + 1) 2^m - 1, for any k, are the first 2^m moved by the digital shift that is the first of them.
-    So rounds that take such parts one after the other continue one net.
+    Points k 2^m to (k + 1) 2^m - 1, for any k, are the first 2^m moved by the digital shift that is
+    the first of them. So rounds that take such parts one after the other continue one net.
     """
     gray = np.asarray(index, np.uint32)
     gray = gray ^ (gray >> np.uint32(1))
@@ -74,7 +79,9 @@ def _all_directions():
             last = numbers[digit - degree]
             number = last ^ (last << degree)
             for step in range(1, degree):
-                number ^= ((coefficients >> (degree - 1 - step)) & 1) * (numbers[digit - step] << step)
+                number ^= ((coefficients >> (degree - 1 - step)) & 1) * (
+                    numbers[digit - step] << step
+                )
             numbers.append(number)
         found.append([number << (DIGITS - 1 - digit) for digit, number in enumerate(numbers)])
     return np.array(found, np.uint32).T
@@ -104,7 +111,8 @@ def shifted(points, shifts):
 def barycentric_of_square(u, v):
     """Uniform points of a triangle from uniform points of the square.
 
-    The map is area-preserving and continuous (Heitz 2019, A low-distortion map between triangle and square).
+    The map is area-preserving and continuous (Heitz 2019, A low-distortion map between triangle and
+    square).
 
     Returns
     -------
@@ -147,12 +155,14 @@ def cell_of_point(b1, b2, divisions):
 
 @functools.cache
 def cell_corners(divisions):
-    """Barycentric coordinates of the vertices of the congruent sub-triangles, in the order of `cell_of_point`.
+    """Barycentric coordinates of the vertices of the congruent sub-triangles, in the order of
+    `cell_of_point`.
 
     Returns
     -------
     (divisions², 3, 2) float32
-        For each cell three vertices, each with the coordinates for the second and third vertex of the triangle.
+        For each cell three vertices, each with the coordinates for the second and third vertex of
+        the triangle.
     """
     row, place = cell_places(divisions)
     along, inverted = np.divmod(place, 2)
@@ -162,7 +172,9 @@ def cell_corners(divisions):
 
 
 def cell_places(divisions):
-    """Row and position in the row of each cell, in the order of `cell_of_point`: two (cells,) int."""
+    """Row and position in the row of each cell, in the order of `cell_of_point`: two
+    (cells,) int.
+    """
     row = np.repeat(np.arange(divisions), 2 * (divisions - np.arange(divisions)) - 1)
     return row, np.arange(divisions**2) - row * (2 * divisions - row)
 
@@ -190,14 +202,17 @@ def stratified_points(u, v, divisions, cells=slice(None)):
     -------
     b1, b2 : (n, cells) float32
     """
-    first, second, third = np.moveaxis(cell_corners(divisions)[cells], 0, -1)[:, :, None]  # (2, 1, cells) each
+    first, second, third = np.moveaxis(cell_corners(divisions)[cells], 0, -1)[
+        :, :, None
+    ]  # (2, 1, cells) each
     b1, b2 = barycentric_of_square(u, v)
     return tuple(first + b1 * (second - first) + b2 * (third - first))
 
 
 @functools.cache
 def cells_inside(divisions, larger):
-    """Which of the `larger`² cells contains each of the `divisions`² (by centroid if it overlaps several).
+    """Which of the `larger`² cells contains each of the `divisions`² (by centroid if it overlaps
+    several).
 
     Returns
     -------
@@ -208,14 +223,17 @@ def cells_inside(divisions, larger):
 
 
 def grid_of(count):
-    """Rows and columns of the unit square divided into `count` rectangles, a power of two: two int."""
+    """Rows and columns of the unit square divided into `count` rectangles, a power of two:
+    two int.
+    """
     power = count.bit_length() - 1
     return 1 << power // 2, 1 << (power - power // 2)
 
 
 @functools.cache
 def points_of_grid(count):
-    """First `count` two-dimensional Sobol points: one in each rectangle of `grid_of`, in the order of the rectangles.
+    """First `count` two-dimensional Sobol points: one in each rectangle of `grid_of`, in the order
+    of the rectangles.
 
     Parameters
     ----------

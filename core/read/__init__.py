@@ -1,4 +1,5 @@
 """Readers of city models and terrain: CityGML, CityJSON, OBJ, TIN relief, rasters.
 
-In: paths. Out: a City (polygons in metres with an import report) or a Terrain. Read first: read_city.py.
+In: paths. Out: a City (polygons in metres with an import report) or a Terrain. Read first:
+read_city.py.
 """

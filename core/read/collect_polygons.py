@@ -1,7 +1,8 @@
-"""Collect the polygons and references of CityGML elements; place implicit geometry; resolve references.
+"""Collect the polygons and references of CityGML elements; place implicit geometry; resolve
+references.
 
-An xlink names a polygon, or a group of polygons, that another element defines: it exists once. An ImplicitGeometry is a
-prototype in local coordinates, instanced at many places.
+An xlink names a polygon, or a group of polygons, that another element defines: it exists once. An
+ImplicitGeometry is a prototype in local coordinates, instanced at many places.
 """
 
 import re
@@ -20,18 +21,55 @@ XLINK = "{http://www.w3.org/1999/xlink}href"
 GML_IDS = ("{http://www.opengis.net/gml}id", "{http://www.opengis.net/gml/3.2}id")
 LEAVES = {"Polygon", "Triangle", "PolygonPatch", "Rectangle"}
 THEMATIC = {
-    "WallSurface", "RoofSurface", "GroundSurface", "ClosureSurface", "OuterCeilingSurface", "OuterFloorSurface",
-    "Window", "Door", "WindowSurface", "DoorSurface", "BuildingInstallation", "BuildingConstructiveElement",
-}  # fmt: skip
+    "WallSurface",
+    "RoofSurface",
+    "GroundSurface",
+    "ClosureSurface",
+    "OuterCeilingSurface",
+    "OuterFloorSurface",
+    "Window",
+    "Door",
+    "WindowSurface",
+    "DoorSurface",
+    "BuildingInstallation",
+    "BuildingConstructiveElement",
+}
 INSTALLATIONS = ("BuildingInstallation", "BuildingConstructiveElement")
 # Elements that are skipped: not an outer surface, or not geometry at all.
 PASSED_BY = {
-    "interiorRoom", "buildingRoom", "interiorBuildingInstallation", "interiorFurniture", "buildingFurniture",
-    "InteriorWallSurface", "CeilingSurface", "FloorSurface", "appearance", "appearanceMember", "externalReference",
-    "address", "genericAttribute", "genericAttributeSet", "stringAttribute", "intAttribute", "doubleAttribute",
-    "dateAttribute", "uriAttribute", "measureAttribute", "Envelope", "creationDate", "terminationDate", "function",
-    "usage", "class", "roofType", "measuredHeight", "height", "name", "description", "buildingSubdivision",
-}  # fmt: skip
+    "interiorRoom",
+    "buildingRoom",
+    "interiorBuildingInstallation",
+    "interiorFurniture",
+    "buildingFurniture",
+    "InteriorWallSurface",
+    "CeilingSurface",
+    "FloorSurface",
+    "appearance",
+    "appearanceMember",
+    "externalReference",
+    "address",
+    "genericAttribute",
+    "genericAttributeSet",
+    "stringAttribute",
+    "intAttribute",
+    "doubleAttribute",
+    "dateAttribute",
+    "uriAttribute",
+    "measureAttribute",
+    "Envelope",
+    "creationDate",
+    "terminationDate",
+    "function",
+    "usage",
+    "class",
+    "roofType",
+    "measuredHeight",
+    "height",
+    "name",
+    "description",
+    "buildingSubdivision",
+}
 STEPS = THEMATIC | {"BuildingPart", "Solid", "OrientableSurface", "ImplicitGeometry", "interior"}
 NO_SURFACES = ("TerrainIntersection", "Curve", "HeightType", "Network", "PointCloud", "Point")
 LOD = re.compile(r"lod(\d)(.*)")
@@ -88,7 +126,10 @@ def _walk(element, place, content):
 def _add_implicit(element, place, content):
     """Append the polygons of an implicit geometry, transformed to world coordinates."""
     name = name_element(element) or f"line {element.sourceline}"
-    point, matrix = next(element.iterfind("{*}referencePoint//{*}pos"), None), element.find("{*}transformationMatrix")
+    point, matrix = (
+        next(element.iterfind("{*}referencePoint//{*}pos"), None),
+        element.find("{*}transformationMatrix"),
+    )
     point = None if point is None else read_numbers([point])
     matrix = np.eye(4) if matrix is None else read_numbers([matrix])
     sound = all(
@@ -97,7 +138,9 @@ def _add_implicit(element, place, content):
     )
     shape = next(iter(element.iterchildren("{*}relativeGMLGeometry", "{*}relativeGeometry")), None)
     if place.lod is None or not sound or shape is None:
-        content.skip("implicit geometry without a shape, a reference point or a level of detail", name)
+        content.skip(
+            "implicit geometry without a shape, a reference point or a level of detail", name
+        )
         return
     matrix = matrix.reshape(4, 4)
     matrix[:3, 3] += point
@@ -148,7 +191,9 @@ def _step(child, kind, place, content):
     elif kind.startswith("lod"):
         place = place._replace(lod=kind[3:], source="surface" if place.thematic else "multisurface")
     elif kind in THEMATIC:
-        place = place._replace(thematic=kind, installation=place.installation or kind in INSTALLATIONS)
+        place = place._replace(
+            thematic=kind, installation=place.installation or kind in INSTALLATIONS
+        )
     elif kind == "Solid" and place.source == "multisurface":
         place = place._replace(source="solid")
     elif kind == "OrientableSurface" and attributes.get("orientation") == "-":
@@ -212,13 +257,17 @@ def _read_ring(part, place, content):
     numbers = read_numbers(elements)
     if numbers is None:
         words = " ".join(element.text or "" for element in elements)
-        return None, DECIMAL_COMMA if re.search(r"\d,\d", words) else "coordinates that are not numeric"
+        return None, DECIMAL_COMMA if re.search(
+            r"\d,\d", words
+        ) else "coordinates that are not numeric"
     if dimension == "2":
         return None, "2D coordinates without heights"
     if len(numbers) % 3:
         return None, "number of coordinates is not a multiple of 3"
     if len(numbers) and not np.abs(numbers).max() <= LARGEST_COORDINATE:  # also true for NaN
-        problem = f"line {part.sourceline}: a coordinate is not finite or beyond {LARGEST_COORDINATE:g}"
+        problem = (
+            f"line {part.sourceline}: a coordinate is not finite or beyond {LARGEST_COORDINATE:g}"
+        )
         raise InputError(content.path, problem, "correct or remove this polygon")
     return numbers.reshape(-1, 3), None
 
@@ -234,27 +283,34 @@ def place_prototype(polygons, matrix):
         Rotation and scale, and in the last column the place in the units of the file.
     """
     turn, step = matrix[:3, :3].T, matrix[:3, 3]
-    return [replace(one, rings=[ring @ turn + step for ring in one.rings], implicit=True) for one in polygons]
+    return [
+        replace(one, rings=[ring @ turn + step for ring in one.rings], implicit=True)
+        for one in polygons
+    ]
 
 
 def resolve_references(content):
     """Apply references to their polygons, and instance the prototypes that are given by reference.
 
-    A reference gives a polygon its thematic class, a further LoD, its orientation. A Solid that references the polygons
-    of its boundary surfaces adds nothing; a boundary surface that references polygons of a Solid gives them its class.
-    Polygons referenced by another building stay with the building that defines them.
+    A reference gives a polygon its thematic class, a further LoD, its orientation. A Solid that
+    references the polygons of its boundary surfaces adds nothing; a boundary surface that
+    references polygons of a Solid gives them its class. Polygons referenced by another building
+    stay with the building that defines them.
 
     Parameters
     ----------
     content : FileContent
         Changed in place.
     """
-    index = {polygon.surface_id: polygon for polygon in reversed(content.polygons) if polygon.surface_id}
+    index = {
+        polygon.surface_id: polygon for polygon in reversed(content.polygons) if polygon.surface_id
+    }
     for link, reference in content.references:
         file, _, target = link.rpartition("#")
         if target not in index and target not in content.groups:
             content.skip(
-                ELSEWHERE if file else "reference to a polygon that is not in the file", link if file else target
+                ELSEWHERE if file else "reference to a polygon that is not in the file",
+                link if file else target,
             )
             continue
         known = index.get(target)
@@ -263,8 +319,14 @@ def resolve_references(content):
                 continue
             if reference.thematic and not polygon.thematic:
                 polygon.thematic, polygon.source = reference.thematic, "surface"
-            if reference.flipped and reference.source == "solid" and reference.part in (0, polygon.part):
-                polygon.flipped = True  # the solid defines its outside; a neighbour's solid does not
+            if (
+                reference.flipped
+                and reference.source == "solid"
+                and reference.part in (0, polygon.part)
+            ):
+                polygon.flipped = (
+                    True  # the solid defines its outside; a neighbour's solid does not
+                )
             polygon.installation &= reference.installation  # the solid of a building may include it
             if reference.lod not in polygon.lods:
                 polygon.lods += (reference.lod,)
@@ -273,6 +335,14 @@ def resolve_references(content):
         if shape is None:
             content.skip("implicit geometry whose prototype is not in the file", name)
             continue
-        own = {"building": place.building, "part": place.part, "lods": (place.lod,), "installation": place.installation}
-        drawn = [replace(one, thematic=place.thematic or one.thematic, material="", **own) for one in shape]
+        own = {
+            "building": place.building,
+            "part": place.part,
+            "lods": (place.lod,),
+            "installation": place.installation,
+        }
+        drawn = [
+            replace(one, thematic=place.thematic or one.thematic, material="", **own)
+            for one in shape
+        ]
         content.polygons += place_prototype(drawn, matrix)

@@ -1,4 +1,6 @@
-"""Collect the polygons of one CityJSON object from its geometries, and report those that cannot be used."""
+"""Collect the polygons of one CityJSON object from its geometries, and report those that cannot be
+used.
+"""
 
 import re
 from collections import Counter
@@ -14,11 +16,20 @@ from .open_input import LARGEST_COORDINATE, clean_name
 from .walk_boundaries import CLASSES, DEPTHS, INTERIOR, read_numbers, read_vertices, walk_boundaries
 
 LOD = re.compile(r"[0-4](\.\d)?")
-SOURCES = ("surface", "solid", "multisurface")  # in order of preference between geometries of the same LoD
+SOURCES = (
+    "surface",
+    "solid",
+    "multisurface",
+)  # in order of preference between geometries of the same LoD
 INSTANCE = "GeometryInstance"
-MOST_PLACED = 500_000  # instanced polygons of one file; a template instanced a million times fills any memory
+MOST_PLACED = (
+    500_000  # instanced polygons of one file; a template instanced a million times fills any memory
+)
 NO_PLACE = "instance with a missing reference point or an invalid matrix"
-UNSOUND = "geometries have semantics that do not match their boundaries; the classes that could be assigned were kept"
+UNSOUND = (
+    "geometries have semantics that do not match their boundaries; the classes that could be "
+    "assigned were kept"
+)
 NO_LOD = "geometries give no level of detail; they are used only for buildings without any other"
 
 
@@ -46,8 +57,8 @@ class Shapes:
 def collect_shapes(one, owner, shapes):
     """Append the polygons of one city object to the content of its file.
 
-    Several geometries of an object in one LoD (a Solid and a MultiSurface) are distinguished by their ``source``: those
-    with semantics are preferred to those without, solids to surfaces.
+    Several geometries of an object in one LoD (a Solid and a MultiSurface) are distinguished by
+    their ``source``: those with semantics are preferred to those without, solids to surfaces.
 
     Parameters
     ----------
@@ -70,9 +81,13 @@ def collect_shapes(one, owner, shapes):
         else:
             drawn.append((read_lod(geometry), geometry))
     # Those with semantics before those without, solids before surfaces.
-    ranks = [(not isinstance(one.get("semantics"), dict), DEPTHS[one["type"]] == 0) for _, one in drawn]
+    ranks = [
+        (not isinstance(one.get("semantics"), dict), DEPTHS[one["type"]] == 0) for _, one in drawn
+    ]
     for (lod, geometry), rank in zip(drawn, ranks, strict=True):
-        rivals = sorted({other for (other_lod, _), other in zip(drawn, ranks, strict=True) if other_lod == lod})
+        rivals = sorted(
+            {other for (other_lod, _), other in zip(drawn, ranks, strict=True) if other_lod == lod}
+        )
         source = SOURCES[min(rivals.index(rank), 2)]
         shapes.content.polygons += _draw_geometry(geometry, owner, source, shapes)
 
@@ -83,7 +98,11 @@ def find_fault(geometry):
         return "geometry is not a JSON object"
     kind = geometry.get("type")
     if not isinstance(kind, str) or (kind not in DEPTHS and kind != INSTANCE):
-        return f"{clean_name(kind)[:20]}: no surfaces" if isinstance(kind, str) else "geometry without a type"
+        return (
+            f"{clean_name(kind)[:20]}: no surfaces"
+            if isinstance(kind, str)
+            else "geometry without a type"
+        )
     if {"boundaries", "semantics", "lod"}.intersection(getattr(geometry, "names", ())):
         return "geometry with boundaries, semantics or level of detail given twice"
     return "invalid level of detail" if kind != INSTANCE and read_lod(geometry) is None else None
@@ -158,7 +177,10 @@ def read_rings(rings, vertices):
         Closed: the first point is repeated at the end.
     """
     if not isinstance(rings, list) or not rings or set(map(type, rings)) != {list}:
-        return None, "surface without an exterior ring" if rings == [] else "surface is not a list of rings"
+        return (
+            None,
+            "surface without an exterior ring" if rings == [] else "surface is not a list of rings",
+        )
     found = []
     for ring in rings:
         if not {int}.issuperset(map(type, ring)):
@@ -208,11 +230,22 @@ class Templates:
             if self._count > MOST_PLACED:
                 problem = f"its template instances have more than {MOST_PLACED:,} polygons"
                 raise InputError(self._path, problem, "split the file into tiles")
-            place = {"building": owner.building, "part": owner.part, "line": owner.line, "surface_id": ""}
+            place = {
+                "building": owner.building,
+                "part": owner.part,
+                "line": owner.line,
+                "surface_id": "",
+            }
             place["installation"] = owner.installation
-            drawn = [replace(one, thematic=one.thematic or owner.thematic, **place) for one in drawn]
+            drawn = [
+                replace(one, thematic=one.thematic or owner.thematic, **place) for one in drawn
+            ]
             placed = place_prototype(drawn, matrix)
-            if all(np.abs(ring).max(initial=0) <= LARGEST_COORDINATE for one in placed for ring in one.rings):
+            if all(
+                np.abs(ring).max(initial=0) <= LARGEST_COORDINATE
+                for one in placed
+                for ring in one.rings
+            ):
                 return placed
             fault = NO_PLACE
         shapes.content.skip(fault, owner.name)
@@ -228,7 +261,12 @@ class Templates:
             name = owner._replace(name=f"template {number}", thematic="")
             local = Shapes(shapes.content, self._vertices, None, shapes.remarks)
             drawn = _draw_geometry(geometry, name, "surface", local)
-        return drawn, "" if drawn else f"instance of a template that cannot be used ({fault or 'it has no surfaces'})"
+        return (
+            drawn,
+            ""
+            if drawn
+            else f"instance of a template that cannot be used ({fault or 'it has no surfaces'})",
+        )
 
 
 def _read_matrix(geometry, vertices):
@@ -237,7 +275,11 @@ def _read_matrix(geometry, vertices):
     if not isinstance(boundaries, list) or len(boundaries) != 1 or type(boundaries[0]) is not int:
         return None
     matrix = np.eye(4).ravel() if values is None else read_numbers(values, 16)
-    if matrix is None or not 0 <= boundaries[0] < len(vertices) or (matrix[12:] != [0, 0, 0, 1]).any():
+    if (
+        matrix is None
+        or not 0 <= boundaries[0] < len(vertices)
+        or (matrix[12:] != [0, 0, 0, 1]).any()
+    ):
         return None
     matrix = matrix.reshape(4, 4)
     matrix[:3, 3] += vertices[boundaries[0]]

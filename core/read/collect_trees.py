@@ -15,8 +15,16 @@ METRES = dict.fromkeys(("", "m", "metre", "meter", "metres", "meters"), 1.0)  # 
 METRES |= {"cm": 0.01, "mm": 0.001, "dm": 0.1, "in": 0.0254, "[in_i]": 0.0254} | dict.fromkeys(
     ("ft", "foot", "feet", "[ft_i]"), 0.3048
 )
-LARGEST = {"height": 130.0, "crown_diameter": 80.0, "trunk_diameter": 20.0}  # [m] above all known trees
-EVERGREEN = ("1060", "conifer", "evergreen")  # class: 1060 is coniferous trees in the standard's list
+LARGEST = {
+    "height": 130.0,
+    "crown_diameter": 80.0,
+    "trunk_diameter": 20.0,
+}  # [m] above all known trees
+EVERGREEN = (
+    "1060",
+    "conifer",
+    "evergreen",
+)  # class: 1060 is coniferous trees in the standard's list
 DENSITY = "leafAreaDensity"
 FIELDS = {"height": "height", "crownDiameter": "crown_diameter", "trunkDiameter": "trunk_diameter"}
 FIELDS |= {"averageHeight": "height", DENSITY: "area_density"}  # the former is that of a cover
@@ -44,7 +52,11 @@ def collect_tree(element, content):
     _set_attributes(tree, given)
     places = ("{*}referencePoint//{*}pos", "{*}Point/{*}pos")
     points = [read_numbers([found]) for path in places for found in element.iterfind(f".//{path}")]
-    known = (point for point in points if point is not None and len(point) == 3 and np.isfinite(point).all())
+    known = (
+        point
+        for point in points
+        if point is not None and len(point) == 3 and np.isfinite(point).all()
+    )
     tree.place = next(known, None)
     content.trees.append(tree)
 
@@ -63,7 +75,9 @@ def _set_attributes(tree, given):
         text, unit = given.get(word, (None, None))
         if text is None or not str(text).strip() or (word == "averageHeight" and not tree.cover):
             continue
-        value, fault = _read_size(text, None if word == DENSITY else unit or "", LARGEST.get(field, np.inf))
+        value, fault = _read_size(
+            text, None if word == DENSITY else unit or "", LARGEST.get(field, np.inf)
+        )
         if fault and field in ("height", "crown_diameter"):
             tree.fault = tree.fault or f"{word} {fault}"
         elif not fault or (word == DENSITY and value == 0):
@@ -73,7 +87,9 @@ def _set_attributes(tree, given):
 
 
 def _read_size(text, unit, largest):
-    """A size of a tree in metres, and why it cannot be used, or "". A unit of None is that of a density."""
+    """A size of a tree in metres, and why it cannot be used, or "". A unit of None is that of a
+    density.
+    """
     try:
         value = np.nan if isinstance(text, bool) else float(text)
     except (ValueError, TypeError):
@@ -85,11 +101,15 @@ def _read_size(text, unit, largest):
         value *= scale
     if not np.isfinite(value) or value <= 0:
         return value, "is no number above 0"
-    return value, f"of more than {largest:g} m is not believed: check its unit" if value > largest else ""
+    return (
+        value,
+        f"of more than {largest:g} m is not believed: check its unit" if value > largest else "",
+    )
 
 
 def finish_trees(content):
-    """Give each tree the polygons of its best level of detail; leave out those without shape and without usable size.
+    """Give each tree the polygons of its best level of detail; leave out those without shape and
+    without usable size.
 
     Parameters
     ----------
@@ -106,7 +126,10 @@ def finish_trees(content):
         best = max((lod for polygon in own for lod in polygon.lods), key=rank_lod, default=None)
         tree.polygons = [polygon for polygon in own if best in polygon.lods]
         if tree.fault:
-            content.skip(f"size of a tree that has a shape: {tree.fault}" if own else f"tree: {tree.fault}", tree.name)
+            content.skip(
+                f"size of a tree that has a shape: {tree.fault}" if own else f"tree: {tree.fault}",
+                tree.name,
+            )
     content.trees = [tree for tree in content.trees if tree.polygons or not tree.fault]
     for reason, names in plants.skipped.items():
         content.skipped.setdefault(f"of vegetation: {reason}", []).extend(names)
@@ -136,10 +159,20 @@ def collect_json_tree(one, name, shapes, line):
         given[word] = measure.get("value"), unit if isinstance(unit, str) else None
     _set_attributes(tree, given)
     geometries = one.get("geometry")
-    geometries = [part for part in geometries if isinstance(part, dict)] if isinstance(geometries, list) else []
-    for part in geometries:  # the first point of a MultiPoint, or the reference point of an instance
+    geometries = (
+        [part for part in geometries if isinstance(part, dict)]
+        if isinstance(geometries, list)
+        else []
+    )
+    for (
+        part
+    ) in geometries:  # the first point of a MultiPoint, or the reference point of an instance
         places = part.get("boundaries")
-        first = places[0] if part.get("type") in (POINTS, INSTANCE) and isinstance(places, list) and places else None
+        first = (
+            places[0]
+            if part.get("type") in (POINTS, INSTANCE) and isinstance(places, list) and places
+            else None
+        )
         if tree.place is None and type(first) is int and 0 <= first < len(shapes.vertices):
             tree.place = np.array(shapes.vertices[first], float)
     content.plants.buildings.append(tree.name)

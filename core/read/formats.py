@@ -1,7 +1,8 @@
-"""The table of city formats: how each is told, who reads it, and what to do with one that is not read.
+"""The table of city formats: how each is told, who reads it, and what to do with one that is not
+read.
 
-A format that is read needs one row in READ and a reader of that name in `read_city`; errors, folders, Blender's drop
-and its file browser follow from these rows.
+A format that is read needs one row in READ and a reader of that name in `read_city`; errors,
+folders, Blender's drop and its file browser follow from these rows.
 """
 
 from typing import NamedTuple
@@ -31,25 +32,52 @@ READ = (
         (b"<",),
         dropped=(".gml", ".citygml", ".xml", ".gz"),
     ),
-    Format("CityJSON 1.0 to 2.0, CityJSONSeq", (".json", ".jsonl"), "cityjson", (b"{",), dropped=(".json", ".jsonl")),
+    Format(
+        "CityJSON 1.0 to 2.0, CityJSONSeq",
+        (".json", ".jsonl"),
+        "cityjson",
+        (b"{",),
+        dropped=(".json", ".jsonl"),
+    ),
     Format("OBJ", (".obj",), "obj", dropped=(".obj",)),
 )
-_FLAT = "give a 3D model of them (CityGML, CityJSON), such as tools that extrude footprints by their heights write"
+_FLAT = (
+    "give a 3D model of them (CityGML, CityJSON), such as tools that extrude footprints by their "
+    "heights write"
+)
 _MESH = "import it into Blender and take its meshes as a city, or export it from there as OBJ"
 NOT_READ = (
     Format("GeoJSON, a flat map", (".geojson",), cure=_FLAT),
     Format("a GeoPackage, a flat map", (".gpkg",), marks=(b"SQLite format 3\0",), cure=_FLAT),
-    Format("part of a shapefile, a flat map", (".shp", ".shx", ".dbf"), marks=(b"\0\0\x27\x0a",), cure=_FLAT),
-    Format("FlatGeobuf or GeoParquet, a flat map", (".fgb", ".parquet"), marks=(b"fgb\x03", b"PAR1"), cure=_FLAT),
+    Format(
+        "part of a shapefile, a flat map",
+        (".shp", ".shx", ".dbf"),
+        marks=(b"\0\0\x27\x0a",),
+        cure=_FLAT,
+    ),
+    Format(
+        "FlatGeobuf or GeoParquet, a flat map",
+        (".fgb", ".parquet"),
+        marks=(b"fgb\x03", b"PAR1"),
+        cure=_FLAT,
+    ),
     Format("KML, a map", (".kml", ".kmz"), cure=_FLAT),
     Format(
         "IFC, the model of one building with its inside",
         (".ifc",),
         marks=(b"ISO-10303-21",),
-        cure="export the outer surfaces as OBJ, for example with IfcConvert, or take them as meshes in Blender",
+        cure=(
+            "export the outer surfaces as OBJ, for example with IfcConvert, or take them as meshes "
+            "in Blender"
+        ),
     ),
     Format("a glTF mesh", (".glb", ".gltf", ".b3dm"), marks=(b"glTF", b"b3dm"), cure=_MESH),
-    Format("a Blender file", (".blend",), marks=(b"BLENDER",), cure="open it in Blender and take its meshes as a city"),
+    Format(
+        "a Blender file",
+        (".blend",),
+        marks=(b"BLENDER",),
+        cure="open it in Blender and take its meshes as a city",
+    ),
     Format("a mesh", (".fbx", ".dae", ".stl", ".ply", ".3ds", ".usd", ".usdz"), cure=_MESH),
     Format("a drawing", (".dxf", ".dwg"), cure="export its faces as OBJ"),
     Format(
@@ -62,7 +90,10 @@ NOT_READ = (
         "a raster of heights or an image",
         (".tif", ".tiff", ".asc", ".agr", ".grd", ".vrt"),
         marks=(b"II*\0", b"MM\0*", b"II+\0", b"ncols"),
-        cure="give terrain with --terrain, distant hills with --horizon, and buildings in a file of their own",
+        cure=(
+            "give terrain with --terrain, distant hills with --horizon, and buildings in a file of "
+            "their own"
+        ),
     ),
     Format(
         "a cloud of points",
@@ -70,15 +101,22 @@ NOT_READ = (
         marks=(b"LASF",),
         cure="reconstruct buildings first, or make a raster of its ground for --terrain",
     ),
-    Format("an archive", (".zip", ".7z", ".tar", ".rar"), cure="unpack it and give the files inside"),
-    Format("weather, not a city", (".epw", ".nc", ".tm2", ".tm3"), cure="give it with --weather, after the city"),
+    Format(
+        "an archive", (".zip", ".7z", ".tar", ".rar"), cure="unpack it and give the files inside"
+    ),
+    Format(
+        "weather, not a city",
+        (".epw", ".nc", ".tm2", ".tm3"),
+        cure="give it with --weather, after the city",
+    ),
 )
 SUFFIXES = tuple(suffix for row in READ for suffix in row.suffixes)
 DROPPED = tuple(suffix for row in READ for suffix in row.dropped)
 
 
 def format_of(path):
-    """The row of the table that a file belongs to: by its first bytes, else by its name; CityGML for any other.
+    """The row of the table that a file belongs to: by its first bytes, else by its name; CityGML
+    for any other.
 
     Raises
     ------
@@ -91,7 +129,9 @@ def format_of(path):
     marked = [row for row in (*READ, *NOT_READ) if head.startswith(row.marks)] if head else []
     named = [row for row in (*READ, *NOT_READ) if suffix in row.suffixes]
     # A name of a format that is not read says more than a first sign that many formats have.
-    row = next((row for row in named if not row.reader), None) or next(iter([*marked, *named]), READ[0])
+    row = next((row for row in named if not row.reader), None) or next(
+        iter([*marked, *named]), READ[0]
+    )
     if not row.reader:
         raise InputError(path, f"is {row.name}", row.cure)
     return row

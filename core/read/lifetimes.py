@@ -1,9 +1,16 @@
-"""Buildings, parts and trees that no longer stand: files of registers keep them, with the date on which they ended."""
+"""Buildings, parts and trees that no longer stand: files of registers keep them, with the date on
+which they ended.
+"""
 
 from datetime import date
 
-TERMINATION, DEMOLITION = ("terminationDate", "validTo"), ("dateOfDemolition", "yearOfDemolition")  # words of files
-GONE = "no longer stands, by its date of demolition or termination"  # reason why something is left out
+TERMINATION, DEMOLITION = (
+    ("terminationDate", "validTo"),
+    ("dateOfDemolition", "yearOfDemolition"),
+)  # words of files
+GONE = (
+    "no longer stands, by its date of demolition or termination"  # reason why something is left out
+)
 
 
 def read_ends(element):
@@ -26,7 +33,8 @@ def is_terminated(given, today=None):
 
 
 def note_demolitions(given, content):
-    """Keep the days of demolition of buildings and parts, where they are told, for `leave_out_demolished`.
+    """Keep the days of demolition of buildings and parts, where they are told, for
+    `leave_out_demolished`.
 
     Parameters
     ----------
@@ -43,8 +51,8 @@ def note_demolitions(given, content):
 def leave_out_demolished(content, today=None):
     """Leave out buildings and parts of a file that were demolished.
 
-    Days of demolition are lifetimes that somebody assumed, not facts, where the file knows any more than ten years
-    ahead: then none is used, and a note says so.
+    Days of demolition are lifetimes that somebody assumed, not facts, where the file knows any more
+    than ten years ahead: then none is used, and a note says so.
 
     Parameters
     ----------
@@ -56,10 +64,15 @@ def leave_out_demolished(content, today=None):
     gone = {place for place, end in ends.items() if end <= today}
     if gone and max(ends.values()).year > today.year + 10:
         words = f"{content.path} gives {len(ends)} dates of demolition, some far ahead"
-        content.notes.append(f"{words}: they are taken for assumed lifetimes, and nothing is left out.")
+        content.notes.append(
+            f"{words}: they are taken for assumed lifetimes, and nothing is left out."
+        )
         return
     for building, part in sorted(gone):
-        content.skip(GONE, f"{content.buildings[building] or 'unnamed building'}{f' part {part}' if part else ''}")
+        content.skip(
+            GONE,
+            f"{content.buildings[building] or 'unnamed building'}{f' part {part}' if part else ''}",
+        )
     whole = {building for building, part in gone if not part}
     kept = [building for building in range(len(content.buildings)) if building not in whole]
     number = {building: place for place, building in enumerate(kept)}
@@ -74,7 +87,9 @@ def leave_out_demolished(content, today=None):
 
 
 def _last_day(given, words):
-    """The day that the first date among some words names, the last one of a year alone; None if there is no date."""
+    """The day that the first date among some words names, the last one of a year alone; None if
+    there is no date.
+    """
     for word in words:
         text = str(given.get(word) or "").strip()[:10]
         try:

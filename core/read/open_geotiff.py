@@ -25,7 +25,11 @@ UNREADABLE, GIVE = "is not a readable raster", "give a GeoTIFF or an ASC grid"
 WORLD_FILES = (".tfw", ".tifw", ".tiffw", ".wld", ".TFW")
 USER_DEFINED = 32767
 PROJECTED, GEOGRAPHIC = 1, 2  # types of model
-UNITS = {9001: ("metre", 1.0), 9002: ("foot", 0.3048), 9003: ("us survey foot", 1200 / 3937)}  # EPSG's [m]
+UNITS = {
+    9001: ("metre", 1.0),
+    9002: ("foot", 0.3048),
+    9003: ("us survey foot", 1200 / 3937),
+}  # EPSG's [m]
 
 
 @dataclass
@@ -35,12 +39,16 @@ class Raster:
     path: object
     width: int  # columns
     height: int  # rows
-    matrix: np.ndarray  # (2, 3) float64, from (column, row, 1) of corners of cells to the raster's system
+    matrix: (
+        np.ndarray
+    )  # (2, 3) float64, from (column, row, 1) of corners of cells to the raster's system
     crs: str | None  # WKT
     unit: str  # of the heights, "" if not told
     block_bytes: int  # of the largest piece that is unpacked at once
     block_rows: int  # rows that are stored together
-    read_cells: Callable  # (first row, last row, first column, last column) -> (r, c) float64, NaN in gaps
+    read_cells: (
+        Callable  # (first row, last row, first column, last column) -> (r, c) float64, NaN in gaps
+    )
 
 
 def _crs_of_keys(keys):
@@ -74,7 +82,11 @@ def _crs_of_keys(keys):
         raise NotImplementedError("its coordinate reference system has no EPSG code")
     system = pyproj.CRS.from_epsg(code)
     given = UNITS.get(_number_of_key(keys, "ProjLinearUnitsGeoKey", 0), ("", None))[1]
-    if model == PROJECTED and given and abs(given / system.axis_info[0].unit_conversion_factor - 1) > 1e-9:
+    if (
+        model == PROJECTED
+        and given
+        and abs(given / system.axis_info[0].unit_conversion_factor - 1) > 1e-9
+    ):
         raise NotImplementedError(f"its unit of length is not that of EPSG:{code}")
     if 0 < vertical < USER_DEFINED and not unit and pyproj.CRS.from_epsg(vertical).is_vertical:
         system = pyproj.CRS.from_user_input(f"EPSG:{code}+{vertical}")
@@ -114,12 +126,17 @@ def open_geotiff(path, file):
         page = file.pages[0]
         kind, keys = page.dtype, page.geotiff_tags or {}
         places = [page.tags.valueof(tag) for tag in (TRANSFORMATION, PIXEL_SCALE, TIE_POINT)]
-        places = [None if values is None else np.atleast_1d(np.asarray(values, float)) for values in places]
+        places = [
+            None if values is None else np.atleast_1d(np.asarray(values, float))
+            for values in places
+        ]
         rows, columns = map(int, page.chunks[:2])
         across, down = -(-page.imagewidth // columns), -(-page.imagelength // rows)
         counts = len(page.dataoffsets), len(page.databytecounts)
     if page.compression not in KNOWN or page.predictor not in (1, 2, 3) or page.fillorder != 1:
-        raise NotImplementedError(f"is compressed by {getattr(page.compression, 'name', page.compression)}")
+        raise NotImplementedError(
+            f"is compressed by {getattr(page.compression, 'name', page.compression)}"
+        )
     if kind is None or kind.kind not in "iuf" or page.bitspersample != 8 * kind.itemsize:
         raise NotImplementedError(f"has values of {page.bitspersample} bits")
     crs, unit = _crs_of_keys(keys)
@@ -137,13 +154,19 @@ def open_geotiff(path, file):
 
     def read_cells(first, last, west, east):
         values = np.empty((last - first, east - west))
-        for row, column in product(range(first // rows, -(-last // rows)), range(west // columns, -(-east // columns))):
+        for row, column in product(
+            range(first // rows, -(-last // rows)), range(west // columns, -(-east // columns))
+        ):
             # Of each block what lies in the window, so that one block at a time is held whole.
             top, left = row * rows, column * columns
-            block = _read_block(page, row * across + column, gap or 0.0)[max(first - top, 0) : last - top]
+            block = _read_block(page, row * across + column, gap or 0.0)[
+                max(first - top, 0) : last - top
+            ]
             block = block[:, max(west - left, 0) : east - left]
             start = max(top - first, 0), max(left - west, 0)
-            values[start[0] : start[0] + block.shape[0], start[1] : start[1] + block.shape[1]] = block
+            values[start[0] : start[0] + block.shape[0], start[1] : start[1] + block.shape[1]] = (
+                block
+            )
         if gap is not None:
             values[values == gap] = np.nan
         return values * scale + offset
@@ -151,11 +174,15 @@ def open_geotiff(path, file):
     size = int(np.prod(page.chunks)) * kind.itemsize
     matrix = matrix_of_page(places, keys, Path(path))
     unit = told["unittype"] or unit
-    return Raster(path, page.imagewidth, page.imagelength, matrix, crs, unit, size, rows, read_cells)
+    return Raster(
+        path, page.imagewidth, page.imagelength, matrix, crs, unit, size, rows, read_cells
+    )
 
 
 def _read_block(page, number, absent):
-    """One strip or tile, (rows, columns) array of its first sample; a value everywhere if the file leaves it out."""
+    """One strip or tile, (rows, columns) array of its first sample; a value everywhere if the file
+    leaves it out.
+    """
     file, (rows, columns) = page.parent, page.chunks[:2]
     if not page.is_tiled:
         rows = min(rows, page.imagelength - number * rows)
@@ -170,10 +197,11 @@ def _read_block(page, number, absent):
 
 
 def matrix_of_page(places, keys, path):
-    """Transformation from (column, row, 1) of cell corners: (2, 3) float64; from a world file where none is inside.
+    """Transformation from (column, row, 1) of cell corners: (2, 3) float64; from a world file where
+    none is inside.
 
-    `places` are the transformation, the size of cells and the tie points of the tags, None where there are none.
-    The identity if there is none at all.
+    `places` are the transformation, the size of cells and the tie points of the tags, None where
+    there are none. The identity if there is none at all.
     """
     whole, size, point = places
     if whole is not None:
@@ -215,7 +243,8 @@ def _unpack_lzw(packed, unpacked):
     int
         Number of bytes that were unpacked; -1 if the codes are damaged.
     """
-    # Each code stands for a sequence that was unpacked before, followed by one byte that came right behind it.
+    # Each code stands for a sequence that was unpacked before, followed by one byte that came right
+    # behind it.
     start, length = np.zeros(LARGEST, np.int64), np.ones(LARGEST, np.int64)
     known, width, held, bits, place, before = END + 1, 9, 0, 0, 0, -1
     for byte in packed:
@@ -231,7 +260,10 @@ def _unpack_lzw(packed, unpacked):
             known, width, before = END + 1, 9, -1
             continue
         if before >= 0 and known < LARGEST:
-            start[known], length[known] = start[before] if before > END else place - 1, length[before] + 1
+            start[known], length[known] = (
+                start[before] if before > END else place - 1,
+                length[before] + 1,
+            )
             known += 1
         if code >= known or (before < 0 and code > END):
             return -1
@@ -239,7 +271,8 @@ def _unpack_lzw(packed, unpacked):
         first = start[code]
         for number in range(min(count, len(unpacked) - place)):
             unpacked[place + number] = unpacked[first + number] if code > END else code
-        # Where a code's bytes came last: any place does, and this one is right before the next byte.
+        # Where a code's bytes came last: any place does, and this one is right before the next
+        # byte.
         if code > END:
             start[code] = place
         place, before = min(place + count, len(unpacked)), code
@@ -250,7 +283,9 @@ def _unpack_lzw(packed, unpacked):
 
 @njit(nogil=True, cache=True)
 def unpack_bits(packed, unpacked):
-    """Unpack bytes packed by PackBits (TIFF 6.0, section 9), as `_unpack_lzw` does: number of bytes unpacked."""
+    """Unpack bytes packed by PackBits (TIFF 6.0, section 9), as `_unpack_lzw` does: number of bytes
+    unpacked.
+    """
     place, next_one = 0, 0
     while next_one < len(packed) and place < len(unpacked):
         head = int(packed[next_one])
@@ -303,7 +338,8 @@ def unpack_segment(packed, compression, predictor, shape, kind):
         raise ValueError(f"a strip or tile has {len(data)} of {size} bytes")
     data = np.frombuffer(data, np.uint8, size)
     if predictor == FLOAT_DIFFERENCES:
-        # The highest bytes of a row come first, then the next ones; each byte is the difference from the one before.
+        # The highest bytes of a row come first, then the next ones; each byte is the difference
+        # from the one before.
         rows = data.reshape(shape[0], -1, shape[2])
         rows = np.cumsum(rows, axis=1, dtype=np.uint8).reshape(shape[0], kind.itemsize, -1)
         return np.ascontiguousarray(rows.swapaxes(1, 2)).view(kind.newbyteorder(">")).reshape(shape)

@@ -1,4 +1,6 @@
-"""Open an input file, plain or gzip-compressed, and reject early what cannot be read; limits on what files may hold."""
+"""Open an input file, plain or gzip-compressed, and reject early what cannot be read; limits on
+what files may hold.
+"""
 
 import gzip
 import io
@@ -32,7 +34,9 @@ class Budget:
     """
 
     def __init__(self, path, step, cure):
-        size = Path(path).stat().st_size if Path(path).is_file() else 0  # else it is refused when it is opened
+        size = (
+            Path(path).stat().st_size if Path(path).is_file() else 0
+        )  # else it is refused when it is opened
         most, free = FREE_MEMORY + MOST_GAIN * size, free_memory()  # [bytes]
         self._most = self._left = most if free is None else min(most, free)
         self._told = path, f"{step} too large for memory: more than {self._most / GB:.1f} GB", cure
@@ -51,9 +55,15 @@ class Budget:
 
 
 def clean_name(text):
-    """A name that fits into one line of a table: no control characters or lone surrogates, limited in length."""
+    """A name that fits into one line of a table: no control characters or lone surrogates, limited
+    in length.
+    """
     text = text[:LONGEST_NAME]
-    return text if text.isprintable() else "".join(sign if sign.isprintable() else "\ufffd" for sign in text)
+    return (
+        text
+        if text.isprintable()
+        else "".join(sign if sign.isprintable() else "\ufffd" for sign in text)
+    )
 
 
 def suffix_of(path):
@@ -88,7 +98,9 @@ def open_input(path, report_share=silent):
         if path.is_dir():
             raise InputError(path, "is a folder, but a file is expected", "give a file in it")
         if not path.is_file():  # it could be waited for without end, and is read twice
-            raise InputError(path, "is a pipe or a device, but a file is expected", "save it as a file first")
+            raise InputError(
+                path, "is a pipe or a device, but a file is expected", "save it as a file first"
+            )
         with ExitStack() as opened:
             stream = opened.enter_context(io.BufferedReader(_Reporting(path, report_share), BUFFER))
             start = stream.peek(4)[:4]
@@ -98,7 +110,9 @@ def open_input(path, report_share=silent):
                 raise InputError(path, "is a zip archive", "unpack it and give the files inside")
             opened.pop_all()
     except OSError as error:
-        raise InputError(path, f"cannot be read ({error.strerror})", "check the file permissions") from error
+        raise InputError(
+            path, f"cannot be read ({error.strerror})", "check the file permissions"
+        ) from error
     return io.BufferedReader(_Decompressed(stream, path)) if start[:2] == b"\x1f\x8b" else stream
 
 
@@ -150,7 +164,10 @@ class _Decompressed(io.RawIOBase):
             problem = f"decompression fails at byte {self._stream.tell()} of the output ({error})"
             raise InputError(self._path, problem, CUT) from error
         if self._stream.tell() > self._limit:
-            problem = f"decompresses to more than {self._limit // 2**20} MiB, an implausible compression ratio"
+            problem = (
+                f"decompresses to more than {self._limit // 2**20} MiB, an implausible compression "
+                "ratio"
+            )
             raise InputError(self._path, problem, "decompress it yourself if you trust it")
         return count
 

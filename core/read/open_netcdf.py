@@ -30,7 +30,8 @@ def open_netcdf(path, **options):
     Raises
     ------
     InputError
-        It is compressed by a method, or in a format, that is not read here, or takes values from other files.
+        It is compressed by a method, or in a format, that is not read here, or takes values from
+        other files.
     Exception
         Not NetCDF, or a damaged file: what `parsing` makes an InputError of.
     """
@@ -39,33 +40,49 @@ def open_netcdf(path, **options):
     with open_input(path) as stream:
         start = stream.read(4)
     if start == CDF5:
-        raise InputError(path, "is NetCDF in the format CDF-5, which is not read", f"type: nccopy -k nc4 {path} new.nc")
+        raise InputError(
+            path,
+            "is NetCDF in the format CDF-5, which is not read",
+            f"type: nccopy -k nc4 {path} new.nc",
+        )
     if start in CLASSIC:
         return xarray.open_dataset(path, engine="scipy", **options)
-    # Deflate (zlib), which nearly every file uses, is always there; hdf5plugin brings Zstandard, Blosc, bzip2, others.
+    # Deflate (zlib), which nearly every file uses, is always there; hdf5plugin brings Zstandard,
+    # Blosc, bzip2, others.
     if importlib.util.find_spec("hdf5plugin") is not None:
         import hdf5plugin  # noqa: F401, its import makes its methods known
     refuse_links(path)
     with h5py.File(path) as file:
-        plans = [item.id.get_create_plist() for item in file.values() if isinstance(item, h5py.Dataset)]
-        filters = [plan.get_filter(number) for plan in plans for number in range(plan.get_nfilters())]
+        plans = [
+            item.id.get_create_plist() for item in file.values() if isinstance(item, h5py.Dataset)
+        ]
+        filters = [
+            plan.get_filter(number) for plan in plans for number in range(plan.get_nfilters())
+        ]
     names = {code: bytes(name).decode() or f"filter {code}" for code, _, _, name in filters}
     missing = {name for code, name in names.items() if not h5py.h5z.filter_avail(code)}
     if missing:
-        problem = f"is compressed by {', '.join(sorted(missing))}, which is not read without hdf5plugin"
-        raise InputError(path, problem, f"type: pip install hdf5plugin, or: nccopy -F none {path} new.nc")
+        problem = (
+            f"is compressed by {', '.join(sorted(missing))}, which is not read without hdf5plugin"
+        )
+        raise InputError(
+            path, problem, f"type: pip install hdf5plugin, or: nccopy -F none {path} new.nc"
+        )
     return xarray.open_dataset(path, engine=ENGINE, **options)
 
 
 def rename_groups(dataset):
-    """A dataset of version 0.2.0, which wrote flat_none and rack_none, with the names flat and rack."""
+    """A dataset of version 0.2.0, which wrote flat_none and rack_none, with the names flat and
+    rack.
+    """
     group = dataset["group"]
     names = [str(name).removesuffix("_none") for name in group.to_numpy()]
     return dataset.assign_coords(group=("group", np.array(names, dtype=object), group.attrs))
 
 
 def refuse_links(path):
-    """Refuse an HDF5 file that takes values from other files, which whoever made it chooses: links, virtual data sets.
+    """Refuse an HDF5 file that takes values from other files, which whoever made it chooses: links,
+    virtual data sets.
 
     Raises
     ------
@@ -75,7 +92,10 @@ def refuse_links(path):
     """
 
     def refuse(name, what):
-        cure = f"type: h5repack {path} new.nc, or: nccopy {path} new.nc, where you trust it; or ask for whole files"
+        cure = (
+            f"type: h5repack {path} new.nc, or: nccopy {path} new.nc, where you trust it; or ask "
+            "for whole files"
+        )
         raise InputError(path, f"{name!r} is {what}, which is not followed", cure)
 
     with h5py.File(path) as file:

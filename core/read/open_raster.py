@@ -1,4 +1,6 @@
-"""Open a height raster, plain or gzip-compressed: a GeoTIFF, or an ASC grid (Esri ASCII grid); average its windows."""
+"""Open a height raster, plain or gzip-compressed: a GeoTIFF, or an ASC grid (Esri ASCII grid);
+average its windows.
+"""
 
 import importlib.util
 import io
@@ -20,20 +22,47 @@ from ..settings.errors import InputError, blame_file, parsing
 from .open_geotiff import GIVE, UNREADABLE, Raster, open_geotiff
 from .open_input import FREE_BYTES, LARGEST_GAIN, open_input, open_text
 
-LOWEST, HIGHEST = -500.0, 12_000.0  # [m] all land lies between; values beyond mark gaps, or the floor of the sea
+LOWEST, HIGHEST = (
+    -500.0,
+    12_000.0,
+)  # [m] all land lies between; values beyond mark gaps, or the floor of the sea
 # Words in which rasters name the unit of their heights [m].
-METRIC = {"": ("", 1.0), "k": ("kilo", 1000.0), "d": ("deci", 0.1), "c": ("centi", 0.01), "m": ("milli", 0.001)}
+METRIC = {
+    "": ("", 1.0),
+    "k": ("kilo", 1000.0),
+    "d": ("deci", 0.1),
+    "c": ("centi", 0.01),
+    "m": ("milli", 0.001),
+}
 UNIT_WORDS = {f"{short}m": factor for short, (_, factor) in METRIC.items()}
-UNIT_WORDS |= {f"{long}{m}": f for long, f in METRIC.values() for m in ("metre", "metres", "meter", "meters")}
+UNIT_WORDS |= {
+    f"{long}{m}": f for long, f in METRIC.values() for m in ("metre", "metres", "meter", "meters")
+}
 UNIT_WORDS |= dict.fromkeys(("ft", "foot", "feet", "international foot"), 0.3048)
-UNIT_WORDS |= dict.fromkeys(("us survey foot", "us survey feet", "us-ft", "ftus", "foot_us"), 1200 / 3937)
+UNIT_WORDS |= dict.fromkeys(
+    ("us survey foot", "us survey feet", "us-ft", "ftus", "foot_us"), 1200 / 3937
+)
 PIECE = 2**23  # cells that are averaged at a time
 HEAD = re.compile(r"\s*([a-z_]+)\s+(\S+)", re.IGNORECASE)
-MARKS = ("ncols", "nrows", "xllcorner", "xllcenter", "yllcorner", "yllcenter", "cellsize", "dx", "dy", "nodata_value")
+MARKS = (
+    "ncols",
+    "nrows",
+    "xllcorner",
+    "xllcenter",
+    "yllcorner",
+    "yllcenter",
+    "cellsize",
+    "dx",
+    "dy",
+    "nodata_value",
+)
 TIFF_STARTS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 # What damaged bytes and words raise where they are unpacked and read as numbers.
 DAMAGE = (OSError, ValueError, IndexError, ArithmeticError, struct.error, zlib.error)
-CURE = "type: gdalwarp -t_srs EPSG:4326 -co COMPRESS=DEFLATE old.tif new.tif (or: pip install rasterio)"
+CURE = (
+    "type: gdalwarp -t_srs EPSG:4326 -co COMPRESS=DEFLATE old.tif new.tif (or: pip install "
+    "rasterio)"
+)
 LARGEST_BLOCK = 2**28  # bytes of one unpacked block of the raster
 
 
@@ -65,7 +94,9 @@ def _read_ascii_grid(path):
         except DeprecationWarning as error:
             raise ValueError("holds something that is no number") from error
     if len(numbers) != columns * rows:
-        raise ValueError(f"has {len(numbers):,} heights, but its header announces {columns:,} x {rows:,}")
+        raise ValueError(
+            f"has {len(numbers):,} heights, but its header announces {columns:,} x {rows:,}"
+        )
     heights = numbers.reshape(rows, columns)
     gap = float(head.get("nodata_value", "nan"))
     heights[heights == gap] = np.nan
@@ -74,14 +105,23 @@ def _read_ascii_grid(path):
         return heights[top:bottom, left:right].copy()
 
     plain = Path(path).with_suffix("") if Path(path).suffix.lower() == ".gz" else Path(path)
-    beside = next((file for file in map(plain.with_suffix, (".prj", ".PRJ")) if file.is_file()), None)
-    crs = None if beside is None else pyproj.CRS.from_user_input(beside.read_text("utf-8").strip()).to_wkt()
+    beside = next(
+        (file for file in map(plain.with_suffix, (".prj", ".PRJ")) if file.is_file()), None
+    )
+    crs = (
+        None
+        if beside is None
+        else pyproj.CRS.from_user_input(beside.read_text("utf-8").strip()).to_wkt()
+    )
     return Raster(path, columns, rows, _matrix_of_head(head, rows), crs, "", 0, 1, read_cells)
 
 
 def _matrix_of_head(head, rows):
     """Transformation from (column, row, 1) of cell corners: (2, 3) float64."""
-    sizes, places = ({"dx", "dy"}, {"cellsize"}), [({f"{axis}llcorner"}, {f"{axis}llcenter"}) for axis in "xy"]
+    sizes, places = (
+        ({"dx", "dy"}, {"cellsize"}),
+        [({f"{axis}llcorner"}, {f"{axis}llcenter"}) for axis in "xy"],
+    )
     if not all(any(names <= set(head) for names in choice) for choice in (sizes, *places)):
         raise ValueError("its header has no size or no corner of its cells")
     wide, high = (float(head[name] if name in head else head["cellsize"]) for name in ("dx", "dy"))
@@ -110,7 +150,9 @@ def open_raster(path):
         with _tell_damage(path):
             raster = _open(path, stack)
         if raster.block_bytes > LARGEST_BLOCK:
-            raise InputError(path, "has blocks of more than 256 MiB", "rewrite it as a tiled GeoTIFF")
+            raise InputError(
+                path, "has blocks of more than 256 MiB", "rewrite it as a tiled GeoTIFF"
+            )
         yield replace(raster, read_cells=_tell_damage(path)(raster.read_cells))
 
 
@@ -172,7 +214,17 @@ def _open_with_rasterio(path, content, stack):
     size = rows * columns * np.dtype(dataset.dtypes[0]).itemsize
     matrix = np.array(dataset.transform[:6], float).reshape(2, 3)
     crs = dataset.crs.to_wkt() if dataset.crs else None
-    return Raster(path, dataset.width, dataset.height, matrix, crs, dataset.units[0] or "", size, rows, read_cells)
+    return Raster(
+        path,
+        dataset.width,
+        dataset.height,
+        matrix,
+        crs,
+        dataset.units[0] or "",
+        size,
+        rows,
+        read_cells,
+    )
 
 
 def average_window(raster, window, shape):
@@ -231,7 +283,10 @@ def read_posts(raster, window, most, unit=1.0):
     """
     column, row, width, height = (int(value) for value in window)
     if width * height > FREE_BYTES + LARGEST_GAIN * Path(raster.path).stat().st_size:
-        problem = f"has {width:,} x {height:,} cells around the city, an implausible number for the size of the file"
+        problem = (
+            f"has {width:,} x {height:,} cells around the city, an implausible number for the size "
+            "of the file"
+        )
         raise InputError(raster.path, problem, "give a coarser raster, or a window of it")
     shape, factor = (min(height, most), min(width, most)), _height_factor(raster, unit)
 
@@ -247,7 +302,9 @@ def read_posts(raster, window, most, unit=1.0):
 
 
 def _share_cells(count, wanted):
-    """Overlap of so many cells with so many equal intervals over all of them: (wanted, count) sparse array."""
+    """Overlap of so many cells with so many equal intervals over all of them: (wanted, count)
+    sparse array.
+    """
     edges = np.arange(wanted + 1) * (count / wanted)
     first = np.floor(edges[:-1]).astype(int)
     reach = int(np.ceil(count / wanted)) + 1
@@ -255,14 +312,17 @@ def _share_cells(count, wanted):
     overlap = np.minimum(edges[1:, None], cells + 1) - np.maximum(edges[:-1, None], cells)
     touched = (overlap > 1e-9) & (cells < count)
     interval = np.broadcast_to(np.arange(wanted)[:, None], cells.shape)
-    return sparse.csr_array((overlap[touched], (interval[touched], cells[touched])), shape=(wanted, count))
+    return sparse.csr_array(
+        (overlap[touched], (interval[touched], cells[touched])), shape=(wanted, count)
+    )
 
 
 def windows_around(raster, places):
-    """Parts of a raster around places, (k, 2) in its system: list of (column, row, width, height) and middle longitude.
+    """Parts of a raster around places, (k, 2) in its system: list of (column, row, width, height)
+    and middle longitude.
 
-    One for each turn around the Earth in which longitudes may be written: two where a map of the globe begins and ends.
-    The middle is that of the last place, None without longitudes.
+    One for each turn around the Earth in which longitudes may be written: two where a map of the
+    globe begins and ends. The middle is that of the last place, None without longitudes.
     """
     turn, found = raster.crs and full_turn(raster.crs), []
     for count in (-1, 0, 1) if turn else (0,):
@@ -274,14 +334,18 @@ def windows_around(raster, places):
         corners = np.array([(west, south), (west, north), (east, south), (east, north)])
         cells = np.linalg.solve(raster.matrix[:, :2], corners.T - raster.matrix[:, 2:]).T
         first = np.maximum(np.floor(cells.min(axis=0)).astype(np.int64) - 1, 0)
-        last = np.minimum(np.ceil(cells.max(axis=0)).astype(np.int64) + 1, (raster.width, raster.height))
+        last = np.minimum(
+            np.ceil(cells.max(axis=0)).astype(np.int64) + 1, (raster.width, raster.height)
+        )
         if (last - first > 1).all():
             found.append(((*first, *(last - first)), middle))
     return found
 
 
 def _height_factor(raster, unit=1.0):
-    """Metres per unit of the heights: as given by the band, else by the coordinate reference system."""
+    """Metres per unit of the heights: as given by the band, else by the coordinate reference
+    system.
+    """
     word = raster.unit.strip().lower()
     if word in UNIT_WORDS:
         return UNIT_WORDS[word]

@@ -9,7 +9,8 @@ from ..settings.progress import silent
 from .open_input import CUT, Budget, open_input
 
 CHUNK = 2**22  # bytes
-# [bytes] upper bound of Python's memory for a character, and more for an item, a list and an object.
+# [bytes] upper bound of Python's memory for a character, and more for an item, a list and an
+# object.
 TEXT_WEIGHT, WEIGHTS = 2, ((b",", 32), (b"[", 64), (b"{", 200))
 READ = 0.2  # share of the time spent reading and decoding one text
 WORDS = [b"CityJSON", *("CityJSON".encode(encoding) for encoding in ("utf-16-le", "utf-16-be"))]
@@ -27,7 +28,9 @@ def _to_object(pairs):
     found = dict(pairs)
     if len(found) < len(pairs):
         found, seen = _Repeated(found), set()
-        found.names = tuple(dict.fromkeys(name for name, _ in pairs if name in seen or seen.add(name)))
+        found.names = tuple(
+            dict.fromkeys(name for name, _ in pairs if name in seen or seen.add(name))
+        )
     return found
 
 
@@ -46,7 +49,8 @@ def iterate_json(path, notes, report_share=silent):
     notes : list of str
         A note is appended if bytes had to be replaced.
     report_share : callable, optional
-        As in `open_input`; for a file of one text it ends at `READ`, and the caller continues from there.
+        As in `open_input`; for a file of one text it ends at `READ`, and the caller continues from
+        there.
 
     Yields
     ------
@@ -63,7 +67,11 @@ def iterate_json(path, notes, report_share=silent):
     with open_input(path, lambda share: report_share(part * share)) as stream:
         first = _read(path, stream, lines=True)
         # The text on the first line, if that line is exactly one text.
-        text = _decode(path, first, notes).strip() if json.detect_encoding(first[:4]).startswith("utf-8") else ""
+        text = (
+            _decode(path, first, notes).strip()
+            if json.detect_encoding(first[:4]).startswith("utf-8")
+            else ""
+        )
         try:
             alone = DECODER.decode(text) if text.endswith("}") else None
         except (ValueError, RecursionError):
@@ -81,7 +89,9 @@ def iterate_json(path, notes, report_share=silent):
 
 
 def speaks_of_cityjson(path):
-    """Whether the word CityJSON occurs in a file; also true if it cannot be opened, so that the reader reports why."""
+    """Whether the word CityJSON occurs in a file; also true if it cannot be opened, so that the
+    reader reports why.
+    """
     before = b""
     try:
         with open_input(path) as stream:
@@ -95,12 +105,17 @@ def speaks_of_cityjson(path):
 
 
 def _read(path, stream, before=b"", lines=False):
-    """What was read before and the rest of a stream, or of its line; an error if it is too large for memory."""
+    """What was read before and the rest of a stream, or of its line; an error if it is too large
+    for memory.
+    """
     cure = "split it into tiles, or write it as CityJSONSeq, which is read line by line"
     budget, pieces = Budget(path, "holds a JSON text", cure), [before]
     read = stream.readline if lines else stream.read
     while pieces[-1] or len(pieces) == 1:
-        budget.spend(TEXT_WEIGHT * len(pieces[-1]) + sum(weight * pieces[-1].count(sign) for sign, weight in WEIGHTS))
+        budget.spend(
+            TEXT_WEIGHT * len(pieces[-1])
+            + sum(weight * pieces[-1].count(sign) for sign, weight in WEIGHTS)
+        )
         if lines and pieces[-1].endswith(b"\n"):
             break
         pieces.append(read(CHUNK))
@@ -113,7 +128,9 @@ def _decode(path, data, notes):
         return data.decode("utf-8-sig" if encoding == "utf-8" else encoding)
     except UnicodeDecodeError as error:
         if not encoding.startswith("utf-8"):
-            raise InputError(path, f"byte {error.start}: not valid {encoding} text", "save it as UTF-8") from error
+            raise InputError(
+                path, f"byte {error.start}: not valid {encoding} text", "save it as UTF-8"
+            ) from error
         notes.append(f"{path} contains bytes that are not UTF-8; they were read as \ufffd.")
         return data.decode("utf-8", errors="replace").removeprefix("\ufeff")
 
@@ -144,5 +161,9 @@ def _explain(path, text, start, error):
             return InputError(path, f"{where}: this is not JSON", "give a CityJSON file")
         return InputError(path, f"{where}: invalid JSON ({error.msg})", CUT)
     # Python limits the depth of lists, and integers to some thousand digits.
-    problem = "lists nested too deeply" if isinstance(error, RecursionError) else "a number with thousands of digits"
+    problem = (
+        "lists nested too deeply"
+        if isinstance(error, RecursionError)
+        else "a number with thousands of digits"
+    )
     return InputError(path, f"line {line}: {problem}", CUT)

@@ -1,7 +1,8 @@
-"""Parse an OBJ file: vertices, polygons with any number of corners, and the object, group and material of each.
+"""Parse an OBJ file: vertices, polygons with any number of corners, and the object, group and
+material of each.
 
-Of its material libraries only the diffuse colours are read. Libraries are optional: problems with one become notes,
-and its colours stay unknown.
+Of its material libraries only the diffuse colours are read. Libraries are optional: problems with
+one become notes, and its colours stay unknown.
 """
 
 import codecs
@@ -33,9 +34,15 @@ class _ObjParts:
     vertices: np.ndarray  # (v, 3) float64, z up
     faces: list = field(default_factory=list)  # of (k,) int64 into vertices
     lines: list = field(default_factory=list)  # of each face
-    objects: list = field(default_factory=list)  # of each face: number of its `o` statement, 0 before the first
-    groups: list = field(default_factory=list)  # of each face: name of its `g` statement, "" if none
-    materials: list = field(default_factory=list)  # of each face: name of its `usemtl` statement, "" if none
+    objects: list = field(
+        default_factory=list
+    )  # of each face: number of its `o` statement, 0 before the first
+    groups: list = field(
+        default_factory=list
+    )  # of each face: name of its `g` statement, "" if none
+    materials: list = field(
+        default_factory=list
+    )  # of each face: name of its `usemtl` statement, "" if none
     object_names: list = field(default_factory=list)
     libraries: list = field(default_factory=list)  # (line, text) of each `mtllib` statement
     unnamed: int = 0  # `usemtl` statements without a name
@@ -62,7 +69,8 @@ def parse_obj(path, up="z", report_share=silent):
     Raises
     ------
     InputError
-        Not text, a line that cannot be parsed, a coordinate that is not finite, a vertex index out of range.
+        Not text, a line that cannot be parsed, a coordinate that is not finite, a vertex index out
+        of range.
     """
     parts, vertices, faces = _ObjParts(np.empty((0, 3)), object_names=[""]), [], []
     number, group, material = 0, "", ""
@@ -99,7 +107,10 @@ def parse_obj(path, up="z", report_share=silent):
     parts.vertices = turn_up(np.array(vertices, float).reshape(-1, 3), up)
     for face, line in zip(faces, parts.lines, strict=True):
         if face and max(face) >= len(vertices):
-            problem = f"line {line}: polygon refers to vertex {max(face) + 1}, the file has {len(vertices)}"
+            problem = (
+                f"line {line}: polygon refers to vertex {max(face) + 1}, the file has "
+                f"{len(vertices)}"
+            )
             raise InputError(path, problem, CUT)
     parts.faces = [np.array(face, np.int64) for face in faces]
     return parts
@@ -120,7 +131,9 @@ def _statements(path, report_share):
             number += 1
             length += len(raw)
             if length >= LONGEST_LINE:
-                raise InputError(path, f"line {number}: longer than {LONGEST_LINE:,} characters", CUT)
+                raise InputError(
+                    path, f"line {number}: longer than {LONGEST_LINE:,} characters", CUT
+                )
             if "\0" in raw:
                 raise InputError(path, f"line {number}: this is not text", "give an OBJ file")
             words = raw.split()
@@ -138,20 +151,28 @@ def _vertex(path, line, words):
         values = [float(word) for word in words[1:4]]
     except ValueError:
         values = []
-    if len(values) != 3 or not all(abs(value) <= LARGEST_COORDINATE for value in values):  # also true for NaN
+    if len(values) != 3 or not all(
+        abs(value) <= LARGEST_COORDINATE for value in values
+    ):  # also true for NaN
         problem = f"line {line}: vertex without three numbers of at most {LARGEST_COORDINATE:g}"
         raise InputError(path, problem, "correct or remove this vertex")
     return values
 
 
 def _corners(path, line, words, count):
-    """Vertex indices of an `f` statement from 0; negative indices in the file count back from the latest vertex."""
+    """Vertex indices of an `f` statement from 0; negative indices in the file count back from the
+    latest vertex.
+    """
     try:
         corners = [int(word.partition("/")[0]) for word in words[1:]]
     except ValueError:
-        raise InputError(path, f"line {line}: polygon with vertex indices that are not integers", CUT) from None
+        raise InputError(
+            path, f"line {line}: polygon with vertex indices that are not integers", CUT
+        ) from None
     if 0 in corners or any(corner < -count for corner in corners):
-        raise InputError(path, f"line {line}: polygon with a vertex index before the first vertex", CUT)
+        raise InputError(
+            path, f"line {line}: polygon with a vertex index before the first vertex", CUT
+        )
     return [corner - 1 if corner > 0 else count + corner for corner in corners]
 
 
@@ -178,7 +199,10 @@ def read_libraries(path, statements, notes):
         for name in [text] if _find_library(folder, text)[0] else text.split() or [""]:
             lines.setdefault(name, line)
     if len(lines) > MOST_LIBRARIES:
-        notes.append(f"{path} names {len(lines)} files with mtllib; only the first {MOST_LIBRARIES} were read.")
+        notes.append(
+            f"{path} names {len(lines)} files with mtllib; only the first {MOST_LIBRARIES} were "
+            "read."
+        )
     colours = {}
     for name, line in list(lines.items())[:MOST_LIBRARIES]:
         library, refusal = _find_library(folder, name)
@@ -208,7 +232,8 @@ def _find_library(folder, name):
 
 
 def _read_mtl(path, notes):
-    """Diffuse colours of one library: dict of name to (3,) tuple of float or None, as in `read_libraries`.
+    """Diffuse colours of one library: dict of name to (3,) tuple of float or None, as in
+    `read_libraries`.
 
     Raises
     ------
@@ -228,13 +253,18 @@ def _read_mtl(path, notes):
                 wrong.setdefault(name, line)
     if wrong:
         name, line = next(iter(wrong.items()))
-        words = f"{path}: {len(wrong)} materials have an invalid Kd (not a colour from 0 to 1) and get no colour"
+        words = (
+            f"{path}: {len(wrong)} materials have an invalid Kd (not a colour from 0 to 1) and get "
+            "no colour"
+        )
         notes.append(f"{words}: {name[:SHORT]!r}, line {line}{' …' if len(wrong) > 1 else '.'}")
     return {name: None if name in textured else colour for name, colour in colours.items() if name}
 
 
 def _read_colour(words):
-    """Three numbers from 0 to 1, or one for all three; None for anything else, such as CIE XYZ and spectra."""
+    """Three numbers from 0 to 1, or one for all three; None for anything else, such as CIE XYZ and
+    spectra.
+    """
     try:
         values = [float(word) for word in words]
     except ValueError:

@@ -65,7 +65,8 @@ def read_root(path, declared=()):
 
 
 def iterate_elements(path, tags, declared=(), report_share=silent, only_in=None):
-    """Yield each completed element with one of the tags; it and everything before it is freed afterwards.
+    """Yield each completed element with one of the tags; it and everything before it is freed
+    afterwards.
 
     Parameters
     ----------
@@ -77,7 +78,8 @@ def iterate_elements(path, tags, declared=(), report_share=silent, only_in=None)
     report_share : callable, optional
         As in `open_input`.
     only_in : dict, optional
-        Tag -> tag: elements of the first are yielded only inside one of the second; others are left as they are.
+        Tag -> tag: elements of the first are yielded only inside one of the second; others are left
+        as they are.
 
     Raises
     ------
@@ -87,7 +89,9 @@ def iterate_elements(path, tags, declared=(), report_share=silent, only_in=None)
     read_root(path, declared)
     above = {tag: f"{{*}}{outer}" for tag, outer in (only_in or {}).items()}
     with _open_xml(path, declared, report_share) as source:
-        for _, element in etree.iterparse(source, events=("end",), tag=[f"{{*}}{tag}" for tag in tags], **SAFE):
+        for _, element in etree.iterparse(
+            source, events=("end",), tag=[f"{{*}}{tag}" for tag in tags], **SAFE
+        ):
             outer = above.get(element.tag.rpartition("}")[2]) if above else None
             if outer and next(element.iterancestors(outer), None) is None:
                 continue
@@ -108,13 +112,18 @@ def _open_xml(path, declared, report_share=silent):
 
 
 class _Source:
-    """Bytes of a file, with declarations added to its root element; too many tags before a reset of `tags` end it."""
+    """Bytes of a file, with declarations added to its root element; too many tags before a reset of
+    `tags` end it.
+    """
 
     def __init__(self, path, stream, prefixes):
         self._path, self._stream, self.tags = path, stream, 0
         self._head = head = stream.read(HEAD_BYTES) if prefixes else b""
         root = ROOT.search(NO_CONTENT.sub(lambda found: b" " * len(found.group()), head))
-        names = (f' xmlns:{prefix}="{KNOWN_PREFIXES.get(prefix, "urn:undeclared:" + prefix)}"' for prefix in prefixes)
+        names = (
+            f' xmlns:{prefix}="{KNOWN_PREFIXES.get(prefix, "urn:undeclared:" + prefix)}"'
+            for prefix in prefixes
+        )
         if root is not None:
             self._head = head[: root.end()] + "".join(names).encode() + head[root.end() :]
 
@@ -123,19 +132,25 @@ class _Source:
         self.tags += data.count(b"<")
         if self.tags > MOST_TAGS:
             problem = f"more than {MOST_TAGS:,} tags before the end of a building"
-            raise InputError(self._path, problem, "remove what is not a building, or split the building")
+            raise InputError(
+                self._path, problem, "remove what is not a building, or split the building"
+            )
         return data
 
 
 def _explain(path, error):
     """InputError for an error of the parser."""
     message = re.sub(r"\s+", " ", (error.msg or "not well formed").split(", line ")[0])
-    message = textwrap.shorten(message.replace(", try XML_PARSE_HUGE", ""), LONGEST_MESSAGE, placeholder=" …")
+    message = textwrap.shorten(
+        message.replace(", try XML_PARSE_HUGE", ""), LONGEST_MESSAGE, placeholder=" …"
+    )
     line = error.lineno or 1
     prefix = re.match(r"Namespace prefix (\S+)", message)
     if error.code == etree.ErrorTypes.NS_ERR_UNDEFINED_NAMESPACE and prefix:
         problem = f"line {line}: the prefix {prefix[1]!r} is not declared"
-        found = UndeclaredPrefixError(path, problem, f'declare it in the first element: xmlns:{prefix[1]}="…"')
+        found = UndeclaredPrefixError(
+            path, problem, f'declare it in the first element: xmlns:{prefix[1]}="…"'
+        )
         found.prefix = prefix[1]
         return found
     if "Resource limit" in message or "too long" in message or "xcessive depth" in message:

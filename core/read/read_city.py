@@ -14,7 +14,11 @@ from .read_cityjson import read_cityjson
 from .read_obj import read_obj
 from .read_relief import place_relief
 
-READERS = {"citygml": read_citygml, "cityjson": read_cityjson, "obj": read_obj}  # of the table in `formats`
+READERS = {
+    "citygml": read_citygml,
+    "cityjson": read_cityjson,
+    "obj": read_obj,
+}  # of the table in `formats`
 READING = "reading files"  # name of the stage
 LAST = 0.99  # share of a file: all of it is reached only when it is completely parsed
 
@@ -29,13 +33,15 @@ def read_city(paths, lod=None, unit="m", up="z", *, orient="auto", progress=sile
     lod : str, optional
         Level of detail; by default each building's best of 2.x, else 3, else 1.
     unit : {'m', 'ft', 'us-ft', 'mm', 'cm', 'in', 'auto'}
-        Of coordinates in files without a coordinate reference system; auto: by the heights of buildings.
+        Of coordinates in files without a coordinate reference system; auto: by the heights of
+        buildings.
     up : {'z', 'y', 'auto'}
         Vertical axis, for formats that do not define it; auto: by where floors lie.
     orient : {'auto', 'as-drawn'}
         Flip polygons that face into their building, or keep all as drawn.
     progress : callable, optional
-        See `core.progress`: bytes of the files, then polygons joined. If cancelled, nothing is kept.
+        See `core.progress`: bytes of the files, then polygons joined. If cancelled, nothing is
+        kept.
     hints : PlaceHints, optional
         What the user tells of the place of the city.
 
@@ -52,7 +58,9 @@ def read_city(paths, lod=None, unit="m", up="z", *, orient="auto", progress=sile
     if up not in ("z", "y", "auto"):
         raise InputError("--up", f"{up!r} is not an axis", "choose z, y or auto")
     contents = _read_files(_list_files(paths), up, progress)
-    city = join_contents(contents, lod=lod, unit=unit, orient=orient, progress=progress, hints=hints)
+    city = join_contents(
+        contents, lod=lod, unit=unit, orient=orient, progress=progress, hints=hints
+    )
     city.terrain = place_relief(contents, city, city.report.unit)
     return city
 
@@ -92,14 +100,22 @@ def _list_files(paths):
             with suppress(FileNotFoundError):  # refused when it is opened
                 Path(path).stat()
         except OSError as error:
-            raise InputError(path, f"cannot be read ({error.strerror})", "check the path") from error
+            raise InputError(
+                path, f"cannot be read ({error.strerror})", "check the path"
+            ) from error
         if not Path(path).is_dir():
             files.append(Path(path))
             continue
-        inside = sorted(file for file in Path(path).iterdir() if file.is_file() and suffix_of(file) in SUFFIXES)
+        inside = sorted(
+            file for file in Path(path).iterdir() if file.is_file() and suffix_of(file) in SUFFIXES
+        )
         # Not every JSON is of a city.
-        inside = [file for file in inside if "json" not in suffix_of(file) or speaks_of_cityjson(file)]
+        inside = [
+            file for file in inside if "json" not in suffix_of(file) or speaks_of_cityjson(file)
+        ]
         if not inside:
-            raise InputError(path, "a folder without building files", f"known types are {', '.join(SUFFIXES)}")
+            raise InputError(
+                path, "a folder without building files", f"known types are {', '.join(SUFFIXES)}"
+            )
         files += inside
     return files

@@ -1,4 +1,6 @@
-"""Read CityGML 1.0, 2.0 and 3.0: buildings with parts, holes, references and levels of detail; terrain."""
+"""Read CityGML 1.0, 2.0 and 3.0: buildings with parts, holes, references and levels of detail;
+terrain.
+"""
 
 import re
 from collections import Counter
@@ -25,8 +27,8 @@ MOST_UNDECLARED = 16  # prefixes; a file with more is not accepted
 def read_citygml(path, report_share=silent):
     """Read all polygons of one CityGML file, at all levels of detail.
 
-    A namespace prefix that the file uses without declaring it (such as that of an extension) is declared on the fly,
-    with a note. `report_share` is as in `open_input`.
+    A namespace prefix that the file uses without declaring it (such as that of an extension) is
+    declared on the fly, with a note. `report_share` is as in `open_input`.
 
     Returns
     -------
@@ -48,9 +50,13 @@ def read_citygml(path, report_share=silent):
 
 def _read_declared(path, declared, report_share):
     root, namespaces = read_root(path, declared)
-    if CITYGML not in " ".join([root, *filter(None, namespaces.values())]) and not _is_named_later(path):
+    if CITYGML not in " ".join([root, *filter(None, namespaces.values())]) and not _is_named_later(
+        path
+    ):
         name = root.rpartition("}")[2]
-        raise InputError(path, f"line 1: <{name}> is not CityGML", "give a CityGML, CityJSON or OBJ file")
+        raise InputError(
+            path, f"line 1: <{name}> is not CityGML", "give a CityGML, CityJSON or OBJ file"
+        )
     content, others, extended = FileContent(path), Counter(), Counter()
     content.plants = FileContent(path, srs_names=content.srs_names)
     enveloped = {}  # systems that envelopes name: they count where no geometry names one
@@ -80,7 +86,9 @@ def _read_declared(path, declared, report_share):
         why = "no triangles" if name in RELIEFS else "not a building"
         content.notes += [f"{count} {name} left out: {why}."] if count else []
     if not content.buildings and not content.trees:
-        cure = "give a file with buildings" + (", and this one with --terrain" if content.relief.count() else "")
+        cure = "give a file with buildings" + (
+            ", and this one with --terrain" if content.relief.count() else ""
+        )
         left_out = {reason: len(names) for reason, names in content.skipped.items()}
         held = {**others, "terrain triangles": content.relief.count(), **left_out}
         words = ", ".join([f"{count} {name}" for name, count in sorted(held.items()) if count][:5])
@@ -103,7 +111,9 @@ def _collect_building(element, content):
 
 
 def _read_member(element, content, known, counts):
-    """Read the buildings of extensions in a member, and count them and what else is not known, by name."""
+    """Read the buildings of extensions in a member, and count them and what else is not known, by
+    name.
+    """
     extended, others = counts
     for child in element.iterchildren("*"):
         name = child.tag.rpartition("}")[2]
@@ -115,13 +125,17 @@ def _read_member(element, content, known, counts):
 
 
 def _is_named_later(path):
-    """Whether a namespace of CityGML is declared after the root element, as on the members of a generic collection."""
+    """Whether a namespace of CityGML is declared after the root element, as on the members of a
+    generic collection.
+    """
     with open_input(path) as stream:
         return CITYGML.encode() in stream.read(2**20)
 
 
 def _is_own_building(element):
-    """Whether an element of an extension is a subclass of Building: it has what the standard gives to buildings."""
+    """Whether an element of an extension is a subclass of Building: it has what the standard gives
+    to buildings.
+    """
     if CITYGML in element.tag:
         return False
     return any(re.search(CITYGML + r"/building/", child.tag) for child in element.iterchildren("*"))
@@ -129,11 +143,23 @@ def _is_own_building(element):
 
 def _collect_extent(element, content, enveloped):
     """Add an envelope, of a relief, of the file or of a building, and the system that it names."""
-    srs_name, of_relief = element.get("srsName", ""), next(element.iterancestors(*IN_RELIEF), None) is not None
+    srs_name, of_relief = (
+        element.get("srsName", ""),
+        next(element.iterancestors(*IN_RELIEF), None) is not None,
+    )
     if srs_name:
-        (content.relief.srs_names if of_relief else enveloped).setdefault(srs_name, element.sourceline)
-    corners = [read_numbers(element.iterfind(f"{{*}}{name}")) for name in ("lowerCorner", "upperCorner")]
-    sound = all(numbers is not None and len(numbers) > 1 and np.isfinite(numbers).all() for numbers in corners)
+        (content.relief.srs_names if of_relief else enveloped).setdefault(
+            srs_name, element.sourceline
+        )
+    corners = [
+        read_numbers(element.iterfind(f"{{*}}{name}")) for name in ("lowerCorner", "upperCorner")
+    ]
+    sound = all(
+        numbers is not None and len(numbers) > 1 and np.isfinite(numbers).all()
+        for numbers in corners
+    )
     if sound and not of_relief:
-        extent = Extent(srs_name, element.get("axisLabels", ""), *(numbers[:2] for numbers in corners))
+        extent = Extent(
+            srs_name, element.get("axisLabels", ""), *(numbers[:2] for numbers in corners)
+        )
         content.extents.append(extent)

@@ -1,4 +1,5 @@
-"""Read CityJSON 1.0 to 2.0 and CityJSONSeq: buildings with parts and installations, found among its objects.
+"""Read CityJSON 1.0 to 2.0 and CityJSONSeq: buildings with parts and installations, found among its
+objects.
 
 CityJSON: Ledoux et al. (2019), doi:10.1186/s40965-019-0064-0.
 """
@@ -47,7 +48,8 @@ def read_cityjson(path, report_share=silent):
     Raises
     ------
     InputError
-        The file is missing, truncated, not CityJSON, without buildings, or none of them has usable geometry.
+        The file is missing, truncated, not CityJSON, without buildings, or none of them has usable
+        geometry.
     """
     path = Path(path)
     content = FileContent(path, plants=FileContent(path))
@@ -64,7 +66,9 @@ def read_cityjson(path, report_share=silent):
             raise InputError(path, f"is {geojson.name}, not CityJSON", geojson.cure)
         elif kind != "CityJSONFeature":
             word = clean_name(str(kind))[:60]
-            raise InputError(path, f"line {line}: JSON, but not CityJSON (type {word!r})", "give a CityJSON file")
+            raise InputError(
+                path, f"line {line}: JSON, but not CityJSON (type {word!r})", "give a CityJSON file"
+            )
         elif reading.templates is None:
             cure = "put the header object, of type CityJSON, on the first line"
             raise InputError(path, f"line {line}: a CityJSONFeature before the header", cure)
@@ -88,7 +92,9 @@ class _Reading:
     extensions: Counter = field(default_factory=Counter)  # types read as buildings
 
     def start(self, header, line):
-        """Read version, transform, templates and coordinate reference system of a CityJSON object."""
+        """Read version, transform, templates and coordinate reference system of a CityJSON
+        object.
+        """
         self.transform = read_transform(self.path, line, header.get("transform"))
         self.templates = Templates(self.path, line, header.get("geometry-templates"))
         version = header.get("version")
@@ -99,30 +105,47 @@ class _Reading:
             cure = "give CityJSON 1.0 to 2.0; cjio's upgrade converts older files"
             raise InputError(self.path, f"line {line}: unsupported CityJSON version {text!r}", cure)
         elif self.transform is None and not text.startswith("1.0"):
-            self.content.notes.append(f"{self.path} has no transform; its vertices were read as real coordinates.")
+            self.content.notes.append(
+                f"{self.path} has no transform; its vertices were read as real coordinates."
+            )
         for name in _srs_names(header):
             self.content.srs_names.setdefault(name, line)
         if not isinstance(header.get("metadata", {}), dict):
-            named = "its coordinate reference system was read" if self.content.srs_names else "it was not used"
+            named = (
+                "its coordinate reference system was read"
+                if self.content.srs_names
+                else "it was not used"
+            )
             self.content.notes.append(f"{self.path} has metadata that is not an object; {named}.")
 
     def add(self, text, line, report_share=silent):
         """Read the buildings among the objects of one JSON text."""
         objects = text.get("CityObjects", {})
         if not isinstance(objects, dict):
-            raise InputError(self.path, f"line {line}: CityObjects is not a JSON object", "export the file again")
+            raise InputError(
+                self.path, f"line {line}: CityObjects is not a JSON object", "export the file again"
+            )
         transform = self.transform
         if text["type"] == "CityJSONFeature" and "transform" in text:
             transform = read_transform(self.path, line, text["transform"]) or transform
-            self.content.notes.append(f"{self.path} has features with their own transform; it was applied.")
+            self.content.notes.append(
+                f"{self.path} has features with their own transform; it was applied."
+            )
         vertices, whole = read_vertices(self.path, line, text.get("vertices"), transform)
         if transform is not None and not whole:
             self.content.notes.append(
                 f"{self.path} has a transform, but vertices that are not integers; it was applied."
             )
         for name in getattr(objects, "names", ()):
-            self.content.skip("city object whose name is used again later in the file", clean_name(name))
-        self._add_objects(objects, Shapes(self.content, vertices, self.templates, self.remarks), line, report_share)
+            self.content.skip(
+                "city object whose name is used again later in the file", clean_name(name)
+            )
+        self._add_objects(
+            objects,
+            Shapes(self.content, vertices, self.templates, self.remarks),
+            line,
+            report_share,
+        )
 
     def _add_objects(self, objects, shapes, line, report_share):
         (kinds, families), content = _find_families(objects), self.content
@@ -145,9 +168,12 @@ class _Reading:
         content.buildings += [clean_name(name) for name in buildings]
         content.part_count += len(parts)
         own = {
-            name: (building[families[name][0]], 0 if name in building else part[name]) for name in (*buildings, *parts)
+            name: (building[families[name][0]], 0 if name in building else part[name])
+            for name in (*buildings, *parts)
         }
-        note_demolitions({place: _attributes(objects[name]) for name, place in own.items()}, content)
+        note_demolitions(
+            {place: _attributes(objects[name]) for name, place in own.items()}, content
+        )
         for number, (name, one) in enumerate(objects.items()):
             if number % OBJECTS_AT_ONCE == 0:
                 report_share(READ + (DRAWN - READ) * number / len(objects))
@@ -179,10 +205,15 @@ class _Reading:
             met = {**self.others, "terrain triangles": content.relief.count(), **skipped}
             words = [f"{count} {clean_name(kind)}" for kind, count in met.items() if count]
             more = f" (but {', '.join(words[:MOST_NAMED])})" if words else ""
-            raise InputError(self.path, f"contains no buildings{more}", "give a file with buildings")
+            raise InputError(
+                self.path, f"contains no buildings{more}", "give a file with buildings"
+            )
         if not content.polygons and content.skipped:
             reason, names = max(content.skipped.items(), key=lambda item: len(item[1]))
-            problem = f"no building has usable geometry ({reason}: {len(names)}, for example {names[0]!r})"
+            problem = (
+                f"no building has usable geometry ({reason}: {len(names)}, for example "
+                f"{names[0]!r})"
+            )
             raise InputError(self.path, problem, "correct or export the file again")
 
 
@@ -195,7 +226,10 @@ def _srs_names(header):
     for members in (*(metadata if isinstance(metadata, list) else [metadata]), header):
         if isinstance(members, dict):
             crs = members.get("crs")
-            for value in (members.get("referenceSystem"), crs.get("epsg") if isinstance(crs, dict) else crs):
+            for value in (
+                members.get("referenceSystem"),
+                crs.get("epsg") if isinstance(crs, dict) else crs,
+            ):
                 if isinstance(value, str) and value.strip():
                     yield clean_name(value)
                 elif type(value) is int and 0 < value < 10**6:
@@ -203,7 +237,9 @@ def _srs_names(header):
 
 
 KINDS = {"Building": "building", "TINRelief": "relief"}
-KINDS |= dict.fromkeys(("BuildingPart", "BuildingInstallation", "BuildingConstructiveElement"), "member")
+KINDS |= dict.fromkeys(
+    ("BuildingPart", "BuildingInstallation", "BuildingConstructiveElement"), "member"
+)
 KINDS |= dict.fromkeys(("SolitaryVegetationObject", "PlantCover"), "plant")
 FAMILY = ("building", "member", "extension")
 EXTENSION = re.compile(r"\+?\w*Building\w*", re.ASCII)  # such as +NoiseBuilding
@@ -211,11 +247,13 @@ INSIDE = re.compile(r"Room|Furniture|Unit|Storey|Interior|Space")
 
 
 def _find_families(objects):
-    """Sort city objects into buildings, their parts and installations, and objects that are not read.
+    """Sort city objects into buildings, their parts and installations, and objects that are not
+    read.
 
-    Extension types whose name contains "Building" are read as a building if they have geometry or children, and as a
-    part if one of their parents is a building. A part whose parent building is missing (parents not in the file, or
-    cyclic) is read as a building of its own. Groups of objects do not count as parents.
+    Extension types whose name contains "Building" are read as a building if they have geometry or
+    children, and as a part if one of their parents is a building. A part whose parent building is
+    missing (parents not in the file, or cyclic) is read as a building of its own. Groups of objects
+    do not count as parents.
 
     Parameters
     ----------
@@ -225,10 +263,11 @@ def _find_families(objects):
     Returns
     -------
     kinds : dict
-        Name -> building, extended building (of an extension type), member, extension, relief, plant, other, no object.
+        Name -> building, extended building (of an extension type), member, extension, relief,
+        plant, other, no object.
     families : dict
-        Name of each building, part and installation -> name of its building, and of the part that it is or belongs to,
-        or None.
+        Name of each building, part and installation -> name of its building, and of the part that
+        it is or belongs to, or None.
     """
     kinds, families = {name: _classify_object(one) for name, one in objects.items()}, {}
     above = {
@@ -270,7 +309,9 @@ def _attributes(one):
 
 
 def _part_from_gone(objects, kinds, families):
-    """Families without what no longer stands, and the names of buildings, parts and plants that do not: dict, list."""
+    """Families without what no longer stands, and the names of buildings, parts and plants that do
+    not: dict, list.
+    """
     relevant = (name for name, kind in kinds.items() if name in families or kind == "plant")
     gone = [name for name in relevant if is_terminated(_attributes(objects[name]))]
     # What belongs to a building or part that is gone is gone with it.
@@ -284,7 +325,9 @@ def _names(one, key):
 
 
 def _climb(name, objects, above):
-    """Topmost ancestor of a part or installation, and the first part on the way; itself if parents are cyclic."""
+    """Topmost ancestor of a part or installation, and the first part on the way; itself if parents
+    are cyclic.
+    """
     start, met, part = name, set(), None
     while name not in met:
         met.add(name)

@@ -1,4 +1,6 @@
-"""Read the heights of a raster around a place, as grids: fine nearby, at most 4,000 posts wide further out."""
+"""Read the heights of a raster around a place, as grids: fine nearby, at most 4,000 posts wide
+further out.
+"""
 
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -10,7 +12,8 @@ from ..city.transform_crs import full_turn, plane_of, transform_crs, turn_toward
 from ..settings.errors import InputError
 from .open_raster import open_raster, read_posts, windows_around
 
-NEAR = 4000.0  # [m] around the place the raster is read at full resolution, if that is finer than further out
+# [m] around the place the raster is read at full resolution, if that is finer than further out
+NEAR = 4000.0
 MOST_POSTS = 4000  # per side; a finer raster is averaged down to that many
 GLOBE = "EPSG:4326"
 
@@ -24,10 +27,14 @@ class HeightGrid:
     crs: str  # WKT
     post: float  # [m] smaller distance between posts
     path: str
-    middle: float | None = None  # longitude of the site in the raster's degrees, which may go on beyond 180°
+    middle: float | None = (
+        None  # longitude of the site in the raster's degrees, which may go on beyond 180°
+    )
 
     def places_of(self, latitude, longitude):
-        """Columns and rows, not rounded, of places on Earth [°]: (m,) each, not finite where the system ends."""
+        """Columns and rows, not rounded, of places on Earth [°]: (m,) each, not finite where the
+        system ends.
+        """
         turn = pyproj.Transformer.from_crs(GLOBE, plane_of(self.crs)[0], always_xy=True)
         places = np.array(turn.transform(longitude, latitude)).reshape(2, -1)
         if self.middle is not None:
@@ -51,7 +58,9 @@ def open_placed(path):
     with open_raster(path) as raster:
         if raster.crs is None:
             cure = "give a GeoTIFF with its reference system, or a horizon file (azimuth,elevation)"
-            raise InputError(path, "names no coordinate reference system, so nothing tells where it lies", cure)
+            raise InputError(
+                path, "names no coordinate reference system, so nothing tells where it lies", cure
+            )
         yield raster
 
 
@@ -82,16 +91,22 @@ def read_heights(path, place, reach):
         ones = np.ones(len(bearing))
         for distance in (NEAR, reach):
             # The circle around the place, and the place itself as the last point.
-            ends = pyproj.Geod(ellps="WGS84").fwd(ones * place[1], ones * place[0], bearing, ones * distance)
+            ends = pyproj.Geod(ellps="WGS84").fwd(
+                ones * place[1], ones * place[0], bearing, ones * distance
+            )
             points = np.append(np.column_stack(ends[:2]), [place[::-1]], axis=0)
             windows = windows_around(raster, transform_crs(points, GLOBE, raster.crs, path))
             found = [_read_grid(raster, window, middle) for window, middle in windows]
             # Where nothing is averaged the far grid is as fine as the near one.
-            whole = distance == reach and all(max(window[2:]) <= MOST_POSTS for window, _ in windows)
+            whole = distance == reach and all(
+                max(window[2:]) <= MOST_POSTS for window, _ in windows
+            )
             grids = found if found and whole else grids + found
     if not grids:
         problem = f"does not reach the site ({place[0]:.4f}°, {place[1]:.4f}°)"
-        raise InputError(path, problem, "give a raster that covers the site and up to 50 km around it")
+        raise InputError(
+            path, problem, "give a raster that covers the site and up to 50 km around it"
+        )
     return grids
 
 
@@ -101,5 +116,7 @@ def _read_grid(raster, window, middle):
     column, row = heights.shape[1] / 2, heights.shape[0] / 2
     posts = np.array([(column, row, 1), (column + 1, row, 1), (column, row + 1, 1)])
     points = transform_crs(posts @ matrix.T, raster.crs, GLOBE, raster.path)
-    _, _, length = pyproj.Geod(ellps="WGS84").inv(*np.repeat(points[:1], 2, axis=0).T, *points[1:].T)
+    _, _, length = pyproj.Geod(ellps="WGS84").inv(
+        *np.repeat(points[:1], 2, axis=0).T, *points[1:].T
+    )
     return HeightGrid(heights, matrix, raster.crs, float(length.min()), str(raster.path), middle)

@@ -18,18 +18,21 @@ TOUCH = 1e-2  # [units of the file] in plan view, a piece this close to a polygo
 MOST_NAMED = 5  # in a note
 PARSED = 0.5  # share of the time spent parsing statements
 FACES_AT_ONCE = 4096  # polygons per progress report
-# Names that objects or their materials have where a file holds more than buildings, with the suffixes of 3dfier.
+# Names that objects or their materials have where a file holds more than buildings, with the
+# suffixes of 3dfier.
 GROUND = r"(?i)(terrain|tinrelief|relief|dtm|landuse|roads?|railway|water|waterbody|forest|vegetation|plantcover)"
 OTHERS = re.compile(GROUND + r"(wall|floor)?(?![a-z])")
-ABOVE = 0.5  # share of a piece's polygons that must lie above or below another piece to join its building
+# share of a piece's polygons that must lie above or below another piece to join its building
+ABOVE = 0.5
 
 
 def read_obj(path, up="z", report_share=silent):
     """Read all polygons (`f` statements) of an OBJ file.
 
-    Each ``o`` is a building. Without any, each name of ``g`` is one; without either, or where one name holds all,
-    polygons that share vertices form one, together with what stands on them, unless that is ground. ``usemtl`` names
-    the material of the polygons that follow; colours come from the material library in the same folder.
+    Each ``o`` is a building. Without any, each name of ``g`` is one; without either, or where one
+    name holds all, polygons that share vertices form one, together with what stands on them, unless
+    that is ground. ``usemtl`` names the material of the polygons that follow; colours come from the
+    material library in the same folder.
 
     Parameters
     ----------
@@ -66,7 +69,9 @@ def read_obj(path, up="z", report_share=silent):
         else:
             # OBJ never repeats the first point; an open ring would count as repaired.
             ring = parts.vertices[[*face, face[0]]]
-            polygon = Polygon("", int(number), 0, "", ("",), "surface", [ring], line, material=material)
+            polygon = Polygon(
+                "", int(number), 0, "", ("",), "surface", [ring], line, material=material
+            )
             content.polygons.append(polygon)
     for keyword, count in sorted(parts.left_out.items()):
         content.notes.append(f"{count} lines {keyword} of {path} left out: not polygons.")
@@ -91,15 +96,21 @@ def _buildings(parts, content):
         name = parts.object_names[used[0]] or groups[0]
         building = _pieces(parts.faces, parts.vertices)
         count = building.max() + 1
-        content.buildings = [f"{name or 'part'}_{k + 1}" for k in range(count)] if count > 1 or not name else [name]
+        content.buildings = (
+            [f"{name or 'part'}_{k + 1}" for k in range(count)] if count > 1 or not name else [name]
+        )
         if count > 1 or not name:
             why = f"one name, {name!r}, for all" if name else "no objects or groups"
-            content.notes.append(f"{content.path} has {why}: {count} connected parts read as buildings.")
+            content.notes.append(
+                f"{content.path} has {why}: {count} connected parts read as buildings."
+            )
     return building.reshape(-1)
 
 
 def _pieces(faces, vertices):
-    """Connected piece of each polygon, (f,): polygons that share vertices or lie above one another."""
+    """Connected piece of each polygon, (f,): polygons that share vertices or lie above one
+    another.
+    """
     _, place = np.unique(np.round(vertices / WELD).astype(np.int64), axis=0, return_inverse=True)
     count = np.array([len(face) for face in faces])
     owner = np.repeat(np.arange(len(faces)), count)
@@ -121,13 +132,19 @@ def _stacked(faces, vertices, piece):
     """Pairs of pieces of which, in plan view, one lies mostly on the other."""
     plans = [vertices[face, :2] for face in faces]
     # A face that crosses itself very often is left out later, and carries nothing.
-    shapes = np.array([shapely.Polygon(None if is_tangled(plan) else plan) for plan in plans], dtype=object)
+    shapes = np.array(
+        [shapely.Polygon(None if is_tangled(plan) else plan) for plan in plans], dtype=object
+    )
     middles = shapely.points(np.array([plan.mean(axis=0) for plan in plans]))
     tree = shapely.STRtree(shapely.make_valid(shapes))
     face, on = tree.query(middles, "dwithin", distance=TOUCH)
     other = piece[face] != piece[on]
-    pairs = np.unique(np.column_stack([face, piece[on]])[other], axis=0)  # each polygon counts once per other piece
-    pairs, faces_on = np.unique(np.column_stack([piece[pairs[:, 0]], pairs[:, 1]]), axis=0, return_counts=True)
+    pairs = np.unique(
+        np.column_stack([face, piece[on]])[other], axis=0
+    )  # each polygon counts once per other piece
+    pairs, faces_on = np.unique(
+        np.column_stack([piece[pairs[:, 0]], pairs[:, 1]]), axis=0, return_counts=True
+    )
     mostly = faces_on >= ABOVE * np.bincount(piece)[pairs[:, 0]]
     return pairs[mostly].T
 
@@ -135,7 +152,8 @@ def _stacked(faces, vertices, piece):
 def _without_ground(pairs, faces, vertices, piece):
     """Of pairs of pieces, (2, k), those of which neither is the ground of the other.
 
-    A piece is ground for another if all of it faces up, nothing of the other lies below it, and it extends beyond.
+    A piece is ground for another if all of it faces up, nothing of the other lies below it, and it
+    extends beyond.
     """
     points = np.concatenate(faces)
     start = np.cumsum([0, *map(len, faces)])
@@ -150,24 +168,39 @@ def _without_ground(pairs, faces, vertices, piece):
     kept = np.ones(len(pairs[0]), bool)
     for ground, other in (pairs, pairs[::-1]):
         kept &= ~(
-            up[ground] & ~up[other] & (low[other, 2] >= low[ground, 2] - TOUCH) & (plan[ground] > 2 * plan[other])
+            up[ground]
+            & ~up[other]
+            & (low[other, 2] >= low[ground, 2] - TOUCH)
+            & (plan[ground] > 2 * plan[other])
         )
     return pairs[0][kept], pairs[1][kept]
 
 
 def _note_others(parts, building, content):
-    """Note objects that are no buildings by all of their materials or, without any, by their name."""
+    """Note objects that are no buildings by all of their materials or, without any, by
+    their name.
+    """
     called = {}
     for number, material in zip(building.tolist(), parts.materials, strict=True):
         called.setdefault(number, {}).setdefault(material)
-    called = {number: [name or content.buildings[number] for name in names] for number, names in called.items()}
+    called = {
+        number: [name or content.buildings[number] for name in names]
+        for number, names in called.items()
+    }
     others = {number: names for number, names in called.items() if all(map(OTHERS.match, names))}
     if not others or len(others) == len(called):
         return
-    named = list_some(list(dict.fromkeys(name for one in others.values() for name in one)), MOST_NAMED)
-    words = f"{len(others)} of {len(called)} objects of {content.path} are no buildings by their names ({named})"
+    named = list_some(
+        list(dict.fromkeys(name for one in others.values() for name in one)), MOST_NAMED
+    )
+    words = (
+        f"{len(others)} of {len(called)} objects of {content.path} are no buildings by their names "
+        f"({named})"
+    )
     cure = "Remove them, or give terrain in a file of its own with --terrain."
-    content.notes.append(f"{words}, but read as such: their level faces count as flat roofs. {cure}")
+    content.notes.append(
+        f"{words}, but read as such: their level faces count as flat roofs. {cure}"
+    )
 
 
 def _colour(parts, content):
@@ -184,5 +217,8 @@ def _colour(parts, content):
     coloured = sum(colour is not None for colour in content.colours.values())
     words = f"{content.path} has {len(used)} materials on {faces} of {len(parts.faces)} polygons"
     words += f": {list_some(used, MOST_NAMED)}"
-    asked = "Albedos are taken from names and colours with --materials (in Blender Albedo from: Materials)."
+    asked = (
+        "Albedos are taken from names and colours with --materials (in Blender Albedo from: "
+        "Materials)."
+    )
     content.notes.append(f"{words}. {coloured} have a diffuse colour. {asked}")

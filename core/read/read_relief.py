@@ -1,4 +1,6 @@
-"""TIN reliefs: triangles of terrain from CityGML and CityJSON, in a file of buildings or in one of their own."""
+"""TIN reliefs: triangles of terrain from CityGML and CityJSON, in a file of buildings or in one of
+their own.
+"""
 
 from dataclasses import dataclass
 
@@ -135,16 +137,21 @@ def read_relief(path):
         elif name == "Triangle" and next(element.iterancestors(*no_terrain), None) is None:
             problem = found.add(element)
             if problem:
-                raise InputError(path, f"line {element.sourceline}: {problem}", "correct or remove this triangle")
+                raise InputError(
+                    path, f"line {element.sourceline}: {problem}", "correct or remove this triangle"
+                )
     if not relief.count():
-        raise InputError(path, "contains no TINRelief", "give terrain as triangles, a GeoTIFF or an ASC grid")
+        raise InputError(
+            path, "contains no TINRelief", "give terrain as triangles, a GeoTIFF or an ASC grid"
+        )
     return list(_relief_layers(relief).values()), _crs_of_relief(relief, path)
 
 
 def place_relief(contents, city, unit):
     """Terrain of a city from the reliefs of its files, tiles of one level of detail joined.
 
-    A relief stands in the system that it names, else in that of its file, else in that of the other files.
+    A relief stands in the system that it names, else in that of its file, else in that of the other
+    files.
 
     Parameters
     ----------
@@ -176,8 +183,12 @@ def place_relief(contents, city, unit):
     joined = []
     for _, layers in sorted(of_lod.items(), reverse=True):
         starts = np.cumsum([0, *(len(layer.points) for layer in layers)])
-        triangles = [layer.triangles + start for layer, start in zip(layers, starts[:-1], strict=True)]
-        joined.append(Layer(np.concatenate([layer.points for layer in layers]), np.concatenate(triangles)))
+        triangles = [
+            layer.triangles + start for layer, start in zip(layers, starts[:-1], strict=True)
+        ]
+        joined.append(
+            Layer(np.concatenate([layer.points for layer in layers]), np.concatenate(triangles))
+        )
     return Terrain(", ".join(sources), joined) if joined else None
 
 
@@ -200,7 +211,8 @@ def place_layer(layer, system, city, unit, path):
     ----------
     layer : Layer
     system : tuple
-        Coordinate reference system, None for that of the city, and the order of coordinates where nothing decides it.
+        Coordinate reference system, None for that of the city, and the order of coordinates where
+        nothing decides it.
     city : City
     unit : float
         [m] The unit of points without a system.
@@ -222,10 +234,14 @@ def place_layer(layer, system, city, unit, path):
         # A city in the plane of its files has metres; the unit tells those of the terrain.
         points = layer.points * unit if own.plane is None else own.to_plane(layer.points)
         return Layer(points, layer.triangles)
-    order = order_axes(np.median(layer.points, axis=0)[:2] if len(layer.points) else None, crs, PlaceHints())
+    order = order_axes(
+        np.median(layer.points, axis=0)[:2] if len(layer.points) else None, crs, PlaceHints()
+    )
     axes = order.axes if order.reason else axes
     points = Grid(crs, axes, own.plane or own.crs).to_plane(layer.points)
     if not np.isfinite(points).all():
         name = plane_of(own.plane or own.crs)[0].name
-        raise InputError(path, f"does not lie where {name} is defined", "give terrain that covers the city")
+        raise InputError(
+            path, f"does not lie where {name} is defined", "give terrain that covers the city"
+        )
     return Layer(points, layer.triangles)

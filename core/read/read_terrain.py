@@ -1,4 +1,5 @@
-"""Read terrain into the coordinate reference system of a city: TIN reliefs, OBJ meshes, and height rasters.
+"""Read terrain into the coordinate reference system of a city: TIN reliefs, OBJ meshes, and height
+rasters.
 
 Rasters are read fine around the city and coarse out to the horizon.
 """
@@ -26,8 +27,9 @@ MOST_POSTS = 400_000_000  # that are read
 def read_terrain(path, city, unit="m", up="z"):
     """Read a CityGML TINRelief, an OBJ mesh, a GeoTIFF or an ASC grid.
 
-    Horizontal coordinates are transformed to the city's coordinate reference system, heights are converted to metres
-    but keep their vertical datum. A file without a system is assumed to be in the city's.
+    Horizontal coordinates are transformed to the city's coordinate reference system, heights are
+    converted to metres but keep their vertical datum. A file without a system is assumed to be in
+    the city's.
 
     Parameters
     ----------
@@ -58,18 +60,27 @@ def read_terrain(path, city, unit="m", up="z"):
     elif suffix in RELIEFS:
         layers, crs = read_relief(path)
         _note_missing(crs, city.crs, path, terrain.notes)
-        terrain.layers = [place_layer(layer, (crs, city.axes), city, UNITS[unit], path) for layer in layers]
+        terrain.layers = [
+            place_layer(layer, (crs, city.axes), city, UNITS[unit], path) for layer in layers
+        ]
     elif suffix == ".obj":
         parts = parse_obj(path, up)
         faces = [face for face in parts.faces if len(face) > 2]
         if not faces:
             raise InputError(path, "contains no polygons", "give an OBJ file of terrain")
-        fans = [np.column_stack([np.full(len(face) - 2, face[0]), face[1:-1], face[2:]]) for face in faces]
+        fans = [
+            np.column_stack([np.full(len(face) - 2, face[0]), face[1:-1], face[2:]])
+            for face in faces
+        ]
         layer = Layer(parts.vertices, np.concatenate(fans))
         terrain.layers = [place_layer(layer, (None, city.axes), city, UNITS[unit], path)]
         _note_missing(None, city.crs, path, terrain.notes)
     else:
-        raise InputError(path, "not a known terrain format", f"give one of {', '.join((*RASTERS, *RELIEFS, '.obj'))}")
+        raise InputError(
+            path,
+            "not a known terrain format",
+            f"give one of {', '.join((*RASTERS, *RELIEFS, '.obj'))}",
+        )
     points = np.concatenate([np.empty((0, 3)), *(layer.points for layer in terrain.layers)])
     if not len(points):
         raise InputError(path, "has no heights at the city", "give terrain that covers the city")
@@ -81,7 +92,9 @@ def read_terrain(path, city, unit="m", up="z"):
 
 
 def _note_missing(crs, city_crs, path, notes):
-    """Note which of terrain and city has no coordinate reference system, and which one is assumed."""
+    """Note which of terrain and city has no coordinate reference system, and which one is
+    assumed.
+    """
     if crs is None:
         notes.append(f"{path} has no coordinate reference system; the city's is assumed.")
     elif city_crs is None:
@@ -113,7 +126,9 @@ def _read_raster(path, city, unit, notes):
     layers = []
     with open_raster(path) as source:
         if source.crs is None and (source.matrix == np.eye(2, 3)).all():
-            raise InputError(path, "is not georeferenced", "give a raster with position and cell size")
+            raise InputError(
+                path, "is not georeferenced", "give a raster with position and cell size"
+            )
         _note_missing(source.crs and f"that of {path}", city.crs, path, notes)
         assumed = plane_of(city.crs)[0].to_wkt() if city.plane is not None else None
         raster = replace(source, crs=source.crs or assumed)
@@ -123,22 +138,30 @@ def _read_raster(path, city, unit, notes):
                     problem = f"has {window[2]:,} x {window[3]:,} posts around the city"
                     raise InputError(path, problem, f"resample it to at most {MOST_POSTS:,}")
                 told = notes if not layers else []
-                layers.append(_read_layer(raster, window, posts, told, (city.plane or city.crs, unit)))
+                layers.append(
+                    _read_layer(raster, window, posts, told, (city.plane or city.crs, unit))
+                )
     return [layer for layer in layers if len(layer.triangles)]
 
 
 def _rectangle(reach, raster, city, unit):
-    """Places in a rectangle around the city and what lies within reach of it: (81, 2) in the raster's system."""
+    """Places in a rectangle around the city and what lies within reach of it: (81, 2) in the
+    raster's system.
+    """
     low, high = city.points.min(axis=0)[:2] - reach, city.points.max(axis=0)[:2] + reach
     share, unit = np.linspace(0, 1, 9), _common_unit(raster, city.crs, unit)
     plane = city.plane or city.crs
     x, y = np.meshgrid(low[0] + share * (high[0] - low[0]), low[1] + share * (high[1] - low[1]))
     places = np.column_stack([x.ravel(), y.ravel()])
-    return places / unit if unit is not None else transform_crs(places, plane, raster.crs, raster.path)
+    return (
+        places / unit if unit is not None else transform_crs(places, plane, raster.crs, raster.path)
+    )
 
 
 def _common_unit(raster, crs, unit):
-    """Metres per unit of a raster that is taken to be in the system of the city, None where both have their own."""
+    """Metres per unit of a raster that is taken to be in the system of the city, None where both
+    have their own.
+    """
     if raster.crs is None or crs is not None:
         return unit if raster.crs is None else None
     plane, _ = plane_of(raster.crs)
@@ -149,13 +172,18 @@ def _common_unit(raster, crs, unit):
 
 
 def _read_layer(raster, window, posts, notes, target):
-    """Triangles of a window with so many posts on a side at most, in a system and unit as of `_read_raster`: Layer."""
+    """Triangles of a window with so many posts on a side at most, in a system and unit as of
+    `_read_raster`: Layer.
+    """
     path, (crs, unit) = raster.path, target
     heights, matrix = read_posts(raster, window, posts, unit)
     rows, columns = heights.shape
     gaps = int(np.isnan(heights).sum())
     if gaps:
-        notes.append(f"{gaps} posts of {path} without a height of {LOWEST:,.0f} to {HIGHEST:,.0f} m treated as gaps.")
+        notes.append(
+            f"{gaps} posts of {path} without a height of {LOWEST:,.0f} to {HIGHEST:,.0f} m treated "
+            "as gaps."
+        )
     if (columns, rows) != tuple(window[2:]):
         notes.append(f"{path}: {window[2]} x {window[3]} posts resampled to {columns} x {rows}.")
     y, x = np.mgrid[:rows, :columns]
@@ -165,6 +193,8 @@ def _read_layer(raster, window, posts, notes, target):
     # Two triangles per cell of four posts, none over a gap.
     number = np.arange(rows * columns).reshape(rows, columns)
     a, b, c, d = number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]
-    triangles = np.concatenate([np.stack(corners, axis=-1).reshape(-1, 3) for corners in ((a, d, c), (a, c, b))])
+    triangles = np.concatenate(
+        [np.stack(corners, axis=-1).reshape(-1, 3) for corners in ((a, d, c), (a, c, b))]
+    )
     whole = np.isfinite(heights.ravel()[triangles]).all(axis=1)
     return Layer(*drop_unused(np.column_stack([places, heights.ravel()]), triangles[whole]))

@@ -1,4 +1,6 @@
-"""Vertices and nested boundaries of a CityJSON geometry, surface by surface with their semantics."""
+"""Vertices and nested boundaries of a CityJSON geometry, surface by surface with their
+semantics.
+"""
 
 from itertools import chain
 from typing import NamedTuple
@@ -10,16 +12,29 @@ from .open_input import LARGEST_COORDINATE
 
 LARGEST_NUMBER = 1e8  # of a scale or an element of a matrix
 # Nesting depth of the surfaces of a geometry type, less one.
-DEPTHS = {"MultiSurface": 0, "CompositeSurface": 0, "Solid": 1, "MultiSolid": 2, "CompositeSolid": 2}
+DEPTHS = {
+    "MultiSurface": 0,
+    "CompositeSurface": 0,
+    "Solid": 1,
+    "MultiSolid": 2,
+    "CompositeSolid": 2,
+}
 INTERIOR = {"InteriorWallSurface", "CeilingSurface", "FloorSurface"}
 CLASSES = INTERIOR | {
-    "WallSurface", "RoofSurface", "GroundSurface", "ClosureSurface", "OuterCeilingSurface", "OuterFloorSurface",
-    "Window", "Door",
-}  # fmt: skip
+    "WallSurface",
+    "RoofSurface",
+    "GroundSurface",
+    "ClosureSurface",
+    "OuterCeilingSurface",
+    "OuterFloorSurface",
+    "Window",
+    "Door",
+}
 
 
 def read_transform(path, line, value):
-    """Transform of a CityJSON object, scale and translate, (3,) float64 each, or None if it has none.
+    """Transform of a CityJSON object, scale and translate, (3,) float64 each, or None if it has
+    none.
 
     Raises
     ------
@@ -31,16 +46,24 @@ def read_transform(path, line, value):
     members = value if isinstance(value, dict) else {}
     scale, translate = (read_numbers(members.get(name), 3) for name in ("scale", "translate"))
     if scale is None or translate is None or not scale.all():
-        problem = f"line {line}: the transform needs three numbers each for scale (none 0) and translate"
+        problem = (
+            f"line {line}: the transform needs three numbers each for scale (none 0) and translate"
+        )
         raise InputError(path, problem, "correct it, or export the file again")
     return scale, translate
 
 
 def read_numbers(value, count):
     """A list of numbers as an array, or None if it is anything else or a number is too large."""
-    if not isinstance(value, list) or len(value) != count or not {int, float}.issuperset(map(type, value)):
+    if (
+        not isinstance(value, list)
+        or len(value) != count
+        or not {int, float}.issuperset(map(type, value))
+    ):
         return None
-    return np.array(value, float) if all(abs(number) <= LARGEST_NUMBER for number in value) else None
+    return (
+        np.array(value, float) if all(abs(number) <= LARGEST_NUMBER for number in value) else None
+    )
 
 
 def read_vertices(path, line, value, transform=None, name="vertices"):
@@ -72,16 +95,26 @@ def read_vertices(path, line, value, transform=None, name="vertices"):
     """
     value = [] if value is None else value
     if not isinstance(value, list):
-        raise InputError(path, f"line {line}: {name} is not a list", "give a list of three numbers for each vertex")
+        raise InputError(
+            path,
+            f"line {line}: {name} is not a list",
+            "give a list of three numbers for each vertex",
+        )
     numbers = _to_array(value)
     if numbers is None:
         first = next(k for k, vertex in enumerate(value) if _to_array([vertex]) is None)
-        raise InputError(path, f"line {line}: vertex {first} of {name} is not three numbers", "correct or remove it")
+        raise InputError(
+            path,
+            f"line {line}: vertex {first} of {name} is not three numbers",
+            "correct or remove it",
+        )
     with np.errstate(over="ignore", invalid="ignore"):
         points = numbers if transform is None else numbers * transform[0] + transform[1]
     wrong = ~(np.abs(points) <= LARGEST_COORDINATE).all(axis=1)  # also true for NaN
     if wrong.any():
-        problem = f"vertex {wrong.argmax()} of {name} is not finite or beyond {LARGEST_COORDINATE:g}"
+        problem = (
+            f"vertex {wrong.argmax()} of {name} is not finite or beyond {LARGEST_COORDINATE:g}"
+        )
         raise InputError(path, f"line {line}: {problem}", "correct it, or the transform")
     return points, bool((numbers == np.round(numbers)).all())
 
@@ -120,7 +153,8 @@ def walk_boundaries(geometry):
     -------
     surfaces : list of Surface
     matching : bool
-        False if the semantics are not nested like the boundaries; those that can be assigned are kept.
+        False if the semantics are not nested like the boundaries; those that can be assigned are
+        kept.
 
     Raises
     ------
@@ -128,7 +162,11 @@ def walk_boundaries(geometry):
         The boundaries are not nested as the type requires.
     """
     semantics = geometry.get("semantics")
-    known = semantics if isinstance(semantics, dict) and isinstance(semantics.get("surfaces"), list) else {}
+    known = (
+        semantics
+        if isinstance(semantics, dict) and isinstance(semantics.get("surfaces"), list)
+        else {}
+    )
     kinds, surfaces, matching = known.get("surfaces", []), [], semantics is None or bool(known)
     nested = _walk(geometry.get("boundaries"), known.get("values"), DEPTHS[geometry["type"]])
     for rings, number, inner, alike in nested:
@@ -141,12 +179,14 @@ def walk_boundaries(geometry):
 def _walk(boundaries, values, depth, inner=False, alike=True):
     """Each surface, the value at its place in lists of values or None, and two flags.
 
-    The first: its shell is an inner one. The second: lists of values are as long as those of the boundaries; null may
-    stand for all of a list.
+    The first: its shell is an inner one. The second: lists of values are as long as those of the
+    boundaries; null may stand for all of a list.
     """
     if not isinstance(boundaries, list):
         raise ValueError("boundaries not nested as required by the geometry type")
-    alike = alike and (values is None or (isinstance(values, list) and len(values) == len(boundaries)))
+    alike = alike and (
+        values is None or (isinstance(values, list) and len(values) == len(boundaries))
+    )
     for k, below in enumerate(boundaries):
         value = values[k] if isinstance(values, list) and k < len(values) else None
         if depth:

@@ -1,4 +1,6 @@
-"""Trees and terrain of a city as objects of CityJSON, so that a city that was written is read again with its shade."""
+"""Trees and terrain of a city as objects of CityJSON, so that a city that was written is read again
+with its shade.
+"""
 
 import numpy as np
 
@@ -6,7 +8,9 @@ from ..city.city import free_name
 
 
 def list_points(city):
-    """Points of all trees, and of the terrain of the files, in the order of `list_objects`: (k, 3) float64 [m]."""
+    """Points of all trees, and of the terrain of the files, in the order of `list_objects`: (k, 3)
+    float64 [m].
+    """
     rings = [ring for tree in city.trees for polygon in tree.polygons for ring in polygon.rings]
     places = [tree.place[None] for tree in city.trees if tree.place is not None]
     layers = [] if city.terrain is None else [layer.points for layer in city.terrain.layers]
@@ -44,13 +48,17 @@ def list_objects(city, index, taken):
         objects[free_name(tree.name, taken)] = _describe_tree(tree) | {"geometry": shape}
     for tree, item in zip(city.trees, objects.values(), strict=True):
         if tree.place is not None:
-            item["geometry"].append({"type": "MultiPoint", "lod": "1", "boundaries": [index[start]]})
+            item["geometry"].append(
+                {"type": "MultiPoint", "lod": "1", "boundaries": [index[start]]}
+            )
             start += 1
     layers = [] if city.terrain is None else city.terrain.layers
     for number, layer in enumerate(layers):
         own = np.array(index[start : start + len(layer.points)])
         start += len(layer.points)
-        boundaries = [[corners] for corners in own[layer.triangles].tolist() if len(set(corners)) == 3]
+        boundaries = [
+            [corners] for corners in own[layer.triangles].tolist() if len(set(corners)) == 3
+        ]
         # The finest layer comes first, and has the highest level of detail.
         lod = str(len(layers) - number)
         geometry = [{"type": "CompositeSurface", "lod": lod, "boundaries": boundaries}]
@@ -61,8 +69,15 @@ def list_objects(city, index, taken):
 def _describe_tree(tree):
     """Type and attributes of a tree, hedge or group of plants."""
     height = "averageHeight" if tree.cover else "height"
-    numbers = {height: tree.height, "crownDiameter": tree.crown_diameter, "trunkDiameter": tree.trunk_diameter}
+    numbers = {
+        height: tree.height,
+        "crownDiameter": tree.crown_diameter,
+        "trunkDiameter": tree.trunk_diameter,
+    }
     numbers |= {"leafAreaDensity": tree.area_density}
     attributes = {name: float(value) for name, value in numbers.items() if value is not None}
     attributes |= {"class": "conifer"} if tree.evergreen else {}
-    return {"type": "PlantCover" if tree.cover else "SolitaryVegetationObject", "attributes": attributes}
+    return {
+        "type": "PlantCover" if tree.cover else "SolitaryVegetationObject",
+        "attributes": attributes,
+    }

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-# Perceptually uniform maps, sRGB at 17 equal steps from low to high: viridis and inferno by S. van der Walt and
-# N. Smith (CC0), cividis by Nuñez, Anderton and Renslow (2018), https://doi.org/10.1371/journal.pone.0199239.
+# Perceptually uniform maps, sRGB at 17 equal steps from low to high: viridis and inferno by S. van
+# der Walt and N. Smith (CC0), cividis by Nuñez, Anderton and Renslow (2018),
+# https://doi.org/10.1371/journal.pone.0199239.
 MAPS = {
     "viridis": "440154 48186a 472d7b 424086 3b528b 33638d 2c728e 26828e 21918c 1fa088 28ae80 3fbc73 5ec962 84d44b "
     "addc30 d8e219 fde725",
@@ -12,8 +13,8 @@ MAPS = {
     "inferno": "000004 0b0724 210c4a 3d0965 57106e 71196e 8a226a a32c61 bc3754 d24644 e45a31 f1731d f98e09 fcac11 "
     "f9cb35 f2ea69 fcffa4",
 }
-# For differences, from below zero to above: in CIELAB lightness falls evenly from 93 to 40 and chroma grows evenly from
-# 0 to 42 to both sides, at the hues 275° and 45°.
+# For differences, from below zero to above: in CIELAB lightness falls evenly from 93 to 40 and
+# chroma grows evenly from 0 to 42 to both sides, at the hues 275° and 45°.
 DIVERGING = (
     "1960a3 4270ac 5f80b5 7891be 90a2c7 a7b4d0 bec6d9 d4d8e2 "
     "ebebeb e3d6d1 d9c1b8 d0aca0 c59888 ba8371 ae705a a25c44 94492f"
@@ -41,7 +42,9 @@ def choose_range(values, areas):
         return 0.0, 1.0
     values, areas = values[known].astype(float), areas[known].astype(float)
     order = np.argsort(values)
-    share = np.cumsum(areas[order]) / areas.sum() if areas.sum() > 0 else np.linspace(0, 1, len(values))
+    share = (
+        np.cumsum(areas[order]) / areas.sum() if areas.sum() > 0 else np.linspace(0, 1, len(values))
+    )
     ends = np.minimum(np.searchsorted(share, [0.02, 0.98]), len(values) - 1)
     low, high = values[order][ends]
     step = tick_step(low, high)
@@ -55,7 +58,9 @@ def tick_step(low, high):
     if not span > 1e-9 * max(abs(low), abs(high)):
         span = max(abs(high), 1e-3)
     power = 10.0 ** np.floor(np.log10(span / 4))
-    return float(power * max(factor for factor in (1, 2, 5) if factor * power <= span / 4 * (1 + 1e-9)))
+    return float(
+        power * max(factor for factor in (1, 2, 5) if factor * power <= span / 4 * (1 + 1e-9))
+    )
 
 
 def mix_stops(stops, place):
@@ -74,7 +79,9 @@ def mix_stops(stops, place):
         Linear light in 0–1.
     """
     position, linear = np.linspace(0, 1, len(stops)), linear_light(stops)
-    return np.stack([np.interp(place, position, linear[:, channel]) for channel in range(3)], axis=1)
+    return np.stack(
+        [np.interp(place, position, linear[:, channel]) for channel in range(3)], axis=1
+    )
 
 
 def linear_light(srgb):
@@ -86,7 +93,9 @@ def linear_light(srgb):
 def srgb_light(linear):
     """From linear light to sRGB in 0–1 (IEC 61966-2-1)."""
     linear = np.asarray(linear, dtype=float)
-    return np.where(linear <= 0.0031308, linear * 12.92, 1.055 * np.maximum(linear, 1e-12) ** (1 / 2.4) - 0.055)
+    return np.where(
+        linear <= 0.0031308, linear * 12.92, 1.055 * np.maximum(linear, 1e-12) ** (1 / 2.4) - 0.055
+    )
 
 
 def srgb_colour(text):

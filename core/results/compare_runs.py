@@ -1,7 +1,8 @@
-"""Who gains and who loses: the results of two states of a city, surface by surface and building by building.
+"""Who gains and who loses: the results of two states of a city, surface by surface and building by
+building.
 
-Surfaces are the same where their shapes are: middle, area and normal agree within some centimetres, whatever they are
-called. Those that only one state has are new or gone.
+Surfaces are the same where their shapes are: middle, area and normal agree within some centimetres,
+whatever they are called. Those that only one state has are new or gone.
 """
 
 from dataclasses import dataclass
@@ -18,8 +19,22 @@ from ..settings.errors import InputError, count_of, show_number
 from ..settings.request import declared_settings, option_of
 from .read_results import CURE, Results, read_results, read_table
 
-TEXTS = ["surface_id", "building_id", "kind", "orientation", "area", "surface_tilt", "surface_azimuth"]
-YIELDS = ["mwh_per_hour", "full_load_hours", "full_load_hours_error", "mwh", "mwh_error"]  # of `_yields_of`
+TEXTS = [
+    "surface_id",
+    "building_id",
+    "kind",
+    "orientation",
+    "area",
+    "surface_tilt",
+    "surface_azimuth",
+]
+YIELDS = [
+    "mwh_per_hour",
+    "full_load_hours",
+    "full_load_hours_error",
+    "mwh",
+    "mwh_error",
+]  # of `_yields_of`
 SAME = 0.05  # [m] by which middle, root of the area, or normal times 1 m of one surface may differ
 GROUPS = ("weather", "surfaces", "electricity", "sky")  # of settings that have to agree
 FREE = ("series", "monthly", "seed", "threads")  # among them, and of no effect on what is compared
@@ -36,7 +51,9 @@ SUMS = ["mwh_before", "mwh_after", "mwh_change", ERROR, *(f"mwh_change_{side}" f
 class Comparison:
     """Two states of a city."""
 
-    surfaces: pd.DataFrame  # a row for each surface of the later state, in its order, then those that are gone
+    surfaces: (
+        pd.DataFrame
+    )  # a row for each surface of the later state, in its order, then those that are gone
     buildings: pd.DataFrame  # a row for each building of either, the one that loses most first
     summary: dict  # sums over the buildings of each state and over all, and what was compared
     later: Results  # of the later state, with outlines
@@ -45,7 +62,8 @@ class Comparison:
         change = self.summary["sums"]["all"]["mwh_change"]
         return (
             f"<citypv.Comparison {self.summary['before']} to {self.summary['after']}: "
-            f"{count_of(len(self.buildings), 'building')}, {show_number(change, 0, plus=True)} MWh a year>"
+            f"{count_of(len(self.buildings), 'building')}, {show_number(change, 0, plus=True)} MWh "
+            "a year>"
         )
 
 
@@ -55,7 +73,8 @@ def compare_folders(before, after):
     Parameters
     ----------
     before, after : path-like
-        Of a variant of the first, the errors are those of the difference; else the two runs count as independent.
+        Of a variant of the first, the errors are those of the difference; else the two runs count
+        as independent.
 
     Returns
     -------
@@ -64,7 +83,8 @@ def compare_folders(before, after):
     Raises
     ------
     InputError
-        A folder cannot be read; the hours, the weather, the modules or what counts differ; or a run has no outlines.
+        A folder cannot be read; the hours, the weather, the modules or what counts differ; or a run
+        has no outlines.
     """
     folders, known, again = (before, after), None, None
     before, after = read_results(before), read_results(after)
@@ -78,7 +98,9 @@ def compare_folders(before, after):
         known = _read_by_id(folders[1], CHANGE, (CHANGE_ERROR,), after)[CHANGE_ERROR]
         again = variant.get("base_light")
     if again:
-        before.faces = before.faces.assign(**_read_by_id(folders[1], BEFORE, BEFORE_COLUMNS, before))
+        before.faces = before.faces.assign(
+            **_read_by_id(folders[1], BEFORE, BEFORE_COLUMNS, before)
+        )
     states = [pd.concat([one.faces[TEXTS], _yields_of(one)], axis=1) for one in (before, after)]
     table = compare_surfaces(*states, match, known)
     buildings = sum_buildings(table)
@@ -88,7 +110,9 @@ def compare_folders(before, after):
         "weather": after.summary["weather"]["label"],
         "sums": sum_states(buildings),
         "unit": "MWh per year",
-        "light_differs_in": sorted(name for name in names if traced[0].get(name) != traced[1].get(name)),
+        "light_differs_in": sorted(
+            name for name in names if traced[0].get(name) != traced[1].get(name)
+        ),
     }
     if again:
         summary["base_light"] = again
@@ -96,9 +120,13 @@ def compare_folders(before, after):
 
 
 def _read_by_id(folder, name, columns, results):
-    """Columns of a variant's table in the order of the surfaces of results: dict of (n,) float64."""
+    """Columns of a variant's table in the order of the surfaces of results: dict of (n,)
+    float64.
+    """
     table = read_table(Path(folder) / name, ("surface_id",), columns).set_index("surface_id")
-    return {column: table[column].reindex(results.faces["surface_id"]).to_numpy() for column in columns}
+    return {
+        column: table[column].reindex(results.faces["surface_id"]).to_numpy() for column in columns
+    }
 
 
 def describe_light(light):
@@ -126,8 +154,9 @@ def compare_surfaces(before, after, match, errors=None):
     Returns
     -------
     pandas.DataFrame
-        A row for each surface of the later state, in its order, then those that are gone: their texts, the state, hours
-        [h] and energy [MWh] before and after, the change and its standard error.
+        A row for each surface of the later state, in its order, then those that are gone: their
+        texts, the state, hours [h] and energy [MWh] before and after, the change and its standard
+        error.
     """
     gone = np.setdiff1d(np.arange(len(before)), match)
     texts = [name for name in after.columns if name not in YIELDS]
@@ -141,10 +170,14 @@ def compare_surfaces(before, after, match, errors=None):
         table[f"{name}_change"] = news[name].fillna(0) - olds[name].fillna(0)
         table.loc[news[name].isna() & olds[name].isna(), f"{name}_change"] = np.nan
         # Surfaces that no changed ray reached have the same bits, and differ by nothing.
-        error = np.hypot(olds[f"{name}_error"].fillna(0), news[f"{name}_error"].fillna(0)).to_numpy(copy=True)
+        error = np.hypot(olds[f"{name}_error"].fillna(0), news[f"{name}_error"].fillna(0)).to_numpy(
+            copy=True
+        )
         if errors is not None:
             own = errors if name == "full_load_hours" else errors * after["mwh_per_hour"].to_numpy()
-            error[: len(match)] = np.where((match >= 0) & np.isfinite(own), own, error[: len(match)])
+            error[: len(match)] = np.where(
+                (match >= 0) & np.isfinite(own), own, error[: len(match)]
+            )
         table[f"{name}_change_standard_error"] = np.where(olds[name] == news[name], 0.0, error)
     lone = table["state"] != EXISTING
     table.loc[lone, ["full_load_hours_change", "full_load_hours_change_standard_error"]] = np.nan
@@ -164,10 +197,14 @@ def _check_comparable(before, after):
         apart.insert("the weather" in apart, "the hours")
     if apart:
         problem = f"{before.name} and {after.name} differ in {', '.join(apart)}"
-        raise InputError("compare", problem, "compute both with the same, by citypv yield if the light is there")
+        raise InputError(
+            "compare", problem, "compute both with the same, by citypv yield if the light is there"
+        )
     for one in (before, after):
         if one.outlines is None:
-            raise InputError(one.name, "has no shapes of its surfaces, by which they are told", CURE)
+            raise InputError(
+                one.name, "has no shapes of its surfaces, by which they are told", CURE
+            )
 
 
 def list_differences(one, other):
@@ -194,7 +231,9 @@ def match_shapes(earlier, later):
     if not (len(earlier) and len(later)):
         return match
     middle = earlier[:, :3].mean(axis=0)  # so that eastings lose no digits
-    earlier, later = (np.column_stack([one[:, :3] - middle, one[:, 3:]]) for one in (earlier, later))
+    earlier, later = (
+        np.column_stack([one[:, :3] - middle, one[:, 3:]]) for one in (earlier, later)
+    )
     distance, nearest = cKDTree(earlier).query(later, distance_upper_bound=SAME)
     _, back = cKDTree(later).query(earlier)
     found = np.flatnonzero(np.isfinite(distance))
@@ -204,48 +243,73 @@ def match_shapes(earlier, later):
 
 
 def _shapes_of(results):
-    """Middle of the corners, root of the area and normal of each surface: (n, 7) float64 [m], in the files' grid."""
+    """Middle of the corners, root of the area and normal of each surface: (n, 7) float64 [m], in
+    the files' grid.
+    """
     outlines, faces = results.outlines, results.faces
     place = results.summary["input"]["site"]
     points = bring_to_grid(outlines.points.astype(float), Site(**place))
     first = outlines.ring_start[outlines.surface_start[:-1]]
-    last = outlines.ring_start[np.minimum(outlines.surface_start[:-1] + 1, len(outlines.ring_start) - 1)]
+    last = outlines.ring_start[
+        np.minimum(outlines.surface_start[:-1] + 1, len(outlines.ring_start) - 1)
+    ]
     sums = np.concatenate([np.zeros((1, 3)), np.cumsum(points - points[:1], axis=0)])
     count = np.maximum(last - first, 1)[:, None]
     middle = (sums[last] - sums[first]) / count + points[:1]
-    tilt, azimuth = np.radians(faces["surface_tilt"]), np.radians(faces["surface_azimuth"].fillna(0))
+    tilt, azimuth = (
+        np.radians(faces["surface_tilt"]),
+        np.radians(faces["surface_azimuth"].fillna(0)),
+    )
     normal = [np.sin(tilt) * np.sin(azimuth), np.sin(tilt) * np.cos(azimuth), np.cos(tilt)]
     return np.column_stack([middle, np.sqrt(faces["area"]), *normal])
 
 
 def _yields_of(results):
-    """Hours [h] and energy [MWh] of each surface that carries modules, with standard errors: pandas.DataFrame."""
+    """Hours [h] and energy [MWh] of each surface that carries modules, with standard errors:
+    pandas.DataFrame.
+    """
     faces, summary = results.faces, results.summary
     counted = faces["area" if summary["settings"]["hidden_walls"] == "count" else "open_area"]
     with np.errstate(divide="ignore", invalid="ignore"):
         # Hours are means over the whole polygon; modules lie on the part that counts.
-        power = faces["module_area"] / summary["totals"]["area_per_kwp"] * faces["area"] / counted / 1000
+        power = (
+            faces["module_area"]
+            / summary["totals"]["area_per_kwp"]
+            * faces["area"]
+            / counted
+            / 1000
+        )
     power = power.where(faces["module_area"] > 0)
     return tell_yields(power, faces["full_load_hours"], faces["full_load_hours_standard_error"])
 
 
 def tell_yields(power, hours, error):
-    """Columns `YIELDS` of surfaces from the power [MW] of their modules, NaN where there are none: pandas.DataFrame."""
+    """Columns `YIELDS` of surfaces from the power [MW] of their modules, NaN where there are none:
+    pandas.DataFrame.
+    """
     columns = zip(YIELDS, (power, hours, error, power * hours, power * error), strict=True)
-    return pd.DataFrame({name: np.where(np.isfinite(power), values, np.nan) for name, values in columns})
+    return pd.DataFrame(
+        {name: np.where(np.isfinite(power), values, np.nan) for name, values in columns}
+    )
 
 
 def sum_buildings(table):
-    """Energy of each building before and after, with the change and its standard error, roofs and facades apart.
+    """Energy of each building before and after, with the change and its standard error, roofs and
+    facades apart.
 
-    A building of which some surfaces are new or gone has changed itself; the others exist as before.
+    A building of which some surfaces are new or gone has changed itself; the others exist as
+    before.
     """
     for side, kinds in SIDES.items():
-        table = table.assign(**{f"mwh_change_{side}": table["mwh_change"].where(table["kind"].isin(kinds), 0.0)})
+        table = table.assign(
+            **{f"mwh_change_{side}": table["mwh_change"].where(table["kind"].isin(kinds), 0.0)}
+        )
     rows = []
     for name, own in table.groupby("building_id", sort=True):
         states, sums = own["state"].unique(), _sum_energy(own)
-        percent = 100 * sums["mwh_change"] / sums["mwh_before"] if sums["mwh_before"] > 0 else np.nan
+        percent = (
+            100 * sums["mwh_change"] / sums["mwh_before"] if sums["mwh_before"] > 0 else np.nan
+        )
         state = states[0] if len(states) == 1 else CHANGED
         rows.append({"building_id": name, "state": state, **sums, "percent_change": percent})
     return pd.DataFrame(rows).sort_values(["mwh_change", "building_id"], ignore_index=True)
@@ -253,10 +317,18 @@ def sum_buildings(table):
 
 def _sum_energy(rows):
     """Sums over some surfaces or buildings, whose errors count as independent: dict."""
-    return {name: float(rows[name].sum() if name != ERROR else np.sqrt((rows[name] ** 2).sum())) for name in SUMS}
+    return {
+        name: float(rows[name].sum() if name != ERROR else np.sqrt((rows[name] ** 2).sum()))
+        for name in SUMS
+    }
 
 
 def sum_states(buildings):
     """Sums [MWh per year] over the buildings of each state and over all: dict of dict."""
-    states = {name: buildings[buildings["state"] == name] for name in (EXISTING, CHANGED, NEW, GONE)}
-    return {name: {"buildings": len(own), **_sum_energy(own)} for name, own in (states | {"all": buildings}).items()}
+    states = {
+        name: buildings[buildings["state"] == name] for name in (EXISTING, CHANGED, NEW, GONE)
+    }
+    return {
+        name: {"buildings": len(own), **_sum_energy(own)}
+        for name, own in (states | {"all": buildings}).items()
+    }

@@ -1,4 +1,6 @@
-"""What a run read, what it assumed, what it left out and how sure it is, in words and as rows of a table."""
+"""What a run read, what it assumed, what it left out and how sure it is, in words and as rows of a
+table.
+"""
 
 import math
 from pathlib import PurePath
@@ -17,21 +19,31 @@ WAYS = {
     "sky-grid": "a grid of {} directions",
 }
 LIGHT = (
-    "{ghi_annual:,.0f} kWh/m² on level ground (GHI), {dhi_annual:,.0f} of it diffuse (DHI); {dni_annual:,.0f} kWh/m² "
+    "{ghi_annual:,.0f} kWh/m² on level ground (GHI), {dhi_annual:,.0f} of it diffuse (DHI); "
+    "{dni_annual:,.0f} kWh/m² "
     "of direct light on a plane that tracks the sun (DNI)"
 )
 METHODS = ("CityPV's own, with the settings below", "as in Bredemeier et al., CityPV")
 NO_LOSSES = "not counted: hours and energy are those of direct current (DC)"
-HEADINGS = {"repaired": "Repaired", "skipped": "Left out", "inside": "Covered", "sheet": "Lit on both sides"}
+HEADINGS = {
+    "repaired": "Repaired",
+    "skipped": "Left out",
+    "inside": "Covered",
+    "sheet": "Lit on both sides",
+}
 USABLE = 0.6  # of facades with windows, as an example
 WORTH_NAMING = 0.01  # share of walls and roofs
-SPREAD = "standard error: the true value lies within it in 68 % of cases, within twice as much in 95 %"
+SPREAD = (
+    "standard error: the true value lies within it in 68 % of cases, within twice as much in 95 %"
+)
 OF_CLIMATE = (  # benchmarks/results/climate.md, stations that do not contradict themselves
-    "The error of the weather is much larger: with the built-in climate unshaded walls are off by 7 % (north) to "
+    "The error of the weather is much larger: with the built-in climate unshaded walls are off by "
+    "7 % (north) to "
     "17 % (east) at 12 stations (root mean square), and 5 to 11 % too high on average."
 )
 OF_RECORDS = (
-    "The error of the weather is larger: a single year differs from the mean of many by 1 to 8 %, and records of "
+    "The error of the weather is larger: a single year differs from the mean of many by 1 to 8 %, "
+    "and records of "
     "the light are off by some percent."
 )
 LIMITS = "Errors of the city model and the module model come on top, and are usually larger."
@@ -52,9 +64,15 @@ def describe_input(summary):
         rows.append(("City", "traced by an earlier run, whose folder has the import report"))
     else:
         rows.append(("Files", ", ".join(PurePath(path).name for path in report["files"])))
-        rows.append(("Buildings", f"{report['building_count']:,}, with {count_of(report['part_count'], 'part')}"))
+        rows.append(
+            (
+                "Buildings",
+                f"{report['building_count']:,}, with {count_of(report['part_count'], 'part')}",
+            )
+        )
         lods = [
-            f"{name or 'none named'} ({count_of(count, 'surface')})" for name, count in report["lods_chosen"].items()
+            f"{name or 'none named'} ({count_of(count, 'surface')})"
+            for name, count in report["lods_chosen"].items()
         ]
         rows.append(("Level of detail", ", ".join(lods) or "none named"))
     if site.get("latitude") is not None:
@@ -67,8 +85,14 @@ def describe_input(summary):
     ]
     for one in read.get("findings") or []:
         area = "" if one["area"] is None else f", {one['area']:,.0f} m²"
-        found = f"{one['count']:,}" if one["heading"] == "skipped" else count_of(one["count"], "surface")
-        rows.append((HEADINGS.get(one["heading"], one["heading"]), f"{found}{area}: {one['reason']}"))
+        found = (
+            f"{one['count']:,}"
+            if one["heading"] == "skipped"
+            else count_of(one["count"], "surface")
+        )
+        rows.append(
+            (HEADINGS.get(one["heading"], one["heading"]), f"{found}{area}: {one['reason']}")
+        )
     return rows + [("Note", note) for note in (report or {}).get("notes", [])]
 
 
@@ -84,11 +108,16 @@ def describe_assumptions(summary):
     light = settings | (traced.get("request") or {})
     years, away = weather.get("years") or 1, weather.get("distance_km") or 0
     inverter = settings["inverter"]
-    behind = f"{settings['losses']:g} % of the DC energy, " + (f"inverter {inverter}" if inverter else "no inverter")
+    behind = f"{settings['losses']:g} % of the DC energy, " + (
+        f"inverter {inverter}" if inverter else "no inverter"
+    )
     way, _, number = summary["suns"]["way"].partition(":")
     rows = [
         ("Weather", f"{weather['label']}; {years:.3g} year{'s' if years > 1.01 else ''}"),
-        ("Place of the weather", f"{away:,.0f} km away from the city" if away >= 1 else "at the city"),
+        (
+            "Place of the weather",
+            f"{away:,.0f} km away from the city" if away >= 1 else "at the city",
+        ),
         ("Irradiation in a year", LIGHT.format(**weather)),
         ("Module", " ".join(settings["module"].replace("_", " ").split())),
         ("Mounting", MOUNTINGS[settings["mounting"]]),
@@ -104,7 +133,10 @@ def describe_assumptions(summary):
     usable = ", ".join(f"{kind} {100 * share:g} %" for kind, share in settings["usable"].items())
     rows.append(("Area that windows and edges leave", usable or "all (not reduced)"))
     trees = any(one["key"] == "trees" and one["on"] for one in traced.get("effects") or [])
-    plants, dirt = "light that leaves scatter" if trees else "trees", "" if has_losses(summary) else " and dirt"
+    plants, dirt = (
+        "light that leaves scatter" if trees else "trees",
+        "" if has_losses(summary) else " and dirt",
+    )
     return [*rows, ("Not considered", f"{plants}, street furniture, snow{dirt} on the modules")]
 
 
@@ -114,7 +146,9 @@ def has_losses(summary):
 
 
 def describe_windows(summary):
-    """Whether windows count, and what it would make of the whole if a share of the facades were left."""
+    """Whether windows count, and what it would make of the whole if a share of the facades were
+    left.
+    """
     whole, usable = summary["totals"], summary["settings"]["usable"].get("facade")
     facade, lost = whole["kinds"].get("facade"), 1 - USABLE
     if usable is not None:
@@ -123,14 +157,17 @@ def describe_windows(summary):
         return ""
     return (
         f"Windows count as area of facades: with --usable facade={USABLE:g} facades would have "
-        f"{USABLE * facade['kwp']:,.0f} kWp and {USABLE * facade['mwh_per_year']:,.0f} MWh a year, and all together "
+        f"{USABLE * facade['kwp']:,.0f} kWp and {USABLE * facade['mwh_per_year']:,.0f} MWh a year, "
+        "and all together "
         f"{whole['kwp'] - lost * facade['kwp']:,.0f} kWp and "
         f"{whole['mwh_per_year'] - lost * facade['mwh_per_year']:,.0f} MWh."
     )
 
 
 def describe_left_out(summary):
-    """What carries no modules, where it is more than 1 % of walls and roofs; and buildings without a shape: list."""
+    """What carries no modules, where it is more than 1 % of walls and roofs; and buildings without
+    a shape: list.
+    """
     totals, report, lines = summary["totals"], summary["input"].get("report") or {}, []
     parts = {reason: one for reason, one in totals["without_modules"].items() if reason != GROUND}
     whole = totals["eligible_area"] + sum(one["area"] for one in parts.values())
@@ -143,8 +180,13 @@ def describe_left_out(summary):
         lines.append(f"Walls and roofs without modules: {'; '.join(told)}.")
     if (dark := totals["dark"])["count"]:
         number = count_of(dark["count"], "surface")
-        lines.append(f"Area that counts but gets next to no light all year: {dark['area']:,.0f} m² ({number}).")
-    missing = sum(len(ids) for why, ids in (report.get("skipped") or {}).items() if why.startswith(SHAPELESS))
+        lines.append(
+            f"Area that counts but gets next to no light all year: {dark['area']:,.0f} m² "
+            f"({number})."
+        )
+    missing = sum(
+        len(ids) for why, ids in (report.get("skipped") or {}).items() if why.startswith(SHAPELESS)
+    )
     if missing:
         lines.append(
             "Buildings without a shape in the files, which cast no shadow and have no results: "
@@ -154,18 +196,24 @@ def describe_left_out(summary):
 
 
 def describe_edge(summary):
-    """How much of the facades looks over the edge of the city, and what that meant: a sentence, "" without an edge."""
+    """How much of the facades looks over the edge of the city, and what that meant: a sentence, ""
+    without an edge.
+    """
     edge = summary.get("edge")
     if not edge:
         return ""
-    shares = f"{percent(edge['share_within_25'])} within 25 m and {percent(edge['share_within_100'])} within 100 m"
+    shares = (
+        f"{percent(edge['share_within_25'])} within 25 m and {percent(edge['share_within_100'])} "
+        "within 100 m"
+    )
     more = [edge[f"more_hours_within_{length}"] for length in ("25", "100")]
     words = f"Of the facades' area {shares} look over the edge of the built area"
     if None in more:
         return f"{words} (edge_distance); nothing is known of what stands beyond."
     gains = " and ".join(f"{show_number(value, 1, plus=True)} %" for value in more)
     return (
-        f"{words} (edge_distance); their hours are {gains} against facades of the same direction further in. "
+        f"{words} (edge_distance); their hours are {gains} against facades of the same direction "
+        "further in. "
         "Nothing is known of what stands beyond."
     )
 
@@ -176,11 +224,15 @@ def _describe_albedo(summary, light):
     names = [one.get("material") or one.get("name") or "" for one in met]
     if not any(names):
         return f"buildings {light.get('albedo'):g}, ground {light.get('ground_albedo'):g}"
-    return ", ".join(f"{name or one.get('from', '')} {one['albedo']:g}" for name, one in zip(names, met, strict=True))
+    return ", ".join(
+        f"{name or one.get('from', '')} {one['albedo']:g}"
+        for name, one in zip(names, met, strict=True)
+    )
 
 
 def list_settings(summary):
-    """Every setting: what it is, how it is called, its value; those of the trace where they are known.
+    """Every setting: what it is, how it is called, its value; those of the trace where they are
+    known.
 
     Returns
     -------
@@ -205,7 +257,11 @@ def _show_value(value, unit=""):
         return ", ".join(f"{key}={_show_value(item)}" for key, item in value.items())
     if isinstance(value, list):
         return ", ".join(map(str, value))
-    text = PurePath(value).name if isinstance(value, str) and ("/" in value or "\\" in value) else str(value)
+    text = (
+        PurePath(value).name
+        if isinstance(value, str) and ("/" in value or "\\" in value)
+        else str(value)
+    )
     return f"{text} {unit}".strip()
 
 
@@ -223,21 +279,43 @@ def list_errors(budget):
         Parts that are unknown say so.
     """
     suns = budget.get("sun_sampling") or {}
-    shift = "unknown" if suns.get("bias") is None else f"{show_number(suns['bias'], 2, plus=True)} %"
+    shift = (
+        "unknown" if suns.get("bias") is None else f"{show_number(suns['bias'], 2, plus=True)} %"
+    )
     return [
-        ("Mean over all surfaces: standard error of sampling", percent(budget.get("sampling_total"), "± ")),
-        ("Single surface: standard error, typical (median by area)", percent(budget.get("sampling_median"), "± ")),
-        ("Single surface: standard error, exceeded on 5 % of the area only", percent(budget.get("sampling_95"), "± ")),
+        (
+            "Mean over all surfaces: standard error of sampling",
+            percent(budget.get("sampling_total"), "± "),
+        ),
+        (
+            "Single surface: standard error, typical (median by area)",
+            percent(budget.get("sampling_median"), "± "),
+        ),
+        (
+            "Single surface: standard error, exceeded on 5 % of the area only",
+            percent(budget.get("sampling_95"), "± "),
+        ),
         ("Choice of sun positions: shift of the mean, against every hour's sun", shift),
-        ("Choice of sun positions: effect on a single surface (rms)", percent(suns.get("rms"), "± ")),
+        (
+            "Choice of sun positions: effect on a single surface (rms)",
+            percent(suns.get("rms"), "± "),
+        ),
         ("Reflections beyond the last one computed would add at most", _describe_cut(budget)),
-        ("Size of the patches that reflect light, in percent of the reflected light", percent(budget.get("patches"))),
+        (
+            "Size of the patches that reflect light, in percent of the reflected light",
+            percent(budget.get("patches")),
+        ),
     ]
 
 
 def _describe_cut(budget):
-    """What cut reflections would add at most, to all surfaces and to the group that they add most to."""
-    groups = {name: parts["cut_reflections"]["percent"] for name, parts in (budget.get("groups") or {}).items()}
+    """What cut reflections would add at most, to all surfaces and to the group that they add most
+    to.
+    """
+    groups = {
+        name: parts["cut_reflections"]["percent"]
+        for name, parts in (budget.get("groups") or {}).items()
+    }
     known = {name: most for name, most in groups.items() if most is not None}
     words = percent(budget.get("bounces"))
     if not known or budget.get("bounces") is None:
@@ -257,9 +335,11 @@ def percent(value, sign=""):
 
 
 def summarise_errors(summary):
-    """The error budget in one sentence, and how far off the weather may be, beside which it is small.
+    """The error budget in one sentence, and how far off the weather may be, beside which it is
+    small.
 
-    The error of the mean is √(chance² + shift of the suns²). That of a single surface holds what the suns do.
+    The error of the mean is √(chance² + shift of the suns²). That of a single surface holds what
+    the suns do.
     """
     budget, weather = (
         summary["error_budget"],
@@ -267,23 +347,33 @@ def summarise_errors(summary):
     )
     shift, typical = (budget.get("sun_sampling") or {}).get("bias"), budget.get("sampling_median")
     if None in (shift, typical, budget.get("sampling_total")):
-        return f"This run does not tell all errors of ray tracing and of the choice of sun positions. {weather}"
+        return (
+            "This run does not tell all errors of ray tracing and of the choice of sun positions. "
+            f"{weather}"
+        )
     bounces = budget.get("bounces")
-    rest = f"; reflections that were left out would add at most {percent(bounces)}" if bounces else ""
+    rest = (
+        f"; reflections that were left out would add at most {percent(bounces)}" if bounces else ""
+    )
     return (
-        "As far as ray tracing and the choice of sun positions go, the mean over all surfaces is known to "
-        f"± {percent(math.hypot(budget['sampling_total'], shift))} and the hours of a single surface typically to "
+        "As far as ray tracing and the choice of sun positions go, the mean over all surfaces is "
+        "known to "
+        f"± {percent(math.hypot(budget['sampling_total'], shift))} and the hours of a single "
+        "surface typically to "
         f"± {percent(typical)} (one standard error){rest}. {weather}"
     )
 
 
 def describe_poor_years(summary):
-    """Energy that is exceeded in half and nine of ten of several years of weather; "" for a single one."""
+    """Energy that is exceeded in half and nine of ten of several years of weather; "" for a single
+    one.
+    """
     totals, years = summary["totals"], int(summary["weather"].get("years") or 1)
     if "p90_mwh_per_year" not in totals:
         return ""
     few = "; of fewer than nine years that is the lowest" if years < 9 else ""
     return (
-        f"Of the {years} years of the weather, half exceed {totals['p50_mwh_per_year']:,.0f} MWh (P50) and nine of ten "
+        f"Of the {years} years of the weather, half exceed {totals['p50_mwh_per_year']:,.0f} MWh "
+        "(P50) and nine of ten "
         f"{totals['p90_mwh_per_year']:,.0f} MWh (P90{few})."
     )

@@ -46,7 +46,8 @@ def draw_plan(faces, outlines, show):
 
 
 def draw_change(surfaces, outlines, show):
-    """Draw what the hours of a city's surfaces gain or lose, zero in the middle; grey below two standard errors.
+    """Draw what the hours of a city's surfaces gain or lose, zero in the middle; grey below two
+    standard errors.
 
     Parameters
     ----------
@@ -64,40 +65,75 @@ def draw_change(surfaces, outlines, show):
     change = faces["full_load_hours_change"]
     sure = change.abs() > 2 * faces["full_load_hours_change_standard_error"]
     values = change[sure & ((faces["kind"] == "facade") == (show == "facade"))]
-    most = max(map(abs, choose_range(change[sure].to_numpy(), faces["area"][sure].to_numpy()))) if sure.any() else 1.0
-    colours = LinearSegmentedColormap.from_list("change", [f"#{stop}" for stop in DIVERGING.split()])
+    most = (
+        max(map(abs, choose_range(change[sure].to_numpy(), faces["area"][sure].to_numpy())))
+        if sure.any()
+        else 1.0
+    )
+    colours = LinearSegmentedColormap.from_list(
+        "change", [f"#{stop}" for stop in DIVERGING.split()]
+    )
     look = {"cmap": colours, "clim": (-most, most)}
-    figure = _draw_surfaces(faces, outlines, values.rename("Change of the full load hours a year [h]"), show, look)
-    new = _rows_by_height(outlines, np.flatnonzero(faces["kind"].isin(FROM_ABOVE) & (faces["state"] == "new")))
-    figure.axes[0].add_collection(_shade_areas(outlines, new, facecolor="none", edgecolor="black", linewidth=1.2))
+    figure = _draw_surfaces(
+        faces, outlines, values.rename("Change of the full load hours a year [h]"), show, look
+    )
+    new = _rows_by_height(
+        outlines, np.flatnonzero(faces["kind"].isin(FROM_ABOVE) & (faces["state"] == "new"))
+    )
+    figure.axes[0].add_collection(
+        _shade_areas(outlines, new, facecolor="none", edgecolor="black", linewidth=1.2)
+    )
     return figure
 
 
 def _draw_surfaces(faces, outlines, values, show, look):
-    """Draw some surfaces in the colours of their values, a Series by row, roofs as areas, facades as lines."""
+    """Draw some surfaces in the colours of their values, a Series by row, roofs as areas, facades
+    as lines.
+    """
     lower, upper = outlines.points[:, :2].min(axis=0), outlines.points[:, :2].max(axis=0)
     size, (low, high) = upper - lower, look["clim"]
-    figure = make_figure(WIDTH, WIDTH * float(np.clip(size[1] / max(size[0], 1e-3), *SHAPES)) + FOOT)
+    figure = make_figure(
+        WIDTH, WIDTH * float(np.clip(size[1] / max(size[0], 1e-3), *SHAPES)) + FOOT
+    )
     axes = figure.subplots()
     _frame_plan(axes, lower, upper)
     roofs = _rows_by_height(outlines, np.flatnonzero(faces["kind"].isin(FROM_ABOVE)))
     grey = [surface for surface in roofs if show == "facade" or surface not in values.index]
-    axes.add_collection(_shade_areas(outlines, grey, facecolor=PLAIN, edgecolor=EDGE, linewidth=0.3))
+    axes.add_collection(
+        _shade_areas(outlines, grey, facecolor=PLAIN, edgecolor=EDGE, linewidth=0.3)
+    )
     if show == "facade":
         drawn = _rows_by_height(outlines, values.index)
-        lines = [facade_line(outlines, surface, faces["surface_azimuth"][surface]) for surface in drawn]
+        lines = [
+            facade_line(outlines, surface, faces["surface_azimuth"][surface]) for surface in drawn
+        ]
         points = 72 * WIDTH / max(size)  # per metre, about
         width = float(np.clip(WALL_WIDTH * points, THINNEST, THICKEST))
-        coloured = LineCollection(lines, array=values[drawn].to_numpy(), linewidth=width, capstyle="butt", **look)
+        coloured = LineCollection(
+            lines, array=values[drawn].to_numpy(), linewidth=width, capstyle="butt", **look
+        )
     else:
         drawn = [surface for surface in roofs if surface in values.index]
         coloured = _shade_areas(
-            outlines, drawn, array=values[drawn].to_numpy(), edgecolor="white", linewidth=0.25, **look
+            outlines,
+            drawn,
+            array=values[drawn].to_numpy(),
+            edgecolor="white",
+            linewidth=0.25,
+            **look,
         )
     axes.add_collection(coloured)
-    beyond = {(1, 0): "min", (0, 1): "max", (1, 1): "both"}.get(((values < low).any(), (values > high).any()))
+    beyond = {(1, 0): "min", (0, 1): "max", (1, 1): "both"}.get(
+        ((values < low).any(), (values > high).any())
+    )
     bar = figure.colorbar(
-        coloured, ax=axes, location="bottom", extend=beyond or "neither", shrink=0.6, pad=0.02, aspect=40
+        coloured,
+        ax=axes,
+        location="bottom",
+        extend=beyond or "neither",
+        shrink=0.6,
+        pad=0.02,
+        aspect=40,
     )
     bar.set_label(values.name)
     return figure
@@ -108,7 +144,10 @@ def _frame_plan(axes, lower, upper):
     size = upper - lower
     margin = 0.03 * max(size)
     x, y, right = lower[0], lower[1] - 1.6 * margin, upper[0] - margin
-    xlim, ylim = (lower[0] - margin, upper[0] + margin), (lower[1] - 2.4 * margin, upper[1] + margin)
+    xlim, ylim = (
+        (lower[0] - margin, upper[0] + margin),
+        (lower[1] - 2.4 * margin, upper[1] + margin),
+    )
     axes.set(xlim=xlim, ylim=ylim, aspect="equal")
     axes.set_axis_off()
     length = tick_step(0, 4 * max(SHARE_OF_WIDTH * size[0], 1e-3))
@@ -132,8 +171,12 @@ def _shade_areas(outlines, rows, **look):
 
 def area_path(rings):
     """Rings seen from above as one path; holes run against the outline."""
-    area = shapely.geometry.polygon.orient(shapely.Polygon(rings[0][:, :2], [ring[:, :2] for ring in rings[1:]]))
-    return Path.make_compound_path(*(Path(ring.coords, closed=True) for ring in (area.exterior, *area.interiors)))
+    area = shapely.geometry.polygon.orient(
+        shapely.Polygon(rings[0][:, :2], [ring[:, :2] for ring in rings[1:]])
+    )
+    return Path.make_compound_path(
+        *(Path(ring.coords, closed=True) for ring in (area.exterior, *area.interiors))
+    )
 
 
 def facade_line(outlines, row, azimuth):

@@ -1,4 +1,5 @@
-"""Pictures of a run: months and hours of the day of the groups (paper, Fig. 8 and 9, for one place), and histograms.
+"""Pictures of a run: months and hours of the day of the groups (paper, Fig. 8 and 9, for one
+place), and histograms.
 
 Beside them the curve of `citypv accuracy`, error against time.
 """
@@ -26,7 +27,8 @@ FAMILIES = {  # beginning of the name -> label, colour, mark
 
 
 def draw_report(results):
-    """Pictures of report.html as data URIs, drawn alike on every machine, as far as there is something to draw.
+    """Pictures of report.html as data URIs, drawn alike on every machine, as far as there is
+    something to draw.
 
     Parameters
     ----------
@@ -39,13 +41,20 @@ def draw_report(results):
     """
     site, mounted, found = results.summary["input"]["site"], select_mounted(results.faces), {}
     with plain_style():
-        for show, chosen in (("roof", mounted["kind"] != "facade"), ("facade", mounted["kind"] == "facade")):
+        for show, chosen in (
+            ("roof", mounted["kind"] != "facade"),
+            ("facade", mounted["kind"] == "facade"),
+        ):
             if results.outlines is not None and chosen.any():
-                found[f"plan-{show}"] = embed_figure(draw_plan(results.faces, results.outlines, show), "png")
+                found[f"plan-{show}"] = embed_figure(
+                    draw_plan(results.faces, results.outlines, show), "png"
+                )
         if len(results.groups):
             found["months"] = embed_figure(draw_periods(results.groups, "month"))
             found["day"] = embed_figure(draw_periods(results.groups, "solar_hour"))
-        suns = draw_sun_path(results.times, results.interval, site["latitude"], site["longitude"], results.suns)
+        suns = draw_sun_path(
+            results.times, results.interval, site["latitude"], site["longitude"], results.suns
+        )
         found["sun-path"] = embed_figure(suns)
         if len(mounted):
             found["histograms"] = embed_figure(draw_histograms(results.faces))
@@ -53,7 +62,8 @@ def draw_report(results):
 
 
 def draw_periods(groups, period):
-    """Draw the full load hours of each group by month or by hour of the day, in a panel for each kind.
+    """Draw the full load hours of each group by month or by hour of the day, in a panel for each
+    kind.
 
     Parameters
     ----------
@@ -73,21 +83,31 @@ def draw_periods(groups, period):
     for axes in panels[len(tables) :]:
         axes.remove()
     for axes in panels[: len(tables) : ABREAST]:
-        axes.set_ylabel("Full load hours in the month [h]" if monthly else "Full load hours in a year [h]")
+        axes.set_ylabel(
+            "Full load hours in the month [h]" if monthly else "Full load hours in a year [h]"
+        )
     for axes, (kind, table) in zip(panels, tables.items(), strict=False):
         for side, hours in table.items():
-            words = ("all" if side == "none" else side) + (f": {hours.sum():,.0f} h a year" if monthly else "")
+            words = ("all" if side == "none" else side) + (
+                f": {hours.sum():,.0f} h a year" if monthly else ""
+            )
             middle = table.index if monthly else table.index + 0.5
             axes.plot(middle, hours, label=words, markersize=4, **LINES.get(side, OTHER))
         axes.set_title(kind_title(kind))
-        axes.legend(loc="upper left", fontsize=8 if len(table.columns) > 4 else 8.5, handlelength=3.2)
+        axes.legend(
+            loc="upper left", fontsize=8 if len(table.columns) > 4 else 8.5, handlelength=3.2
+        )
         if monthly:
             axes.set_xticks(np.arange(1, 13), MONTHS, fontsize=9)
             axes.margins(x=0.02)
         else:
-            axes.set(xlabel="Hour of the day, local solar time", xticks=np.arange(0, 25, 3), xlim=(0, 24))
+            axes.set(
+                xlabel="Hour of the day, local solar time", xticks=np.arange(0, 25, 3), xlim=(0, 24)
+            )
     # The legend stands above the highest line.
-    top, lines = (max(map(size, tables.values())) for size in (np.max, lambda table: len(table.columns)))
+    top, lines = (
+        max(map(size, tables.values())) for size in (np.max, lambda table: len(table.columns))
+    )
     panels[0].set_ylim(0, max(top, 1e-3) / (0.95 - 0.05 * lines))
     return figure
 
@@ -109,11 +129,21 @@ def draw_histograms(faces):
     figure = make_figure(10, 3.5)
     panels = figure.subplots(1, len(areas), squeeze=False)[0] if areas else []
     for axes, (kind, area) in zip(panels, areas.items(), strict=True):
-        axes.bar(edges[:-1], area, width=np.diff(edges), align="edge", color=BAR, edgecolor="white", linewidth=0.6)
+        axes.bar(
+            edges[:-1],
+            area,
+            width=np.diff(edges),
+            align="edge",
+            color=BAR,
+            edgecolor="white",
+            linewidth=0.6,
+        )
         own = mounted[mounted["kind"] == kind]
         mean = np.average(own["full_load_hours"], weights=own["area"])
         axes.axvline(mean, color=LINE, linestyle=(0, (4, 2)), linewidth=1.3)
-        axes.set_title(f"{kind_title(kind)}\nmean {mean:,.0f} h, {own['area'].sum():,.0f} m²", fontsize=10)
+        axes.set_title(
+            f"{kind_title(kind)}\nmean {mean:,.0f} h, {own['area'].sum():,.0f} m²", fontsize=10
+        )
         axes.set(xlim=(0, edges[-1]), xlabel="Full load hours a year [h]")
         axes.grid(visible=False, axis="x")
         axes.yaxis.set_major_formatter("{x:,.0f}")
@@ -123,7 +153,8 @@ def draw_histograms(faces):
 
 
 def draw_prices(listed, path):
-    """Write the curve of a PriceList, error on 95 % of the eligible area against seconds of the whole run.
+    """Write the curve of a PriceList, error on 95 % of the eligible area against seconds of the
+    whole run.
 
     Parameters
     ----------
@@ -134,12 +165,21 @@ def draw_prices(listed, path):
         figure = make_figure(8, 5)
         axes = figure.subplots()
         for start, (label, colour, mark) in FAMILIES.items():
-            points = sorted((one.seconds, one.error) for one in listed.prices if one.name.startswith(start))
-            axes.plot(*zip(*points, strict=True), color=colour, marker=mark, label=label) if points else None
+            points = sorted(
+                (one.seconds, one.error) for one in listed.prices if one.name.startswith(start)
+            )
+            axes.plot(
+                *zip(*points, strict=True), color=colour, marker=mark, label=label
+            ) if points else None
         for one in listed.prices:
             if not one.name.startswith("--") and not one.name.endswith("rounds"):
                 axes.plot(one.seconds, one.error, "k*", markersize=13, zorder=5)
-                axes.annotate(one.name.capitalize(), (one.seconds, one.error), (6, 6), textcoords="offset points")
+                axes.annotate(
+                    one.name.capitalize(),
+                    (one.seconds, one.error),
+                    (6, 6),
+                    textcoords="offset points",
+                )
         make_logarithmic(axes)
         words = "Error of full load hours on 95 % of the eligible area [%]"
         axes.set(xlabel="Seconds of the whole run (predicted)", ylabel=words)

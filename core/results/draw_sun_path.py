@@ -24,14 +24,16 @@ def hour_curves(times, interval, latitude, longitude):
     Parameters
     ----------
     times : pandas.DatetimeIndex, (T,)
-        Start of the intervals, UTC; an hour of the day is that of the middle of the first interval in it.
+        Start of the intervals, UTC; an hour of the day is that of the middle of the first interval
+        in it.
     interval : pandas.Timedelta
     latitude, longitude : float [°]
 
     Returns
     -------
     dict of str to ((d,), (d,)) numpy.ndarray
-        Hour of the day "11:30" → azimuth and apparent elevation [°], elevation NaN below the horizon.
+        Hour of the day "11:30" → azimuth and apparent elevation [°], elevation NaN below the
+        horizon.
     """
     phase = (times[0] - times[0].floor("D")) % HOUR
     first = pd.Timestamp(year=times[len(times) // 2].year, month=1, day=1, tz="UTC") + phase
@@ -39,19 +41,27 @@ def hour_curves(times, interval, latitude, longitude):
     curves = {}
     for hour in range(24):
         start = days + hour * HOUR
-        curves[f"{start[0] + interval / 2:%H:%M}"] = _place_sun(start, interval, latitude, longitude)
+        curves[f"{start[0] + interval / 2:%H:%M}"] = _place_sun(
+            start, interval, latitude, longitude
+        )
     return {name: curve for name, curve in curves.items() if np.isfinite(curve[1]).any()}
 
 
 def day_path(year, month, day, latitude, longitude):
-    """Azimuth and apparent elevation of the sun through one day of local solar time: two (t,) arrays [°]."""
-    midnight = pd.Timestamp(year=year, month=month, day=day, tz="UTC") - pd.Timedelta(hours=longitude / 15)
+    """Azimuth and apparent elevation of the sun through one day of local solar time: two (t,)
+    arrays [°].
+    """
+    midnight = pd.Timestamp(year=year, month=month, day=day, tz="UTC") - pd.Timedelta(
+        hours=longitude / 15
+    )
     times = pd.date_range(midnight, midnight + DAY, freq=pd.Timedelta(minutes=MINUTES))
     return _place_sun(times, pd.Timedelta(0), latitude, longitude)
 
 
 def _place_sun(times, interval, latitude, longitude):
-    """Azimuth and apparent elevation in the middle of intervals [°], elevation NaN below the horizon."""
+    """Azimuth and apparent elevation in the middle of intervals [°], elevation NaN below the
+    horizon.
+    """
     position = solar_position(times, interval, latitude, longitude)
     elevation = 90 - position["apparent_zenith"].to_numpy()
     return position["solar_azimuth"].to_numpy(), np.where(elevation > 0, elevation, np.nan)
@@ -83,16 +93,34 @@ def draw_sun_path(times, interval, latitude, longitude, suns):
         if y[top] > LOWEST_NAME:
             # Beside the path of the longest day, which falls to both sides.
             aside = 16 * float(np.clip((x[top] - low - 180) / 90, -1, 1))
-            axes.annotate(name, (x[top], y[top]), (aside, 6), textcoords="offset points", ha="center", fontsize=7)
+            axes.annotate(
+                name,
+                (x[top], y[top]),
+                (aside, 6),
+                textcoords="offset points",
+                ha="center",
+                fontsize=7,
+            )
     year = times[len(times) // 2].year
     for (month, day), (name, colour) in DAYS.items():
         azimuth, elevation = day_path(year, month, day, latitude, longitude)
         x, y = _break_at_edge((azimuth - low) % 360 + low, elevation)
         axes.plot(x, y, color=colour, linewidth=1.6, label=name)
     east, north, up = np.asarray(suns, float).T
-    azimuth, elevation = np.degrees(np.arctan2(east, north)), np.degrees(np.arcsin(np.clip(up, -1, 1)))
+    azimuth, elevation = (
+        np.degrees(np.arctan2(east, north)),
+        np.degrees(np.arcsin(np.clip(up, -1, 1))),
+    )
     x = (azimuth - low) % 360 + low
-    axes.plot(x, elevation, "o", color=TRACED, markersize=3.2, label=f"traced: {len(suns):,} suns", zorder=3)
+    axes.plot(
+        x,
+        elevation,
+        "o",
+        color=TRACED,
+        markersize=3.2,
+        label=f"traced: {len(suns):,} suns",
+        zorder=3,
+    )
     ticks, compass = np.arange(low, low + 361, 45), ["N", "NE", "E", "SE", "S", "SW", "W", "NW"]
     axes.set_xticks(ticks, [f"{compass[tick // 45 % 8]}\n{tick % 360}°" for tick in ticks])
     axes.set(xlim=(low, low + 360), ylim=(0, min(axes.get_ylim()[1] + 4, 93)))

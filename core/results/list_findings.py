@@ -13,7 +13,10 @@ CLOSURE, FOOTPRINT = (
     "lies under its building, on the ground",
 )
 COVERED = "more than half covered: shared with a neighbour, inside a building or below the ground"
-SHEET = "has no thickness and encloses nothing: its back receives and reflects too, its row is the front as drawn"
+SHEET = (
+    "has no thickness and encloses nothing: its back receives and reflects too, its row is the "
+    "front as drawn"
+)
 
 
 @dataclass
@@ -46,15 +49,26 @@ def list_findings(scene, covered_share=None, progress=silent):
     rows = rows_of_names(surfaces.surface_id)
     findings = []
     for reason, names in report.repaired.items():
-        chosen = np.unique(np.array([row for name in names for row in rows.get(name, ())], np.int64))
-        findings.append(Finding("repaired", reason, list(names), chosen, float(surfaces.area[chosen].sum())))
+        chosen = np.unique(
+            np.array([row for name in names for row in rows.get(name, ())], np.int64)
+        )
+        findings.append(
+            Finding("repaired", reason, list(names), chosen, float(surfaces.area[chosen].sum()))
+        )
     for reason, names in report.skipped.items():
         area = report.skipped_area.get(reason)
         findings.append(Finding("skipped", reason, list(names), np.zeros(0, np.int64), area))
     # What lies inside or under something and receives no light has the first reason that holds.
     every, owner = np.arange(len(surfaces)), scene.triangle_surface
-    closure, footprint = np.isin(every, owner[scene.closure]), np.isin(every, owner[scene.footprint])
-    covered = measure_cover(scene, progress=progress) if covered_share is None else np.asarray(covered_share)
+    closure, footprint = (
+        np.isin(every, owner[scene.closure]),
+        np.isin(every, owner[scene.footprint]),
+    )
+    covered = (
+        measure_cover(scene, progress=progress)
+        if covered_share is None
+        else np.asarray(covered_share)
+    )
     found = [("inside", CLOSURE, closure), ("inside", FOOTPRINT, footprint & ~closure)]
     found += [("inside", COVERED, (covered > MOST_COVERED) & ~closure & ~footprint)]
     if scene.sheet is not None:
@@ -63,7 +77,9 @@ def list_findings(scene, covered_share=None, progress=silent):
         chosen = np.flatnonzero(mask)
         if len(chosen):
             names = [surfaces.surface_id[k] for k in chosen]
-            findings.append(Finding(heading, reason, names, chosen, float(surfaces.area[chosen].sum())))
+            findings.append(
+                Finding(heading, reason, names, chosen, float(surfaces.area[chosen].sum()))
+            )
     return findings
 
 

@@ -1,4 +1,6 @@
-"""NetCDF 4 without xarray: variables, and a file for HDF5 that keeps an error until the library has closed it."""
+"""NetCDF 4 without xarray: variables, and a file for HDF5 that keeps an error until the library has
+closed it.
+"""
 
 import errno
 import io
@@ -11,13 +13,15 @@ TEXT = h5py.string_dtype()
 
 
 def write_variables(group, variables):
-    """Write variables to a NetCDF file or a group of it. Their dimensions are made, with the lengths they have there.
+    """Write variables to a NetCDF file or a group of it. Their dimensions are made, with the
+    lengths they have there.
 
     Parameters
     ----------
     group : h5netcdf.File or h5netcdf.Group
     variables : dict of str to tuple
-        Dimensions (str or tuple of str), values, and where there are any attributes and options of packing.
+        Dimensions (str or tuple of str), values, and where there are any attributes and options of
+        packing.
     """
     sizes = {name: dimension.size for name, dimension in group.dimensions.items()}
     for dimensions, values, *_ in variables.values():
@@ -38,8 +42,9 @@ def write_variables(group, variables):
 def netcdf_file(path):
     """Create a file that HDF5 writes to.
 
-    HDF5 cannot close a file that it could not write in full, and crashes the process at its end. So it is told that all
-    is well, what it writes after the first error is dropped, and the error is raised in the end.
+    HDF5 cannot close a file that it could not write in full, and crashes the process at its end. So
+    it is told that all is well, what it writes after the first error is dropped, and the error is
+    raised in the end.
 
     Parameters
     ----------
@@ -62,7 +67,9 @@ def netcdf_file(path):
 
 
 class _KeptError(io.FileIO):
-    """An open file that keeps the first error of writing, and from then on drops what is written."""
+    """An open file that keeps the first error of writing, and from then on drops what is
+    written.
+    """
 
     error = None
 

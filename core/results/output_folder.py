@@ -1,4 +1,6 @@
-"""Write results to a folder atomically: completely or not at all. Of what is there, only own files are replaced."""
+"""Write results to a folder atomically: completely or not at all. Of what is there, only own files
+are replaced.
+"""
 
 import ctypes
 import errno
@@ -33,10 +35,23 @@ NAMES += (
     "world_day.png",
 )
 ASKED = "asked_weather"  # folder of answers of services
-NAMES += (ASKED, "city.city.json", "city.glb", "city.gpkg", "city.blend", "preview.png", "report.html", "summary.json")
+NAMES += (
+    ASKED,
+    "city.city.json",
+    "city.glb",
+    "city.gpkg",
+    "city.blend",
+    "preview.png",
+    "report.html",
+    "summary.json",
+)
 SITE_NAMES = ("tiles", "buildings", "page", "index.html")  # of a solar map
 SITE_FILES = "page/files.txt"  # of a solar map: all its files
-LOCK, NEW, OLD = ".lock", "new", "old"  # in the temporary folder: lock, results that are written, results before
+LOCK, NEW, OLD = (
+    ".lock",
+    "new",
+    "old",
+)  # in the temporary folder: lock, results that are written, results before
 
 
 def _check_folder(folder, overwrite, names=NAMES):
@@ -45,8 +60,8 @@ def _check_folder(folder, overwrite, names=NAMES):
     Raises
     ------
     InputError
-        If it is a file, a link to nothing, not writable, or not empty and `overwrite` is False; or if something of
-        these names is there that CityPV has not written.
+        If it is a file, a link to nothing, not writable, or not empty and `overwrite` is False; or
+        if something of these names is there that CityPV has not written.
     """
     folder, cure = Path(folder), "choose another --out"
     try:
@@ -69,7 +84,9 @@ def _check_folder(folder, overwrite, names=NAMES):
 
 
 def _own_names(folder):
-    """Names of what CityPV has written to a folder, by the file that each of its results and maps holds: set of str."""
+    """Names of what CityPV has written to a folder, by the file that each of its results and maps
+    holds: set of str.
+    """
     own = set(SITE_NAMES) if (folder / "page" / "map.json").is_file() else set()
     try:
         summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
@@ -80,7 +97,9 @@ def _own_names(folder):
 
 
 def name_beside(folder, begin, end):
-    """Path beside a folder with its name between two words, cut where file systems could not take it: pathlib.Path."""
+    """Path beside a folder with its name between two words, cut where file systems could not take
+    it: pathlib.Path.
+    """
     name = folder.name
     while len(os.fsencode(f"{begin}{name}{end}")) > 255:  # bytes
         name = name[:-1]
@@ -89,13 +108,15 @@ def name_beside(folder, begin, end):
 
 @contextmanager
 def whole_folder(folder, overwrite=False, names=NAMES):
-    """Temporary folder, whose content becomes that of the output folder when the block ends without an error.
+    """Temporary folder, whose content becomes that of the output folder when the block ends without
+    an error.
 
-    It lies in one beside the output folder, which is locked, so that a second run into the same folder is refused. One
-    left behind by a killed run is not locked and is reused. Results of an earlier run in the output folder are replaced
-    or removed, other files stay. Whoever ends the process at any time leaves the earlier results or the new ones, each
-    whole; where the system cannot exchange two folders, or this process works in the output folder, the summary is
-    removed first and written last.
+    It lies in one beside the output folder, which is locked, so that a second run into the same
+    folder is refused. One left behind by a killed run is not locked and is reused. Results of an
+    earlier run in the output folder are replaced or removed, other files stay. Whoever ends the
+    process at any time leaves the earlier results or the new ones, each whole; where the system
+    cannot exchange two folders, or this process works in the output folder, the summary is removed
+    first and written last.
 
     Yields
     ------
@@ -112,7 +133,9 @@ def whole_folder(folder, overwrite=False, names=NAMES):
     try:
         place.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(folder, f"cannot be made ({error.strerror})", "choose another --out") from error
+        raise InputError(
+            folder, f"cannot be made ({error.strerror})", "choose another --out"
+        ) from error
     with _lock_folder(place, folder):
         try:
             work = place / NEW
@@ -136,10 +159,16 @@ def _lock_folder(place, folder):
     InputError
         Another process has it, or it holds something else.
     """
-    busy = InputError(folder, "another run is writing to it", "wait for it to end, or choose another --out")
+    busy = InputError(
+        folder, "another run is writing to it", "wait for it to end, or choose another --out"
+    )
     left = {entry.name for entry in place.iterdir()}
     if left and LOCK not in left:
-        raise InputError(place, "holds something else than an unfinished run", "move it away, or choose another --out")
+        raise InputError(
+            place,
+            "holds something else than an unfinished run",
+            "move it away, or choose another --out",
+        )
     with (place / LOCK).open("a") as file:
         try:
             if sys.platform == "win32":
@@ -162,7 +191,9 @@ def _lock_folder(place, folder):
 
 
 def _empty(place):
-    """Delete all in the temporary folder but the lock, by which the next run knows it: that goes last."""
+    """Delete all in the temporary folder but the lock, by which the next run knows it: that goes
+    last.
+    """
     for entry in place.iterdir():
         if entry.name != LOCK:
             shutil.rmtree(entry, ignore_errors=True) if entry.is_dir() else entry.unlink()
@@ -190,7 +221,9 @@ def _move_results(work, folder, names=NAMES):
 
 
 def _foreign(folder, own):
-    """What in a folder is not CityPV's: yields relative paths, of files in a solar map's folders or of all else."""
+    """What in a folder is not CityPV's: yields relative paths, of files in a solar map's folders or
+    of all else.
+    """
     for entry in folder.iterdir():
         if entry.name not in own:
             yield entry.name
@@ -207,7 +240,11 @@ def _replace_results(work, folder, own):
     written = {file.name for file in work.iterdir()}
     for name in [*reversed(NAMES), *SITE_NAMES]:
         path = folder / name
-        if name in own and path.exists() and (name == NAMES[-1] or path.is_dir() or name not in written):
+        if (
+            name in own
+            and path.exists()
+            and (name == NAMES[-1] or path.is_dir() or name not in written)
+        ):
             shutil.rmtree(path) if path.is_dir() else path.unlink()
     for name in (*SITE_NAMES, *NAMES):
         if name in written:
@@ -230,8 +267,14 @@ def _link(source, target):
 
 
 def _exchange(one, other):
-    """Exchange the names of two folders in one step, as Linux and macOS can: whether it was done."""
-    paths, swap, here = (os.fsencode(one), os.fsencode(other)), 2, -100  # RENAME_EXCHANGE, RENAME_SWAP; AT_FDCWD
+    """Exchange the names of two folders in one step, as Linux and macOS can: whether it
+    was done.
+    """
+    paths, swap, here = (
+        (os.fsencode(one), os.fsencode(other)),
+        2,
+        -100,
+    )  # RENAME_EXCHANGE, RENAME_SWAP; AT_FDCWD
     try:
         if sys.platform == "linux":
             return ctypes.CDLL(None).renameat2(here, paths[0], here, paths[1], swap) == 0

@@ -1,4 +1,5 @@
-"""What report.html shows in 3D, packed for the page: shapes and numbers of every surface as base64 text.
+"""What report.html shows in 3D, packed for the page: shapes and numbers of every surface as base64
+text.
 
 The text holds no sign of any name, so that no id can change the page. Unpacked by web/viewer.js.
 """
@@ -30,14 +31,16 @@ FLAT = "modules lie flat; not among the totals of the city"
 def pack_city(results, change=None):
     """The data of the 3D view as base64 of a raw deflate stream.
 
-    The stream holds the length of a JSON header (uint32), the header, and its `arrays` one after the other: of 4-byte
-    numbers, all first bytes, then all second ones and so on; whole numbers as differences. All little-endian.
+    The stream holds the length of a JSON header (uint32), the header, and its `arrays` one after
+    the other: of 4-byte numbers, all first bytes, then all second ones and so on; whole numbers as
+    differences. All little-endian.
 
     Parameters
     ----------
     results : Results
     change : pandas.DataFrame, optional
-        Surfaces of a `Comparison` whose later state this is, to be shown as a colour and as sums of buildings too.
+        Surfaces of a `Comparison` whose later state this is, to be shown as a colour and as sums of
+        buildings too.
 
     Returns
     -------
@@ -49,7 +52,9 @@ def pack_city(results, change=None):
         own = change.iloc[: len(faces)]  # behind them are those that are gone
         values["change"] = own["full_load_hours_change"].to_numpy(float)
         values["change_error"] = own["full_load_hours_change_standard_error"].to_numpy(float)
-    buildings, building = np.unique(faces["building_id"].to_numpy(dtype=object).astype(str), return_inverse=True)
+    buildings, building = np.unique(
+        faces["building_id"].to_numpy(dtype=object).astype(str), return_inverse=True
+    )
     kinds, sides = in_order(faces["kind"], KINDS), in_order(faces["orientation"], ORIENTATIONS)
     arrays = {
         "building": building,
@@ -58,8 +63,16 @@ def pack_city(results, change=None):
     } | values
     if change is not None:
         sums = change.groupby("building_id")["mwh_change"].sum().reindex(buildings)
-        square = (change["mwh_change_standard_error"] ** 2).groupby(change["building_id"]).sum().reindex(buildings)
-        arrays |= {"building_change": sums.to_numpy(float), "building_change_error": np.sqrt(square.to_numpy(float))}
+        square = (
+            (change["mwh_change_standard_error"] ** 2)
+            .groupby(change["building_id"])
+            .sum()
+            .reindex(buildings)
+        )
+        arrays |= {
+            "building_change": sums.to_numpy(float),
+            "building_change_error": np.sqrt(square.to_numpy(float)),
+        }
     shapes = {} if results.outlines is None else pack_shapes(results.outlines, building)
     packed = [_pack_array(name, array) for name, array in (arrays | shapes).items()]
     header = {
@@ -77,7 +90,9 @@ def pack_city(results, change=None):
 def describe_view(kinds, sides, layers):
     """What the page must know to show any surface: dict."""
     return {
-        "kinds": [{"name": name, "single": WORDS[name][0], "many": WORDS[name][1]} for name in kinds],
+        "kinds": [
+            {"name": name, "single": WORDS[name][0], "many": WORDS[name][1]} for name in kinds
+        ],
         "sides": sides,
         "reasons": ["", FLAT, *REASONS.values()],
         "months": MONTHS,
@@ -88,9 +103,13 @@ def describe_view(kinds, sides, layers):
 
 
 def _pack_array(name, array):
-    """Entry of the header, and bytes: of whole numbers the differences, of each number the first bytes first."""
+    """Entry of the header, and bytes: of whole numbers the differences, of each number the first
+    bytes first.
+    """
     whole = array.dtype.kind in "iu"
-    numbers = np.diff(array.ravel(), prepend=0).astype("<i4") if whole else array.ravel().astype("<f4")
+    numbers = (
+        np.diff(array.ravel(), prepend=0).astype("<i4") if whole else array.ravel().astype("<f4")
+    )
     data = numbers.view(np.uint8).reshape(-1, 4).T.tobytes()
     return {"name": name, "whole": whole, "count": int(numbers.size)}, data
 
@@ -110,23 +129,31 @@ def measure_faces(faces, months, summary):
     mounted : pandas.DataFrame
         Of `select_mounted`.
     values : dict of (n,) arrays
-        `reason` (int): place in the header's reasons of what is to be said of the surface, 0 if it counts. All others
-        are float; hours of surfaces that carry modules are those of the area that counts.
+        `reason` (int): place in the header's reasons of what is to be said of the surface, 0 if it
+        counts. All others are float; hours of surfaces that carry modules are those of the area
+        that counts.
     """
     mounted = select_mounted(faces)
     area, hours = faces["area"].to_numpy(float), faces["full_load_hours"].to_numpy(float)
-    counted = area if summary["settings"]["hidden_walls"] == "count" else faces["open_area"].to_numpy(float)
+    counted = (
+        area
+        if summary["settings"]["hidden_walls"] == "count"
+        else faces["open_area"].to_numpy(float)
+    )
     carries = np.zeros(len(faces), bool)
     carries[mounted.index] = True
     # Hours of faces.csv are means over the whole polygon, covered parts with zero.
     spread = np.where(carries, area / np.where(carries, counted, 1.0), 1.0)
     values = {
         "reason": np.where(
-            carries, faces["eligible"] != "true", pd.Index(REASONS).get_indexer(explain_faces(faces)) + 2
+            carries,
+            faces["eligible"] != "true",
+            pd.Index(REASONS).get_indexer(explain_faces(faces)) + 2,
         ),
         "area": area,
         "counted": np.where(carries, counted, 0.0),
-        "kwp": np.where(carries, faces["module_area"].to_numpy(float), 0.0) / summary["totals"]["area_per_kwp"],
+        "kwp": np.where(carries, faces["module_area"].to_numpy(float), 0.0)
+        / summary["totals"]["area_per_kwp"],
         "tilt": faces["surface_tilt"].to_numpy(float),
         "azimuth": faces["surface_azimuth"].to_numpy(float),
         "sky": faces["sky_view_factor"].to_numpy(float),
@@ -140,7 +167,8 @@ def measure_faces(faces, months, summary):
 def list_layers(values, mounted):
     """What the city can be coloured by: list of dict.
 
-    Each has the name of its values, title, unit, colours, their lowest and highest value and, if a month, those of all.
+    Each has the name of its values, title, unit, colours, their lowest and highest value and, if a
+    month, those of all.
     """
     titles = {column.name: (column.title, column.legend_unit) for column in COLUMNS if column.title}
     rows = mounted.index.to_numpy()
@@ -162,7 +190,10 @@ def list_layers(values, mounted):
         known = rows[np.abs(values["change"][rows]) > 2 * values["change_error"][rows]]
         most = max(map(abs, choose_range(values["change"][known], values["counted"][known])))
         ranges["change"] = -most, most
-    stops = {name: [f"#{stop}" for stop in text.split()] for name, text in (MAPS | {"change": DIVERGING}).items()}
+    stops = {
+        name: [f"#{stop}" for stop in text.split()]
+        for name, text in (MAPS | {"change": DIVERGING}).items()
+    }
     return [
         {
             "name": name,
@@ -177,24 +208,34 @@ def list_layers(values, mounted):
 
 
 def pack_shapes(outlines, building):
-    """Corners, rings and triangles of the surfaces, and heights of the ground through the feet of the buildings.
+    """Corners, rings and triangles of the surfaces, and heights of the ground through the feet of
+    the buildings.
 
     Returns
     -------
     dict of arrays
-        The ground's are plate_bounds (4,), x and y, each from and to [m], and plate (GROUND_STEPS ** 2,) [m], rows from
-        south to north.
+        The ground's are plate_bounds (4,), x and y, each from and to [m], and plate (GROUND_STEPS
+        ** 2,) [m], rows from south to north.
     """
-    rows = np.flatnonzero(np.diff(outlines.surface_start) > 0)  # triangulate knows no surface without rings
-    ring_start, start = outlines.ring_start.astype(np.int64), outlines.surface_start.astype(np.int64)
-    triangles, _ = triangulate(outlines.points.astype(float), ring_start, np.append(start[rows], start[-1]))
+    rows = np.flatnonzero(
+        np.diff(outlines.surface_start) > 0
+    )  # triangulate knows no surface without rings
+    ring_start, start = (
+        outlines.ring_start.astype(np.int64),
+        outlines.surface_start.astype(np.int64),
+    )
+    triangles, _ = triangulate(
+        outlines.points.astype(float), ring_start, np.append(start[rows], start[-1])
+    )
     points, corner_building = outlines.points, np.repeat(building, np.diff(ring_start[start]))
     low, high = points[:, :2].min(axis=0).astype(float), points[:, :2].max(axis=0).astype(float)
     margin = MARGIN * max(high - low)
     x, y = (np.linspace(low[axis] - margin, high[axis] + margin, GROUND_STEPS) for axis in (0, 1))
     nodes = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     return {
-        "corners": np.round(1000.0 * outlines.points.T).astype(np.int64),  # [mm] all x, all y, all z
+        "corners": np.round(1000.0 * outlines.points.T).astype(
+            np.int64
+        ),  # [mm] all x, all y, all z
         "ring_start": ring_start,
         "surface_start": start,
         "triangles": triangles,

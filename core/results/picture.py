@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 
 from .colour_map import MAPS
 
-# By M. Okabe and K. Ito, to be told apart with any colour vision (their yellow darker, since paper is white); marks and
-# dashes tell the lines apart in print.
+# By M. Okabe and K. Ito, to be told apart with any colour vision (their yellow darker, since paper
+# is white); marks and dashes tell the lines apart in print.
 LINES = {
     "north": {"color": "#0072B2", "marker": "s", "linestyle": (0, (5, 2))},
     "northeast": {"color": "#56B4E9", "marker": "x", "linestyle": (0, (5, 2))},
@@ -42,7 +42,9 @@ DOTS = 160  # per inch, of pictures that are not drawn in lines
 
 
 def plain_style():
-    """Context in which pictures are drawn alike on every machine, whatever its settings of matplotlib are."""
+    """Context in which pictures are drawn alike on every machine, whatever its settings of
+    matplotlib are.
+    """
     return style.context(STYLE, after_reset=True)
 
 
@@ -72,7 +74,9 @@ def embed_figure(figure, form="svg"):
     if form == "png":
         figure.savefig(file, format="png", dpi=DOTS, metadata={"Software": None})
         return "data:image/png;base64," + base64.b64encode(file.getvalue()).decode("ascii")
-    figure.savefig(file, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
+    figure.savefig(
+        file, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type"))
+    )
     # Without the document type, which names a file on the web.
     text = re.sub(r"<!DOCTYPE[^>]*>\s*", "", file.getvalue().decode("utf-8"))
     return "data:image/svg+xml;base64," + base64.b64encode(text.encode("utf-8")).decode("ascii")

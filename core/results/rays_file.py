@@ -1,7 +1,8 @@
-"""rays.nc: a traced city that can be edited later, with what its rays and suns met, and all that it was made of.
+"""rays.nc: a traced city that can be edited later, with what its rays and suns met, and all that it
+was made of.
 
-The file holds a tree of values as JSON, and the arrays of that tree as variables. Only the types below are read, so
-that a file cannot bring code along.
+The file holds a tree of values as JSON, and the arrays of that tree as variables. Only the types
+below are read, so that a file cannot bring code along.
 """
 
 import json
@@ -37,8 +38,32 @@ from .netcdf_file import netcdf_file, write_variables
 
 NAME, FORMAT = "rays.nc", "CityPV rays, format 3"
 CURE = "give the folder of citypv simulate --editable"
-TYPES = (City, ImportReport, Polygon, Tree, Site, Layer, Terrain, Decisions, FirstLight, FormFactors, Rows, Traced)
-TYPES += (Lattice, Scene, Surfaces, Crowns, TerrainHorizon, Suns, Light, SunLight, Annual, LightError)
+TYPES = (
+    City,
+    ImportReport,
+    Polygon,
+    Tree,
+    Site,
+    Layer,
+    Terrain,
+    Decisions,
+    FirstLight,
+    FormFactors,
+    Rows,
+    Traced,
+)
+TYPES += (
+    Lattice,
+    Scene,
+    Surfaces,
+    Crowns,
+    TerrainHorizon,
+    Suns,
+    Light,
+    SunLight,
+    Annual,
+    LightError,
+)
 TYPES = {one.__name__: one for one in TYPES}
 LEFT_OUT = ("links",)  # fields that are found again
 GONE = ("unseen_share",)  # fields that files of version 0.2 have
@@ -78,7 +103,9 @@ def write_rays(path, base, city, names=None):
     """
     base, request = compact_city(base), base.request
     if request.materials:
-        raise InputError("--editable", "materials were given in Python alone", "give them by --albedo-file")
+        raise InputError(
+            "--editable", "materials were given in Python alone", "give them by --albedo-file"
+        )
     files = {}
     for name in FILES:
         source = getattr(request, name)
@@ -140,7 +167,11 @@ def read_rays(folder):
         text = np.asarray(file["content"][:]).tobytes()
         if crc32(text) != file["content"].attrs["crc32"]:
             raise InputError(path, "is damaged", "trace the city again with --editable")
-        arrays = {name: np.asarray(values[...]) for name, values in file.variables.items() if name != "content"}
+        arrays = {
+            name: np.asarray(values[...])
+            for name, values in file.variables.items()
+            if name != "content"
+        }
     try:
         found = decode(json.loads(text), arrays)
         request, files = build_from(Request, found.pop("request")), found.pop("files")
@@ -157,7 +188,9 @@ def read_rays(folder):
 
 
 def _command_again(folder):
-    """The command that computes a result folder again so that it can be edited, from its summary.json: str."""
+    """The command that computes a result folder again so that it can be edited, from its
+    summary.json: str.
+    """
     try:
         summary = json.loads((Path(folder) / "summary.json").read_text("utf-8"))
     except (OSError, ValueError):
@@ -165,7 +198,16 @@ def _command_again(folder):
     files = " ".join(shlex.quote(str(file)) for file in summary["input"]["report"]["files"])
     options = write_options(summary["settings"])
     return " ".join(
-        filter(None, ["citypv simulate", files, options, "--editable --overwrite --out", shlex.quote(str(folder))])
+        filter(
+            None,
+            [
+                "citypv simulate",
+                files,
+                options,
+                "--editable --overwrite --out",
+                shlex.quote(str(folder)),
+            ],
+        )
     )
 
 
@@ -210,7 +252,9 @@ def decode(value, arrays):
     if "type" in value:
         if value["type"] not in TYPES:
             raise ValueError(f"{value['type']} is unknown")
-        given = {name: decode(one, arrays) for name, one in value["fields"].items() if name not in GONE}
+        given = {
+            name: decode(one, arrays) for name, one in value["fields"].items() if name not in GONE
+        }
         return build_from(TYPES[value["type"]], given)
     if "dict" in value:
         return {decode(key, arrays): decode(one, arrays) for key, one in value["dict"]}

@@ -1,7 +1,8 @@
 """Result folders piece by piece, in one frame: for a city of any size.
 
-The frame lies in the tangent plane of the ellipsoid: x east, y north, z up, metres; its origin is the place of the
-first folder, at height zero. Heights of the files are taken as heights above the ellipsoid.
+The frame lies in the tangent plane of the ellipsoid: x east, y north, z up, metres; its origin is
+the place of the first folder, at height zero. Heights of the files are taken as heights above the
+ellipsoid.
 """
 
 from dataclasses import dataclass
@@ -57,17 +58,24 @@ class _Piece:
 def join_pieces(pieces):
     """One piece of several."""
     faces = pd.concat([piece.faces for piece in pieces], ignore_index=True)
-    months, shapes = np.concatenate([piece.months for piece in pieces]), [piece.shapes for piece in pieces]
+    months, shapes = (
+        np.concatenate([piece.months for piece in pieces]),
+        [piece.shapes for piece in pieces],
+    )
     rows = np.cumsum([0, *(len(piece.faces) for piece in pieces[:-1])])
     first = np.cumsum([0, *(len(one.corners) for one in shapes[:-1])])
     corners = np.concatenate([one.corners for one in shapes])
     feature = np.concatenate([one.feature + row for one, row in zip(shapes, rows, strict=True)])
-    triangles = np.concatenate([one.triangles + place for one, place in zip(shapes, first, strict=True)])
+    triangles = np.concatenate(
+        [one.triangles + place for one, place in zip(shapes, first, strict=True)]
+    )
     return _Piece(faces, months, Shapes(corners, feature, triangles))
 
 
 def frame_of(latitude, longitude):
-    """East, north and up at a place [°] of height zero, and that place, from the Earth's centre: (4, 4), by rows."""
+    """East, north and up at a place [°] of height zero, and that place, from the Earth's centre:
+    (4, 4), by rows.
+    """
     globe = pyproj.Transformer.from_crs("EPSG:4979", GLOBE, always_xy=True)
     phi, lam = np.radians([latitude, longitude])
     east = [-np.sin(lam), np.cos(lam), 0.0]
@@ -105,7 +113,11 @@ def read_pieces(folder, frame):
                 raise InputError(folder / NAME, "has no shapes of the surfaces", AGAIN)
             for table in tables:
                 faces = check_columns(path, table, FACE_TEXTS, FACE_NUMBERS).reset_index(drop=True)
-                check_names(folder, file["surface_id"][first : first + len(faces)], faces["surface_id"].tolist())
+                check_names(
+                    folder,
+                    file["surface_id"][first : first + len(faces)],
+                    faces["surface_id"].tolist(),
+                )
                 yield _read_shapes(file, faces, first, site, frame)
                 first += len(faces)
             if first != file["surface_id"].shape[0]:
@@ -119,7 +131,9 @@ def _read_shapes(file, faces, first, site, frame):
     rows = slice(first, first + len(faces))
     start = file["outline_surface_start"][first : rows.stop + 1].astype(np.int64)
     rings = file["outline_ring_start"][start[0] : start[-1] + 1].astype(np.int64)
-    points = _bring_to_frame(file["outline_points"][rings[0] : rings[-1]].astype(float), site, frame)
+    points = _bring_to_frame(
+        file["outline_points"][rings[0] : rings[-1]].astype(float), site, frame
+    )
     start, rings = start - start[0], rings - rings[0]
     shaped = np.flatnonzero(np.diff(start) > 0)
     triangles, _ = triangulate(points, rings, np.append(start[shaped], start[-1]))
@@ -134,7 +148,9 @@ def _bring_to_frame(points, site, frame):
     """
     there = np.full(points.shape, np.inf)
     if site.crs:
-        globe = pyproj.Transformer.from_crs(plane_of(site.plane or site.crs)[0].to_3d(), GLOBE, always_xy=True)
+        globe = pyproj.Transformer.from_crs(
+            plane_of(site.plane or site.crs)[0].to_3d(), GLOBE, always_xy=True
+        )
         there = np.column_stack(globe.transform(*bring_to_grid(points, site).T))
     if not np.isfinite(there).all():
         own = frame_of(site.latitude, site.longitude)

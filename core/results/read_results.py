@@ -1,4 +1,6 @@
-"""Read the files of a result folder that a report is made of, and the tables that are drawn and listed from them."""
+"""Read the files of a result folder that a report is made of, and the tables that are drawn and
+listed from them.
+"""
 
 import json
 from dataclasses import dataclass
@@ -24,7 +26,14 @@ from .transfer_file import read_fields
 
 NEEDED = ("summary.json", "faces.csv", "groups.csv", "timeseries.nc")
 FACE_TEXTS = ("surface_id", "building_id", "kind", "orientation", "eligible")
-FACE_NUMBERS = ("area", "open_area", "module_area", "surface_tilt", "surface_azimuth", "covered_share")
+FACE_NUMBERS = (
+    "area",
+    "open_area",
+    "module_area",
+    "surface_tilt",
+    "surface_azimuth",
+    "covered_share",
+)
 FACE_NUMBERS += ("sky_view_factor", "full_load_hours", "full_load_hours_standard_error")
 GROUP_TEXTS = ("kind", "orientation", "period")
 GROUP_NUMBERS = ("index", "full_load_hours", "count", "area", "full_load_hours_standard_error")
@@ -34,7 +43,15 @@ SECTIONS = {  # of summary.json, and what must stand in each
     "settings": ("module", "mounting", "sectors", "hidden_walls", "usable"),
     "suns": ("way", "count"),
     "error_budget": ("unit",),
-    "totals": ("eligible_area", "kwp", "mwh_per_year", "area_per_kwp", "kinds", "without_modules", "dark"),
+    "totals": (
+        "eligible_area",
+        "kwp",
+        "mwh_per_year",
+        "area_per_kwp",
+        "kinds",
+        "without_modules",
+        "dark",
+    ),
 }
 PLACE = ("latitude", "longitude")
 
@@ -54,7 +71,9 @@ REASONS = {  # of surfaces that do not count, the first that holds
     "racked": "racks stand on it and count in its place",
     "small": f"it is smaller than {SMALLEST_ELIGIBLE_AREA:g} m²",
     "covered": f"more than {MOST_COVERED:.0%} of it lies inside or against a building",
-    "cramped": f"more than {MOST_COVERED:.0%} of it is covered or has another face too close before it",
+    "cramped": (
+        f"more than {MOST_COVERED:.0%} of it is covered or has another face too close before it"
+    ),
     "steep": "it is too steep for a roof and no wall",
     "turned": "it faces none of the directions that count",
     "unknown": "it has no full load hours",
@@ -97,7 +116,9 @@ def read_results(folder):
     """
     folder = Path(folder)
     if not folder.is_dir():
-        raise InputError(folder, "is no folder" if folder.exists() else "there is no such folder", CURE)
+        raise InputError(
+            folder, "is no folder" if folder.exists() else "there is no such folder", CURE
+        )
     for name in NEEDED:
         if not (folder / name).is_file():
             raise InputError(folder / name, "there is no such file", CURE)
@@ -118,10 +139,16 @@ def read_summary(path):
     """Summary of a run: dict."""
     try:
         summary = json.loads(path.read_text(encoding="utf-8"))
-        told = {(name, key): summary.get(name, {}).get(key) for name, keys in SECTIONS.items() for key in keys}
+        told = {
+            (name, key): summary.get(name, {}).get(key)
+            for name, keys in SECTIONS.items()
+            for key in keys
+        }
         missing = [".".join(names) for names, value in told.items() if value is None]
         site = {} if missing else summary["input"]["site"]
-        missing = missing or [f"input.site.{key}" for key in PLACE if not isinstance(site.get(key), Real)]
+        missing = missing or [
+            f"input.site.{key}" for key in PLACE if not isinstance(site.get(key), Real)
+        ]
     except (ValueError, AttributeError) as error:
         raise InputError(path, f"cannot be read as the summary of a run ({error})", CURE) from error
     if missing:
@@ -154,11 +181,18 @@ def place_of_results(folder):
     ground = read.get("ground_squares")
     if ground is None:
         return site, None
-    return site, Lattice(np.array(ground["low"]), np.array(ground["high"]), ground["step"], ground["patch_size"], site)
+    return site, Lattice(
+        np.array(ground["low"]),
+        np.array(ground["high"]),
+        ground["step"],
+        ground["patch_size"],
+        site,
+    )
 
 
 def read_table(path, texts, numbers):
-    """Table with some columns of text and some of numbers; an empty cell is NaN. Other columns stay as they are.
+    """Table with some columns of text and some of numbers; an empty cell is NaN. Other columns stay
+    as they are.
 
     Raises
     ------
@@ -173,7 +207,9 @@ def read_table(path, texts, numbers):
 
 
 def check_columns(path, table, texts, numbers):
-    """The table, all columns but those of text as numbers; parameters and errors as of `read_table`."""
+    """The table, all columns but those of text as numbers; parameters and errors as of
+    `read_table`.
+    """
     missing = [name for name in (*texts, *numbers) if name not in table]
     if missing:
         raise InputError(path, f"has no column {', '.join(missing)}", CURE)
@@ -184,7 +220,9 @@ def check_columns(path, table, texts, numbers):
             table[name] = pd.to_numeric(table[name].where(table[name] != ""))
         except (ValueError, TypeError) as error:
             if name in numbers:
-                raise InputError(path, f"column {name} holds something that is no number ({error})", CURE) from error
+                raise InputError(
+                    path, f"column {name} holds something that is no number ({error})", CURE
+                ) from error
     return table
 
 
@@ -213,8 +251,8 @@ def tabulate_periods(groups, period):
     Returns
     -------
     dict of str to pandas.DataFrame
-        Kind → hours by index (rows) and orientation (columns), both in their usual order. Empty where the file has no
-        such period.
+        Kind → hours by index (rows) and orientation (columns), both in their usual order. Empty
+        where the file has no such period.
     """
     rows = groups[groups["period"] == period]
     tables = {}
@@ -227,7 +265,9 @@ def tabulate_periods(groups, period):
 
 
 def in_order(names, order):
-    """The different names, those of a given order first, others behind them by the alphabet: list of str."""
+    """The different names, those of a given order first, others behind them by the alphabet: list
+    of str.
+    """
     found = set(names)
     return [name for name in order if name in found] + sorted(found - set(order))
 
@@ -242,19 +282,23 @@ def select_mounted(faces):
     Returns
     -------
     pandas.DataFrame
-        kind, area [m²] that is open, full_load_hours [h] of that area; eligible surfaces, and flat roofs without racks.
-        The rows keep the index of `faces`.
+        kind, area [m²] that is open, full_load_hours [h] of that area; eligible surfaces, and flat
+        roofs without racks. The rows keep the index of `faces`.
     """
     flat = (faces["kind"] == "flat") & (explain_faces(faces) == "other")
     known = faces["full_load_hours"].notna() & (faces["open_area"] > 0)
     chosen = faces[((faces["eligible"] == "true") | flat) & known]
     # Hours of faces.csv are means over the whole polygon, covered parts with zero.
     hours = chosen["full_load_hours"] * chosen["area"] / chosen["open_area"]
-    return pd.DataFrame({"kind": chosen["kind"], "area": chosen["open_area"], "full_load_hours": hours})
+    return pd.DataFrame(
+        {"kind": chosen["kind"], "area": chosen["open_area"], "full_load_hours": hours}
+    )
 
 
 def explain_faces(faces):
-    """The first of the reasons not to carry modules that holds for each row of faces.csv: (n,) str, of `REASONS`."""
+    """The first of the reasons not to carry modules that holds for each row of faces.csv: (n,) str,
+    of `REASONS`.
+    """
     area, kind = faces["area"], faces["kind"]
     holds = {
         "ground": kind == "ground",

@@ -27,27 +27,40 @@ class Store:
         )
 
     def add_piece(self, piece, number, folder):
-        """Keep the surfaces of a piece of the folder of some number, each with its building; return what was kept.
+        """Keep the surfaces of a piece of the folder of some number, each with its building; return
+        what was kept.
 
-        Buildings without shapes are left out; surfaces without, such as racks, stay with their building.
+        Buildings without shapes are left out; surfaces without, such as racks, stay with their
+        building.
 
         Raises
         ------
         InputError
             Another folder has one of its buildings.
         """
-        names, building = np.unique(piece.faces["building_id"].to_numpy(object).astype(str), return_inverse=True)
+        names, building = np.unique(
+            piece.faces["building_id"].to_numpy(object).astype(str), return_inverse=True
+        )
         owner = building[piece.shapes.feature]
         count = np.bincount(owner, minlength=len(names))
-        sums = np.stack([np.bincount(owner, corners, len(names)) for corners in piece.shapes.corners[:, :2].T], axis=1)
+        sums = np.stack(
+            [np.bincount(owner, corners, len(names)) for corners in piece.shapes.corners[:, :2].T],
+            axis=1,
+        )
         squares = np.floor(sums / np.maximum(count, 1)[:, None] / SIDE).astype(int).tolist()
         add = "INSERT OR IGNORE INTO building (name, folder, x, y) VALUES (?, ?, ?, ?)"
         found = [(name, number, *squares[k]) for k, name in enumerate(names) if count[k]]
         self.base.executemany(add, found)
         find = "SELECT number - 1, x, y, folder FROM building WHERE name = ?"
-        known = np.array([self.base.execute(find, (name,)).fetchone() or (0, 0, 0, -1) for name in names])
+        known = np.array(
+            [self.base.execute(find, (name,)).fetchone() or (0, 0, 0, -1) for name in names]
+        )
         if (other := (known[:, 3] >= 0) & (known[:, 3] != number)).any():
-            raise InputError(folder, f"building {names[other][0]} is in another folder too", "leave one of them out")
+            raise InputError(
+                folder,
+                f"building {names[other][0]} is in another folder too",
+                "leave one of them out",
+            )
         shaped = known[building, 3] >= 0
         piece, building = piece.take(shaped), building[shaped]
         piece.faces = piece.faces.assign(building=known[building, 0])
@@ -60,22 +73,35 @@ class Store:
 
     def pieces(self, square):
         """Pieces of a square: list of Piece."""
-        found = self.base.execute("SELECT data FROM piece WHERE x = ? AND y = ? ORDER BY rowid", square)
+        found = self.base.execute(
+            "SELECT data FROM piece WHERE x = ? AND y = ? ORDER BY rowid", square
+        )
         return [pickle.loads(zlib.decompress(data)) for (data,) in found]
 
     def describe_buildings(self, rows):
-        """Keep what the index says of buildings: (number, id or None, box, parts, part of flat roofs) each."""
+        """Keep what the index says of buildings: (number, id or None, box, parts, part of flat
+        roofs) each.
+        """
         self.base.executemany(
             "UPDATE building SET row = ?, energy = ?, sorted = ? WHERE number = ?",
             [
                 # Texts are compared by a browser as their UTF-16 is.
-                (json.dumps(row, separators=(",", ":")), sum(part[3] for part in row[3]), key, row[1] + 1)
+                (
+                    json.dumps(row, separators=(",", ":")),
+                    sum(part[3] for part in row[3]),
+                    key,
+                    row[1] + 1,
+                )
                 for row in rows
-                for key in [None if row[0] is None else row[0].lower().encode("utf-16-be", "replace")]
+                for key in [
+                    None if row[0] is None else row[0].lower().encode("utf-16-be", "replace")
+                ]
             ],
         )
 
     def building_rows(self, order, most=-1):
         """Rows of the index as JSON, in the order of a column: yields str."""
-        found = self.base.execute(f"SELECT row FROM building ORDER BY {order}, number LIMIT ?", (most,))
+        found = self.base.execute(
+            f"SELECT row FROM building ORDER BY {order}, number LIMIT ?", (most,)
+        )
         return (row for (row,) in found)

@@ -1,4 +1,6 @@
-"""surfaces.nc: shapes of the surfaces and their full load hours by month, for pictures; without the traced matrices."""
+"""surfaces.nc: shapes of the surfaces and their full load hours by month, for pictures; without the
+traced matrices.
+"""
 
 from contextlib import contextmanager
 
@@ -27,10 +29,17 @@ def write_surfaces(path, transfer, energy):
     energy : Energy
     """
     hours = energy.full_load_hours_by_month.astype(np.float32)
-    meaning = {"units": "h", "long_name": "full load hours of each month (UTC) per year, mean over the whole surface"}
+    meaning = {
+        "units": "h",
+        "long_name": "full load hours of each month (UTC) per year, mean over the whole surface",
+    }
     found = {
         "surface_id": ("surface", np.array(transfer.surfaces.surface_id, dtype=object)),
-        "direction": (("sun", "axis"), transfer.suns.direction, {"long_name": "unit vectors to the traced suns"}),
+        "direction": (
+            ("sun", "axis"),
+            transfer.suns.direction,
+            {"long_name": "unit vectors to the traced suns"},
+        ),
         MONTHLY: (("surface", "month"), hours, meaning, PACKED),
     } | describe_fields({"outlines": transfer.outlines})
     with netcdf_file(path) as stream, h5netcdf.File(stream, "w") as file:
@@ -40,7 +49,8 @@ def write_surfaces(path, transfer, energy):
 
 @contextmanager
 def open_surfaces(folder):
-    """The surfaces.nc of a folder, open, with the names and months of its surfaces; bytes of it may be damaged.
+    """The surfaces.nc of a folder, open, with the names and months of its surfaces; bytes of it may
+    be damaged.
 
     Raises
     ------

@@ -1,8 +1,10 @@
-"""The tiles of a solar map and their tree: squares of surfaces, the roofs of each, and mosaics of roofs from afar.
+"""The tiles of a solar map and their tree: squares of surfaces, the roofs of each, and mosaics of
+roofs from afar.
 
-A square has a tile of its roofs, refined by one or more tiles of all its surfaces. Four squares have a mosaic above
-them, four mosaics another, up to one for the whole. A pixel of a mosaic has the means of the roofs in it, and is drawn
-as large as these. Every few levels a tile heads a file of its own, so that a page reads what it sees.
+A square has a tile of its roofs, refined by one or more tiles of all its surfaces. Four squares
+have a mosaic above them, four mosaics another, up to one for the whole. A pixel of a mosaic has the
+means of the roofs in it, and is drawn as large as these. Every few levels a tile heads a file of
+its own, so that a page reads what it sees.
 """
 
 import gzip
@@ -34,7 +36,9 @@ class _Node:
     tile: dict  # as in the file of the tree
     box: np.ndarray  # (6,) [m] lowest and highest x, y, z
     pixel: np.ndarray  # (p,) int, those of the mosaic with roofs; rows from south to north
-    sums: np.ndarray  # (p, k): roof area, that times roof height and ground height; area that counts, that times values
+    # (p, k): roof area, that times roof height and ground height; area that counts, that times
+    # values
+    sums: np.ndarray
 
 
 def write_square(folder, place, piece, columns, look):
@@ -66,7 +70,9 @@ def write_square(folder, place, piece, columns, look):
 
     def compose(rows, columns, with_ground):
         values = {key: column[rows] for key, column in columns.items()}
-        return compose_tile(shapes.take(rows, count), values, ground if with_ground else None, middle, **look)
+        return compose_tile(
+            shapes.take(rows, count), values, ground if with_ground else None, middle, **look
+        )
 
     waiting, tiles = [np.argsort(columns["building"], kind="stable")], []
     while waiting:
@@ -82,7 +88,12 @@ def write_square(folder, place, piece, columns, look):
         tiles.append({"boundingVolume": _box_of(box), "geometricError": 0, "content": {"uri": uri}})
     # Roofs without walls are off by the height of the tallest building.
     tall = _tallest(shapes.corners[:, 2], columns["building"][shapes.feature])
-    tile = {"boundingVolume": _box_of(box), "geometricError": tall, "refine": "REPLACE", "children": tiles}
+    tile = {
+        "boundingVolume": _box_of(box),
+        "geometricError": tall,
+        "refine": "REPLACE",
+        "children": tiles,
+    }
     drawn = np.isin(np.arange(count), shapes.feature[shapes.triangles[:, 0]])
     roofs = np.flatnonzero(np.isin(piece.faces["kind"], ROOFS) & drawn)
     if len(roofs):
@@ -104,14 +115,18 @@ def _tallest(height, building):
 
 
 def _cut_between(building):
-    """Place nearest to the middle at which another building begins, or the middle of a single one."""
+    """Place nearest to the middle at which another building begins, or the middle of a
+    single one.
+    """
     edges = np.flatnonzero(np.diff(building)) + 1
     half = len(building) // 2
     return edges[np.argmin(np.abs(edges - half))] if len(edges) else half
 
 
 def _lay_ground(low, side, feet):
-    """A square of ground through feet, a little larger so that none shows a gap to the next: Shapes of one feature."""
+    """A square of ground through feet, a little larger so that none shows a gap to the next: Shapes
+    of one feature.
+    """
     steps = np.linspace(-OVERLAP, side + OVERLAP, NODES)
     nodes = np.stack(np.meshgrid(low[0] + steps, low[1] + steps), axis=-1).reshape(-1, 2)
     k = np.arange(NODES**2).reshape(NODES, NODES)
@@ -135,8 +150,13 @@ def _sum_pixels(low, shapes, roofs, columns, feet):
     share = (area / np.maximum(count, 1))[triangle]
     row = roofs[shapes.feature[shapes.triangles[:, 0]]][triangle] if len(roofs) else triangle
     # Energy in place of power, for it is that which adds up.
-    energy, months = columns["kwp"] * columns["hours"], [columns[key] for key in columns if key.startswith("month_")]
-    values = np.column_stack([energy, columns["hours"], columns["error"], columns["sky"], *months]).astype(float)[row]
+    energy, months = (
+        columns["kwp"] * columns["hours"],
+        [columns[key] for key in columns if key.startswith("month_")],
+    )
+    values = np.column_stack(
+        [energy, columns["hours"], columns["error"], columns["sky"], *months]
+    ).astype(float)[row]
     counted = np.where((columns["reason"][row] <= 1) & np.isfinite(values).all(axis=1), share, 0.0)
     column, line = np.clip((place[:, :2] - low) / SIDE * PIXELS, 0, PIXELS - 1).astype(int).T
     height = [share * place[:, 2], share * heights_at(place[:, :2], feet)]
@@ -183,11 +203,15 @@ def join_squares(folder, place, parts, look, top=False):
     tile = {"boundingVolume": _box_of(box), "geometricError": error, "refine": "REPLACE"}
     tile["children"] = [node.tile for _, node in parts]
     if len(pixel):
-        (folder / f"{name}.glb").write_bytes(_compose_mosaic(np.array(grid) * side, side, pixel, sums, look))
+        (folder / f"{name}.glb").write_bytes(
+            _compose_mosaic(np.array(grid) * side, side, pixel, sums, look)
+        )
         tile["content"] = {"uri": f"{name}.glb"}
     if top or level % APART == 0:
         write_tileset(folder / f"{name}.json", tile)
-        tile = {key: tile[key] for key in ("boundingVolume", "geometricError")} | {"content": {"uri": f"{name}.json"}}
+        tile = {key: tile[key] for key in ("boundingVolume", "geometricError")} | {
+            "content": {"uri": f"{name}.json"}
+        }
     return _Node(tile, box, pixel, sums)
 
 
@@ -200,19 +224,32 @@ def _compose_mosaic(low, side, pixel, sums, look):
     heights = sums[:, 1:3] / sums[:, :1]
     around = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
     flat = middle[:, None] + around * half[:, None, None]
-    corners = np.concatenate([flat, np.broadcast_to(heights[:, None, :1], (*flat.shape[:2], 1))], axis=2)
+    corners = np.concatenate(
+        [flat, np.broadcast_to(heights[:, None, :1], (*flat.shape[:2], 1))], axis=2
+    )
     first = 4 * np.arange(len(pixel))[:, None]
     triangles = np.concatenate([first + np.array(half) for half in ((0, 1, 2), (0, 2, 3))])
     with np.errstate(invalid="ignore", divide="ignore"):
         energy, *means = (sums[:, 4:] / sums[:, 3:4]).T
-        named = ["hours", "error", "sky", *(f"month_{number:02d}" for number in range(1, len(means) - 2))]
+        named = [
+            "hours",
+            "error",
+            "sky",
+            *(f"month_{number:02d}" for number in range(1, len(means) - 2)),
+        ]
         # Nothing of it counts: the last of the reasons.
         reason = np.where(sums[:, 3] > 0, 0, len(look["enums"]["reason"]) - 1).astype(np.uint8)
-        columns = {"reason": reason, "kwp": energy / means[0], **dict(zip(named, means, strict=True))}
+        columns = {
+            "reason": reason,
+            "kwp": energy / means[0],
+            **dict(zip(named, means, strict=True)),
+        }
     columns = {name: _round_off(values) for name, values in columns.items()}
     shapes = Shapes(corners.reshape(-1, 3), np.repeat(np.arange(len(pixel)), 4), triangles)
     ground = _lay_ground(low, side, np.column_stack([middle, heights[:, 1]]))
-    return compose_tile(shapes, columns, ground, np.array([*(low + side / 2), heights[:, 1].min()]), **look)
+    return compose_tile(
+        shapes, columns, ground, np.array([*(low + side / 2), heights[:, 1].min()]), **look
+    )
 
 
 def _round_off(values):
@@ -236,5 +273,10 @@ def _box_of(box):
 
 def write_tileset(path, tile, **more):
     """Write a file of the tree."""
-    tileset = {"asset": {"version": "1.1"}, "geometricError": 2 * tile["geometricError"], "root": tile, **more}
+    tileset = {
+        "asset": {"version": "1.1"},
+        "geometricError": 2 * tile["geometricError"],
+        "root": tile,
+        **more,
+    }
     path.write_text(json.dumps(tileset, separators=(",", ":")), "ascii", newline="\n")

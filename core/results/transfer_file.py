@@ -1,9 +1,10 @@
 """transfer.nc: the traced Transfer without weather, for reuse with other weather years.
 
-The names in the file do not change with names in the code: what version 0.2.0 wrote is read. A group `bare` holds the
-same variables for the months in which deciduous trees have no leaves, and a group `base`, of a variant whose base had
-too little light, those of the city before the edit. Each group keeps the CRC-32 of every variable and
-attribute that it was written with, and a file that differs is refused: a flipped bit can look like light.
+The names in the file do not change with names in the code: what version 0.2.0 wrote is read. A
+group `bare` holds the same variables for the months in which deciduous trees have no leaves, and a
+group `base`, of a variant whose base had too little light, those of the city before the edit. Each
+group keeps the CRC-32 of every variable and attribute that it was written with, and a file that
+differs is refused: a flipped bit can look like light.
 """
 
 import json
@@ -30,7 +31,10 @@ from .write_summary import finite
 
 FORMAT = "CityPV transfer 1"
 CURE = "give the transfer.nc of a run of citypv simulate"
-OTHER_CURE = "give the transfer.nc of a run of citypv simulate, or trace the city again if another version wrote it"
+OTHER_CURE = (
+    "give the transfer.nc of a run of citypv simulate, or trace the city again if another version "
+    "wrote it"
+)
 COPY = "copy it again from where it was written, or trace the city again"
 STAGE = "writing transfer.nc"
 CHUNK = 1 << 20  # bytes that are packed together: whole rows
@@ -39,56 +43,140 @@ PACKED = {"compression": "gzip", "shuffle": True}
 BARE = "bare"  # group with the state of deciduous trees without leaves
 BASE = "base"  # group with the light of the city before an edit, which may have such a group itself
 KEEPS_BASE = "light_before"  # attribute of a file that has it
-SUMS = "checksums"  # attribute: JSON of names and CRC-32, those of attributes after a colon; 0.2.0 wrote none
+# attribute: JSON of names and CRC-32, those of attributes after a colon; 0.2.0 wrote none
+SUMS = "checksums"
 UNCHECKED = "has no checksums (version 0.2.0 wrote none): damage would not be noticed"
 
-UNKNOWN_ROOM = "does not tell where modules have no room (version 0.2.0 did not keep it): --clearance has no effect"
+UNKNOWN_ROOM = (
+    "does not tell where modules have no room (version 0.2.0 did not keep it): --clearance has no "
+    "effect"
+)
 
 MATRICES = {  # of surfaces × suns: name -> long name
     "visible_share": "share of the surface that sees the sun",
-    "direct_reflected": "reflected irradiance per DNI, without the first reflection of the far ground",
+    "direct_reflected": (
+        "reflected irradiance per DNI, without the first reflection of the far ground"
+    ),
 }
-# Name in the file -> owner, its field, dimensions, unit, long name. A file has all variables of an owner, or none: not
-# every run has error parts, a traced horizon, shapes of the surfaces or distant terrain.
+# Name in the file -> owner, its field, dimensions, unit, long name. A file has all variables of an
+# owner, or none: not every run has error parts, a traced horizon, shapes of the surfaces or distant
+# terrain.
 VARIABLES = {
     "normal": ("surfaces", "normal", ("surface", "axis"), "1", "unit vector"),
     "direction": ("suns", "direction", ("sun", "axis"), "1", "unit vector to the sun"),
     "weight": ("suns", "weight", ("sun",), "1", "share of the year's sunny intervals"),
     "day": ("suns", "day", ("sun",), "", "a count, or the ordinal of the date"),
     "step": ("suns", "step", ("sun",), "", "step of the day"),
-    "albedo": ("albedos", "albedo", ("surface",), "1", "albedo that the surface was traced with; of mirrors, glossy "
-               "faces, glass and water the most that they reflect"),
-    "material": ("albedos", "material", ("surface",), "", "material that the surface was traced as; empty where no "
-                 "more than an albedo was given"),
-    "diffuse_passed_on": ("error_parts", "diffuse_passed_on", ("surface", "replicate"), "1",
-                          "deviations of replicates of diffuse light that other surfaces pass on"),
-    "direct_passed_on": ("error_parts", "direct_passed_on", ("surface", "replicate"), "1",
-                         "the same of the annual mean of direct light"),
-    "diffuse_discretisation": ("error_parts", "diffuse_discretisation", ("surface",), "1",
-                               "diffuse light in excess by the size of patches; 0 where little"),
-    "direct_discretisation": ("error_parts", "direct_discretisation", ("surface",), "1",
-                              "the same of the annual mean of direct light"),
-    "covariance": ("error_parts", "covariance", ("surface",), "1",
-                   "covariance of the surface's own noise in diffuse and in annual direct light"),
-    "direct_points": ("error_parts", "direct_points", ("surface",), "1",
-                      "variance of the annual mean of direct light from shadow points"),
-    "outline_points": ("outlines", "points", ("corner", "axis"), "m",
-                       "corners of the surfaces: true east, true north, up from the scene's origin"),
-    "outline_ring_start": ("outlines", "ring_start", ("ring_bound",), "",
-                           "first corner of each ring, and the number of corners"),
-    "outline_surface_start": ("outlines", "surface_start", ("surface_bound",), "",
-                              "first ring of each surface, and the number of rings"),
-    "no_room": ("room", "no_room", ("surface", "clearance"), "1",
-                "share that is open, but looks at a face from less than the clearance"),
+    "albedo": (
+        "albedos",
+        "albedo",
+        ("surface",),
+        "1",
+        "albedo that the surface was traced with; of mirrors, glossy "
+        "faces, glass and water the most that they reflect",
+    ),
+    "material": (
+        "albedos",
+        "material",
+        ("surface",),
+        "",
+        "material that the surface was traced as; empty where no more than an albedo was given",
+    ),
+    "diffuse_passed_on": (
+        "error_parts",
+        "diffuse_passed_on",
+        ("surface", "replicate"),
+        "1",
+        "deviations of replicates of diffuse light that other surfaces pass on",
+    ),
+    "direct_passed_on": (
+        "error_parts",
+        "direct_passed_on",
+        ("surface", "replicate"),
+        "1",
+        "the same of the annual mean of direct light",
+    ),
+    "diffuse_discretisation": (
+        "error_parts",
+        "diffuse_discretisation",
+        ("surface",),
+        "1",
+        "diffuse light in excess by the size of patches; 0 where little",
+    ),
+    "direct_discretisation": (
+        "error_parts",
+        "direct_discretisation",
+        ("surface",),
+        "1",
+        "the same of the annual mean of direct light",
+    ),
+    "covariance": (
+        "error_parts",
+        "covariance",
+        ("surface",),
+        "1",
+        "covariance of the surface's own noise in diffuse and in annual direct light",
+    ),
+    "direct_points": (
+        "error_parts",
+        "direct_points",
+        ("surface",),
+        "1",
+        "variance of the annual mean of direct light from shadow points",
+    ),
+    "outline_points": (
+        "outlines",
+        "points",
+        ("corner", "axis"),
+        "m",
+        "corners of the surfaces: true east, true north, up from the scene's origin",
+    ),
+    "outline_ring_start": (
+        "outlines",
+        "ring_start",
+        ("ring_bound",),
+        "",
+        "first corner of each ring, and the number of corners",
+    ),
+    "outline_surface_start": (
+        "outlines",
+        "surface_start",
+        ("surface_bound",),
+        "",
+        "first ring of each surface, and the number of rings",
+    ),
+    "no_room": (
+        "room",
+        "no_room",
+        ("surface", "clearance"),
+        "1",
+        "share that is open, but looks at a face from less than the clearance",
+    ),
     "clearance": ("room", "clearances", ("clearance",), "m", ""),
-    "edge_distance": ("edge", "edge_distance", ("surface",), "m",
-                      "from the surface's middle along its normal in plan to the outline of the built area"),
-    "terrain_elevation": ("terrain", "elevation", ("azimuth",), "degree",
-                          "elevation of distant terrain at equally spaced azimuths, clockwise from true north"),
-}  # fmt: skip
+    "edge_distance": (
+        "edge",
+        "edge_distance",
+        ("surface",),
+        "m",
+        "from the surface's middle along its normal in plan to the outline of the built area",
+    ),
+    "terrain_elevation": (
+        "terrain",
+        "elevation",
+        ("azimuth",),
+        "degree",
+        "elevation of distant terrain at equally spaced azimuths, clockwise from true north",
+    ),
+}
 for column in COLUMNS:
     if column.stored:
-        VARIABLES[column.name] = column.owner, column.name, ("surface",), column.unit, column.meaning
+        VARIABLES[column.name] = (
+            column.owner,
+            column.name,
+            ("surface",),
+            column.unit,
+            column.meaning,
+        )
 for source in SOURCES.values():
     for field, long_name in (
         ("view_factor", f"light of {source.title}, per {source.unit}, without reflections"),
@@ -155,19 +243,28 @@ def describe_fields(owners):
             values = getattr(owners[owner], field)
             values = np.array(values, dtype=object if isinstance(values, list) else None)
             values = values.astype(np.int8) if values.dtype == bool else values
-            told = {key: text for key, text in zip(("units", "long_name"), details, strict=True) if text}
+            told = {
+                key: text for key, text in zip(("units", "long_name"), details, strict=True) if text
+            }
             variables[name] = dimensions, values, told, PACKED if owner == "outlines" else {}
     return variables
 
 
 def _describe_state(transfer):
     """All of a Transfer but the matrices of surfaces × suns: variables by name, and attributes."""
-    owners = {name: getattr(transfer, name) for name in ("surfaces", "suns", "error_parts", "outlines", "terrain")}
+    owners = {
+        name: getattr(transfer, name)
+        for name in ("surfaces", "suns", "error_parts", "outlines", "terrain")
+    }
     owners |= {"transfer": transfer, **transfer.sources}
     owners["albedos"] = None if transfer.albedo is None else transfer
     owners["edge"] = None if transfer.surfaces.edge_distance is None else transfer.surfaces
     owners["room"] = None if transfer.no_room is None else transfer
-    attributes = {"title": FORMAT, "way": transfer.suns.sampling, "ground_albedo": transfer.ground_albedo}
+    attributes = {
+        "title": FORMAT,
+        "way": transfer.suns.sampling,
+        "ground_albedo": transfer.ground_albedo,
+    }
     texts = {"site": vars(transfer.site), "albedos": transfer.albedos}
     texts["record"] = None if transfer.record is None else transfer.record.as_dict()
     for name, value in texts.items():
@@ -180,8 +277,15 @@ def _describe_state(transfer):
 
 def _append_matrix(file, name, matrix):
     """Add a matrix of surfaces × suns, and yield its blocks of rows."""
-    chunk = max(1, min(len(matrix), CHUNK // (4 * max(matrix.shape[1], 1)))), max(matrix.shape[1], 1)
-    packed = {"chunks": chunk, "compression": "gzip", "compression_opts": 1, "shuffle": True} if matrix.size else {}
+    chunk = (
+        max(1, min(len(matrix), CHUNK // (4 * max(matrix.shape[1], 1)))),
+        max(matrix.shape[1], 1),
+    )
+    packed = (
+        {"chunks": chunk, "compression": "gzip", "compression_opts": 1, "shuffle": True}
+        if matrix.size
+        else {}
+    )
     variable = file.create_variable(name, ("surface", "sun"), "f4", **packed)
     variable.attrs.update({"units": "1", "long_name": MATRICES[name]})
     for rows, values in row_blocks(matrix):
@@ -211,7 +315,9 @@ def read_transfer(path):
 
 
 def _read_group(path, group):
-    """Transfer of a group of a file, None for all of it, with its state without leaves and the light before an edit."""
+    """Transfer of a group of a file, None for all of it, with its state without leaves and the
+    light before an edit.
+    """
     with parsing(path, "cannot be read as NetCDF", CURE):
         with open_netcdf(path, group=group) as dataset:
             dataset.load()
@@ -220,7 +326,9 @@ def _read_group(path, group):
             with open_netcdf(path, group=f"{group}/{BARE}" if group else BARE) as bare:
                 bare.load()
     if dataset.attrs.get("title") != FORMAT:
-        raise InputError(path, f"its title is {dataset.attrs.get('title')!r}, not {FORMAT!r}", OTHER_CURE)
+        raise InputError(
+            path, f"its title is {dataset.attrs.get('title')!r}, not {FORMAT!r}", OTHER_CURE
+        )
     try:
         for state in (dataset, *([] if bare is None else [bare])):
             _check_sums(path, state)
@@ -236,13 +344,17 @@ def _read_group(path, group):
         return replace(transfer, bare=transfer_of_dataset(bare), leaf_months=months)
     except InputError:
         raise
-    except ValueError as error:  # texts that are no JSON, or have other keys, as those of another version
+    except (
+        ValueError
+    ) as error:  # texts that are no JSON, or have other keys, as those of another version
         raise blame_file(path, "garbles a value", error, OTHER_CURE) from error
 
 
 def _check_names(path, dataset):
     """Refuse a file without what every run writes."""
-    wanted = [name for name, (owner, *_) in VARIABLES.items() if owner in ("surfaces", "suns", "transfer")]
+    wanted = [
+        name for name, (owner, *_) in VARIABLES.items() if owner in ("surfaces", "suns", "transfer")
+    ]
     missing = [name for name in (*wanted, *MATRICES) if name not in dataset]
     missing += [name for name in ("way", "ground_albedo", "site") if name not in dataset.attrs]
     if missing:
@@ -250,34 +362,51 @@ def _check_names(path, dataset):
 
 
 def _check_sums(path, dataset):
-    """Refuse variables and attributes that are not what was written; files without checksums pass."""
+    """Refuse variables and attributes that are not what was written; files without
+    checksums pass.
+    """
     for name, expected in json.loads(dataset.attrs.get(SUMS, "{}")).items():
         if name.lstrip(":") not in (dataset.attrs if name.startswith(":") else dataset):
             raise InputError(path, f"is damaged: {name.lstrip(':')} is missing", COPY)
         stored = dataset.attrs[name[1:]] if name.startswith(":") else dataset[name].values
         if _checksum(stored) != expected:
-            raise InputError(path, f"is damaged: {name.lstrip(':')} is not what was written (CRC-32)", COPY)
+            raise InputError(
+                path, f"is damaged: {name.lstrip(':')} is not what was written (CRC-32)", COPY
+            )
 
 
 def read_fields(file, owner, *, needed=False):
-    """What an open file or dataset has of an owner, by field; empty if it lacks any of it and that is not `needed`."""
+    """What an open file or dataset has of an owner, by field; empty if it lacks any of it and that
+    is not `needed`.
+    """
     names = {field: name for name, (whose, field, *_) in VARIABLES.items() if whose == owner}
     if not needed and not all(name in file for name in names.values()):
         return {}
     found = {field: np.asarray(file[name][...]) for field, name in names.items()}
-    return {field: list(map(str, one)) if one.dtype.kind in "OUT" else one for field, one in found.items()}
+    return {
+        field: list(map(str, one)) if one.dtype.kind in "OUT" else one
+        for field, one in found.items()
+    }
 
 
 def transfer_of_dataset(dataset):
-    """Transfer from the variables and attributes of a dataset; what only some runs have is None where it is missing."""
-    surfaces, suns, own = (read_fields(dataset, name, needed=True) for name in ("surfaces", "suns", "transfer"))
+    """Transfer from the variables and attributes of a dataset; what only some runs have is None
+    where it is missing.
+    """
+    surfaces, suns, own = (
+        read_fields(dataset, name, needed=True) for name in ("surfaces", "suns", "transfer")
+    )
     surfaces |= {name: np.array(surfaces[name], dtype=str) for name in ("kind", "orientation")}
     surfaces["eligible"] = surfaces["eligible"].astype(bool)
     surfaces |= read_fields(dataset, "edge")
     own |= read_fields(dataset, "albedos") | read_fields(dataset, "room")
     if "clearances" in own:
         own["clearances"] = tuple(own["clearances"].tolist())
-    texts = {name: json.loads(dataset.attrs[name]) for name in ("site", "albedos", "record") if name in dataset.attrs}
+    texts = {
+        name: json.loads(dataset.attrs[name])
+        for name in ("site", "albedos", "record")
+        if name in dataset.attrs
+    }
     if "record" in texts:
         own["record"] = record_of_dict(texts["record"])
     for name, build in (("error_parts", ErrorParts), ("outlines", Outlines)):
@@ -285,7 +414,9 @@ def transfer_of_dataset(dataset):
             own[name] = build(**found)
     if terrain := read_fields(dataset, "terrain"):
         own["terrain"] = TerrainHorizon(**terrain, source=str(dataset.attrs["terrain_source"]))
-    sources = {name: SourceLight(**found) for name in SOURCES if (found := read_fields(dataset, name))}
+    sources = {
+        name: SourceLight(**found) for name in SOURCES if (found := read_fields(dataset, name))
+    }
     return Transfer(
         surfaces=Surfaces(**surfaces),
         site=build_from(Site, texts["site"] | {"origin": tuple(texts["site"].get("origin", ()))}),

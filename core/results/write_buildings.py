@@ -1,4 +1,6 @@
-"""buildings.csv: where each building stands, what its facades and roofs carry and yield, with errors and poor years."""
+"""buildings.csv: where each building stands, what its facades and roofs carry and yield, with
+errors and poor years.
+"""
 
 import numpy as np
 import pandas as pd
@@ -11,7 +13,11 @@ from ..energy.pv_system import area_of_kwp
 from ..energy.standard_errors import add_errors, errors_of_energy
 from .columns import name_months, write_table
 
-PARTS = {"facade": ("facade",), "roof": ("roof", "steep"), "flat_roof": ("flat", "rack")}  # -> kinds
+PARTS = {
+    "facade": ("facade",),
+    "roof": ("roof", "steep"),
+    "flat_roof": ("flat", "rack"),
+}  # -> kinds
 
 
 def write_buildings(path, transfer, energy, system, weather, *, monthly=False):
@@ -37,46 +43,62 @@ def write_buildings(path, transfer, energy, system, weather, *, monthly=False):
 def sum_buildings(transfer, energy, system, weather, *, monthly=False):
     """Sums over the surfaces of each building, in alphabetical order: pandas.DataFrame.
 
-    Parameters as in `write_buildings`. Columns without a part's name are sums of the eligible surfaces; those of parts
-    count modules that lie flat on flat roofs, too. Unknown values are NaN.
+    Parameters as in `write_buildings`. Columns without a part's name are sums of the eligible
+    surfaces; those of parts count modules that lie flat on flat roofs, too. Unknown values are NaN.
     """
     surfaces, area = transfer.surfaces, np.asarray(transfer.surfaces.area, float)
-    names, building = np.unique(np.array(surfaces.building_id, dtype=object).astype(str), return_inverse=True)
+    names, building = np.unique(
+        np.array(surfaces.building_id, dtype=object).astype(str), return_inverse=True
+    )
     kwp, kind = kwp_of_hours(area, energy, system), find_counted_area(transfer, system).kind
     eligible = energy.eligible & (kwp > 0)
-    parts = {"": eligible} | {f"{part}_": np.isin(kind, kinds) & (kwp > 0) for part, kinds in PARTS.items()}
+    parts = {"": eligible} | {
+        f"{part}_": np.isin(kind, kinds) & (kwp > 0) for part, kinds in PARTS.items()
+    }
     errors = errors_of_energy(transfer, weather, energy)
 
     def add(values, chosen):
-        return np.bincount(building[chosen], values[chosen], len(names)).astype(float)  # of none it has integers
+        return np.bincount(building[chosen], values[chosen], len(names)).astype(
+            float
+        )  # of none it has integers
 
     table = {"building_id": names}
     places = ("easting", "northing", "latitude", "longitude")
     table |= dict(zip(places, _find_middles(transfer, building, len(names)).T, strict=True))
     every = np.ones(len(building), bool)
-    table |= {"surfaces": add(every, every).astype(int), "eligible": add(every, energy.eligible).astype(int)}
+    table |= {
+        "surfaces": add(every, every).astype(int),
+        "eligible": add(every, energy.eligible).astype(int),
+    }
     table["eligible_area"] = add(energy.counted_area, eligible)
     for part, own in parts.items():
         rows = np.flatnonzero(own)
         table[f"{part}module_area"] = add(energy.module_area, own)
         table[f"{part}kwp"] = table[f"{part}module_area"] / area_of_kwp(system.module)
         table[f"{part}mwh_per_year"] = add(kwp * energy.full_load_hours, own) / 1000
-        table[f"{part}mwh_standard_error"] = add_errors(errors, rows, kwp[rows], building[rows], len(names)) / 1000
+        table[f"{part}mwh_standard_error"] = (
+            add_errors(errors, rows, kwp[rows], building[rows], len(names)) / 1000
+        )
     table["mwh_dc_per_year"] = add(kwp * energy.full_load_hours_dc, eligible) / 1000
-    by_year = np.array([add(kwp * year, eligible) / 1000 for year in energy.full_load_hours_by_year.T])  # (y, b) [MWh]
+    by_year = np.array(
+        [add(kwp * year, eligible) / 1000 for year in energy.full_load_hours_by_year.T]
+    )  # (y, b) [MWh]
     table |= {f"{name}_mwh_per_year": values for name, values in exceeded_energy(by_year).items()}
     hours = {name: getattr(energy, name) for name in ("full_load_hours", "full_load_hours_dc")}
     hours |= name_months(energy.full_load_hours_by_month) if monthly else {}
     with np.errstate(invalid="ignore"):
-        table |= {name: add(kwp * values, eligible) / table["kwp"] for name, values in hours.items()}
+        table |= {
+            name: add(kwp * values, eligible) / table["kwp"] for name, values in hours.items()
+        }
     return pd.DataFrame(table)
 
 
 def _find_middles(transfer, building, count):
-    """Middle of each building's bounding box: (b, 4) float64; NaN without outlines, or where the place is not known.
+    """Middle of each building's bounding box: (b, 4) float64; NaN without outlines, or where the
+    place is not known.
 
-    Easting and northing, or longitude and latitude, in the system and the units of the files; latitude and longitude
-    [°].
+    Easting and northing, or longitude and latitude, in the system and the units of the files;
+    latitude and longitude [°].
 
     Parameters
     ----------
@@ -87,7 +109,9 @@ def _find_middles(transfer, building, count):
     """
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     if transfer.outlines is not None:
-        first = transfer.outlines.ring_start[transfer.outlines.surface_start]  # (n + 1,) into points
+        first = transfer.outlines.ring_start[
+            transfer.outlines.surface_start
+        ]  # (n + 1,) into points
         owner = np.repeat(building, np.diff(first))
         np.minimum.at(low, owner, transfer.outlines.points)
         np.maximum.at(high, owner, transfer.outlines.points)

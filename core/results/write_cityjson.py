@@ -1,4 +1,6 @@
-"""Write city.city.json: the city as read, with full load hours of every surface, in CityJSON 2.0."""
+"""Write city.city.json: the city as read, with full load hours of every surface, in
+CityJSON 2.0.
+"""
 
 import json
 from itertools import pairwise
@@ -22,9 +24,15 @@ LARGEST = 2**31 - 1  # many readers store vertex integers in 32 bits
 PREFIX = "citypv_"
 MONTHS = [f"full_load_hours_{number:02d}" for number in range(1, 13)]  # of buildings.csv
 SEMANTICS = {
-    "RoofSurface", "GroundSurface", "WallSurface", "ClosureSurface", "OuterCeilingSurface", "OuterFloorSurface",
-    "Window", "Door",
-}  # fmt: skip
+    "RoofSurface",
+    "GroundSurface",
+    "WallSurface",
+    "ClosureSurface",
+    "OuterCeilingSurface",
+    "OuterFloorSurface",
+    "Window",
+    "Door",
+}
 BY_KIND = {"facade": "WallSurface", "ground": "GroundSurface", "downward": "OuterCeilingSurface"}
 HIGHEST_LOD = "3"  # CityJSON has no LoD 4, whose outer shell corresponds to LoD 3
 
@@ -32,13 +40,15 @@ HIGHEST_LOD = "3"  # CityJSON has no LoD 4, whose outer shell corresponds to LoD
 def write_cityjson(path, city, transfer, energy, *, system, weather, progress=silent):
     """Write a city with its results.
 
-    Every building, and every part of one, is a city object with a MultiSurface; each of its polygons has a semantic
-    surface of its own. The type of that is the polygon's thematic class; where it has none, its kind tells:
-    WallSurface for facades, GroundSurface for ground and floors on it, OuterCeilingSurface for what else faces down,
-    RoofSurface for the rest. Trees, and the terrain of the files, are objects of their own. Coordinates are those of
-    the files. Its ``id`` is the ``surface_id`` of faces.csv, its attributes bear the names of that table behind
-    ``citypv_``, and ``citypv_full_load_hours_by_month`` holds twelve values. What is unknown is left out. A format
-    that knows no levels of detail is written as level 2, the outer shell of level 4 as level 3.
+    Every building, and every part of one, is a city object with a MultiSurface; each of its
+    polygons has a semantic surface of its own. The type of that is the polygon's thematic class;
+    where it has none, its kind tells: WallSurface for facades, GroundSurface for ground and floors
+    on it, OuterCeilingSurface for what else faces down, RoofSurface for the rest. Trees, and the
+    terrain of the files, are objects of their own. Coordinates are those of the files. Its ``id``
+    is the ``surface_id`` of faces.csv, its attributes bear the names of that table behind
+    ``citypv_``, and ``citypv_full_load_hours_by_month`` holds twelve values. What is unknown is
+    left out. A format that knows no levels of detail is written as level 2, the outer shell of
+    level 4 as level 3.
 
     Parameters
     ----------
@@ -59,8 +69,14 @@ def write_cityjson(path, city, transfer, energy, *, system, weather, progress=si
     coarse = np.array([1e3, 1e3, 1.0]) if _in_degrees(city.crs) else np.ones(3)
     translate = np.floor(points.min(axis=0) * coarse) / coarse
     local = points - translate
-    finer = [DEGREES * _in_degrees(city.crs), DEGREES * _in_degrees(city.crs), 0]  # decimals that degrees need more
-    decimals = [_choose_decimals(span, more) for span, more in zip(local.max(axis=0), finer, strict=True)]
+    finer = [
+        DEGREES * _in_degrees(city.crs),
+        DEGREES * _in_degrees(city.crs),
+        0,
+    ]  # decimals that degrees need more
+    decimals = [
+        _choose_decimals(span, more) for span, more in zip(local.max(axis=0), finer, strict=True)
+    ]
     if not any(finer):
         decimals = [min(decimals)] * 3
     whole = np.round(local * 10.0 ** np.array(decimals)).astype(np.int64)
@@ -74,7 +90,10 @@ def write_cityjson(path, city, transfer, energy, *, system, weather, progress=si
         lod = HIGHEST_LOD if lod.startswith("4") else lod
         part = city.part[polygon] if city.part else ""
         members.setdefault(building, {}).setdefault(part, {}).setdefault(lod, []).append(polygon)
-    sums, objects = sum_buildings(transfer, energy, system, weather, monthly=True).set_index("building_id"), {}
+    sums, objects = (
+        sum_buildings(transfer, energy, system, weather, monthly=True).set_index("building_id"),
+        {},
+    )
     colours = list(city.colours)
 
     def draw(levels):
@@ -84,7 +103,10 @@ def write_cityjson(path, city, transfer, energy, *, system, weather, progress=si
                 "type": "MultiSurface",
                 "lod": lod,
                 "boundaries": [boundaries[k] for k in own],
-                "semantics": {"surfaces": [surfaces[k] for k in own], "values": list(range(len(own)))},
+                "semantics": {
+                    "surfaces": [surfaces[k] for k in own],
+                    "values": list(range(len(own))),
+                },
                 **_wear_materials(city, own, colours),
             }
             for lod, own in sorted(levels.items())
@@ -97,14 +119,25 @@ def write_cityjson(path, city, transfer, energy, *, system, weather, progress=si
         for part, levels in parts.items():
             if part:
                 name = free_name(f"{building}_part_{len(own) + 1}", taken)
-                own[name] = {"type": "BuildingPart", "parents": [building], "geometry": draw(levels)}
-        objects[building] = {"type": "Building", "attributes": attributes, "geometry": draw(parts.get("", {}))}
+                own[name] = {
+                    "type": "BuildingPart",
+                    "parents": [building],
+                    "geometry": draw(levels),
+                }
+        objects[building] = {
+            "type": "Building",
+            "attributes": attributes,
+            "geometry": draw(parts.get("", {})),
+        }
         objects[building] |= {"children": list(own)} if own else {}
         objects |= own
     objects |= list_objects(city, index[len(city.points) :], objects)
     low, high = points.min(axis=0), points.max(axis=0)
     metadata = {
-        "title": f"CityPV, full load hours [h per year] and irradiation [kWh/m² per year]; weather: {weather.label}",
+        "title": (
+            "CityPV, full load hours [h per year] and irradiation [kWh/m² per year]; weather: "
+            f"{weather.label}"
+        ),
         "geographicalExtent": np.round([*low, *high], max(decimals)).tolist(),
     }
     system = name_system(city.crs)
@@ -121,7 +154,9 @@ def write_cityjson(path, city, transfer, energy, *, system, weather, progress=si
         "CityObjects": objects,
         "vertices": vertices.tolist(),
     }
-    path.write_text(json.dumps(document, ensure_ascii=False, separators=(",", ":")) + "\n", encoding="utf-8")
+    path.write_text(
+        json.dumps(document, ensure_ascii=False, separators=(",", ":")) + "\n", encoding="utf-8"
+    )
     progress(STAGE, len(members), len(members), "buildings")
 
 
@@ -129,17 +164,26 @@ def _wear_materials(city, own, colours):
     """Materials of some polygons, as a member of a geometry: dict, empty where none has one."""
     names = [city.material[k] if city.material else "" for k in own]
     values = [colours.index(name) if name in colours else None for name in names]
-    return {"material": {"file": {"values": values}}} if any(value is not None for value in values) else {}
+    return (
+        {"material": {"file": {"values": values}}}
+        if any(value is not None for value in values)
+        else {}
+    )
 
 
 def _list_materials(city, colours):
     """Materials of the files, with their diffuse colours where they are known."""
     known = ((name, city.colours[name]) for name in colours)
-    return [{"name": name, **({"diffuseColor": list(one)} if one is not None else {})} for name, one in known]
+    return [
+        {"name": name, **({"diffuseColor": list(one)} if one is not None else {})}
+        for name, one in known
+    ]
 
 
 def _choose_decimals(span, more):
-    """Decimals of coordinates that reach so far: as many as integers of 32 bits hold, between two bounds."""
+    """Decimals of coordinates that reach so far: as many as integers of 32 bits hold, between two
+    bounds.
+    """
     most = np.floor(np.log10(LARGEST / max(span, 10.0**-more)))
     return int(np.clip(most, COARSEST + more, FINEST + more))
 
@@ -152,26 +196,39 @@ def _in_degrees(crs):
 def name_system(crs):
     """Coordinate reference system as CityJSON requires it, None if it has no EPSG code.
 
-    Of a compound one without a code of its own the horizontal part is named alone where its heights are read the same
-    way without their system, else both parts.
+    Of a compound one without a code of its own the horizontal part is named alone where its heights
+    are read the same way without their system, else both parts.
     """
     if not crs:
         return None
     system, url = pyproj.CRS.from_user_input(crs), "https://www.opengis.net/def/crs"
-    parts = [part.to_epsg(100) for part in (system, *(system.sub_crs_list if system.is_compound else []))]
-    if parts[0] is None and len(parts) > 2 and None not in parts[1:3] and plane_of(crs)[1] != plane_of(parts[1])[1]:
+    parts = [
+        part.to_epsg(100) for part in (system, *(system.sub_crs_list if system.is_compound else []))
+    ]
+    if (
+        parts[0] is None
+        and len(parts) > 2
+        and None not in parts[1:3]
+        and plane_of(crs)[1] != plane_of(parts[1])[1]
+    ):
         return f"{url}-compound?1={url}/EPSG/0/{parts[1]}&2={url}/EPSG/0/{parts[2]}"
     number = next((code for code in parts if code is not None), None)
     return None if number is None else f"{url}/EPSG/0/{number}"
 
 
 def _list_boundaries(city, index):
-    """Rings of each polygon, of the vertices that `index` names for its corners: list of list of list of int."""
+    """Rings of each polygon, of the vertices that `index` names for its corners: list of list of
+    list of int.
+    """
     rings = []
     for first, last in pairwise(city.ring_start):
         ring = index[first:last]
         # Vertices that coincide with the one before after rounding are left out.
-        kept = [corner for corner, before in zip(ring, ring[-1:] + ring[:-1], strict=True) if corner != before]
+        kept = [
+            corner
+            for corner, before in zip(ring, ring[-1:] + ring[:-1], strict=True)
+            if corner != before
+        ]
         rings.append(kept if len(set(kept)) > 2 else ring)
     return [rings[first:last] for first, last in pairwise(city.polygon_start)]
 
@@ -181,14 +238,20 @@ def _describe_surfaces(city, transfer, energy):
     floors = find_footprints(transfer.surfaces, city, city.points)
     types = [
         own if own in SEMANTICS else "GroundSurface" if floor else BY_KIND.get(kind, "RoofSurface")
-        for own, kind, floor in zip(transfer.surfaces.thematic, transfer.surfaces.kind, floors, strict=True)
+        for own, kind, floor in zip(
+            transfer.surfaces.thematic, transfer.surfaces.kind, floors, strict=True
+        )
     ]
     table = pd.DataFrame({"type": types, "id": transfer.surfaces.surface_id})
     for column in TABLED:
         if column.name not in ("surface_id", "building_id"):
             table[PREFIX + column.name] = column_values(column, transfer, energy)
     found = [
-        {name: short(value) if isinstance(value, float) else value for name, value in row.items() if value is not None}
+        {
+            name: short(value) if isinstance(value, float) else value
+            for name, value in row.items()
+            if value is not None
+        }
         for row in table.astype(object).where(table.notna(), None).to_dict("records")
     ]
     for one, by_month in zip(found, energy.full_load_hours_by_month, strict=True):

@@ -1,6 +1,7 @@
 """Write city.gpkg: surfaces and buildings with their results, for geographic information systems.
 
-GeoPackage 1.3 (OGC 12-128r17) is an SQLite file with some tables of its own; geometries are a header and ISO WKB.
+GeoPackage 1.3 (OGC 12-128r17) is an SQLite file with some tables of its own; geometries are a
+header and ISO WKB.
 """
 
 import sqlite3
@@ -22,7 +23,10 @@ from .write_buildings import sum_buildings
 
 STAGE = "writing city.gpkg"
 APPLICATION_ID, VERSION = 0x47504B47, 10300  # "GPKG", 1.3.0 (requirement 2)
-UNKNOWN, OWN = -1, 100000  # srs_id: Cartesian without a reference; a reference system without an EPSG code
+UNKNOWN, OWN = (
+    -1,
+    100000,
+)  # srs_id: Cartesian without a reference; a reference system without an EPSG code
 LITTLE_ENDIAN, EMPTY = 0b1, 0b10000  # flags of a geometry, whose envelope is left out
 TYPES = {"text": "TEXT", "flag": "BOOLEAN", "number": "DOUBLE"}
 TABLES = """
@@ -42,8 +46,9 @@ CREATE TABLE gpkg_geometry_columns (table_name TEXT NOT NULL, column_name TEXT N
 def write_geopackage(path, city, transfer, energy, *, system, weather, progress=silent):
     """Write a city with its results as a GeoPackage with two layers.
 
-    `surfaces` has a 3D polygon for each surface with the columns of faces.csv; `buildings` has the footprints, the
-    union of what is not vertical seen from above, with the columns of buildings.csv.
+    `surfaces` has a 3D polygon for each surface with the columns of faces.csv; `buildings` has the
+    footprints, the union of what is not vertical seen from above, with the columns of
+    buildings.csv.
 
     Parameters
     ----------
@@ -61,10 +66,19 @@ def write_geopackage(path, city, transfer, energy, *, system, weather, progress=
     Path(path).unlink(missing_ok=True)
     # Coordinates are those of the files, easting or longitude first as the format wants.
     city = replace(city, points=grid_of(city).to_files(city.points, "xy"))
-    shapes = np.array([shapely.Polygon(rings[0], rings[1:]) for rings in map(city.rings, range(len(city)))], object)
+    shapes = np.array(
+        [shapely.Polygon(rings[0], rings[1:]) for rings in map(city.rings, range(len(city)))],
+        object,
+    )
     columns, rows = TABLED, sum_buildings(transfer, energy, system, weather)
-    types = dict.fromkeys(rows, "DOUBLE") | {"building_id": "TEXT", "surfaces": "INTEGER", "eligible": "INTEGER"}
-    surfaces = pd.DataFrame({column.name: column_values(column, transfer, energy) for column in columns})
+    types = dict.fromkeys(rows, "DOUBLE") | {
+        "building_id": "TEXT",
+        "surfaces": "INTEGER",
+        "eligible": "INTEGER",
+    }
+    surfaces = pd.DataFrame(
+        {column.name: column_values(column, transfer, energy) for column in columns}
+    )
     layers = {  # name -> columns, their SQL types, geometries
         "surfaces": (surfaces, {column.name: TYPES[column.kind] for column in columns}, shapes),
         "buildings": (rows, types, _draw_footprints(city, shapes, rows["building_id"])),
@@ -91,16 +105,23 @@ def _draw_footprints(city, shapes, names):
         Of the buildings.
     """
     flat = shapely.make_valid(shapely.force_2d(shapes))
-    wide = np.isin(shapely.get_type_id(flat), (3, 6)) & (shapely.area(flat) > 0)  # polygons; walls become lines
+    wide = np.isin(shapely.get_type_id(flat), (3, 6)) & (
+        shapely.area(flat) > 0
+    )  # polygons; walls become lines
     members = {}
     for row in np.flatnonzero(wide).tolist():
         members.setdefault(city.building_id[row], []).append(row)
     unions = [shapely.union_all(flat[members.get(name, [])]) for name in names]
-    return np.array([shapely.MultiPolygon([p for p in shapely.get_parts(one) if p.area > 0]) for one in unions], object)
+    return np.array(
+        [shapely.MultiPolygon([p for p in shapely.get_parts(one) if p.area > 0]) for one in unions],
+        object,
+    )
 
 
 def write_system(file, crs):
-    """Write the reference systems that every GeoPackage has, and that of the city; return its srs_id."""
+    """Write the reference systems that every GeoPackage has, and that of the city; return its
+    srs_id.
+    """
     rows = [
         ("Undefined Cartesian", -1, "NONE", -1, "undefined", None),
         ("Undefined geographic", 0, "NONE", 0, "undefined", None),
@@ -113,7 +134,9 @@ def write_system(file, crs):
         code = system.to_epsg(100)
         number, organization = (OWN, "NONE") if code is None else (code, "EPSG")
         if number != 4326:
-            rows.append((system.name, number, organization, number, system.to_wkt("WKT1_GDAL"), None))
+            rows.append(
+                (system.name, number, organization, number, system.to_wkt("WKT1_GDAL"), None)
+            )
     file.executemany("INSERT INTO gpkg_spatial_ref_sys VALUES (?, ?, ?, ?, ?, ?)", rows)
     return number
 
@@ -140,9 +163,17 @@ def _write_layer(file, layer, table, types, shapes):
         "INSERT INTO gpkg_contents VALUES (?, 'features', ?, ?, ?, ?, ?, ?, ?, ?)",
         (name, name, description, now, *box, number),
     )
-    file.execute("INSERT INTO gpkg_geometry_columns VALUES (?, 'geom', ?, ?, ?, 0)", (name, kind, number, int(spatial)))
-    heads = (struct.pack("<2sBBi", b"GP", 0, LITTLE_ENDIAN | EMPTY * shape.is_empty, number) for shape in shapes)
-    packed = map(bytes.__add__, heads, shapely.to_wkb(shapes, output_dimension=3, byte_order=1, flavor="iso"))
+    file.execute(
+        "INSERT INTO gpkg_geometry_columns VALUES (?, 'geom', ?, ?, ?, 0)",
+        (name, kind, number, int(spatial)),
+    )
+    heads = (
+        struct.pack("<2sBBi", b"GP", 0, LITTLE_ENDIAN | EMPTY * shape.is_empty, number)
+        for shape in shapes
+    )
+    packed = map(
+        bytes.__add__, heads, shapely.to_wkb(shapes, output_dimension=3, byte_order=1, flavor="iso")
+    )
     table = table.assign(fid=np.arange(1, len(table) + 1), geom=list(packed))
     types = {"fid": "INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL", "geom": kind, **types}
     table[list(types)].to_sql(name, file, index=False, dtype=types)  # NaN becomes NULL

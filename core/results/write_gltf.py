@@ -6,7 +6,17 @@ from ..city.scene import surface_of_triangles
 from ..city.transform_crs import grid_of
 from ..settings.progress import silent
 from .colour_map import GROUND, choose_range, linear_light, srgb_colour
-from .glb import ARRAY, COLOUR_MAP, FLOAT, UINT16, Buffer, colour_hours, pack_glb, plain_material, turn_axes
+from .glb import (
+    ARRAY,
+    COLOUR_MAP,
+    FLOAT,
+    UINT16,
+    Buffer,
+    colour_hours,
+    pack_glb,
+    plain_material,
+    turn_axes,
+)
 
 STAGE = "writing city.glb"
 MOST_NODES = 2000  # largest number of nodes; viewers become slow with more
@@ -16,10 +26,11 @@ TRIANGLES = 4
 def write_gltf(path, scene, energy, *, label, progress=silent):
     """Write a scene with its full load hours as colours.
 
-    Axes are those of glTF: x east, y up, z south; metres from the scene's origin, which `asset.extras` names together
-    with the scale of the colours. Each building is a node of its own (all together where there are more than 2,000),
-    the ground another. The material is unlit, so that colours show as they are; viewers without that extension light a
-    rough surface. Ground and surfaces without full load hours are grey.
+    Axes are those of glTF: x east, y up, z south; metres from the scene's origin, which
+    `asset.extras` names together with the scale of the colours. Each building is a node of its own
+    (all together where there are more than 2,000), the ground another. The material is unlit, so
+    that colours show as they are; viewers without that extension light a rough surface. Ground and
+    surfaces without full load hours are grey.
 
     Parameters
     ----------
@@ -48,10 +59,19 @@ def write_gltf(path, scene, energy, *, label, progress=silent):
     for name, own in zip(names, members, strict=True):
         attributes = {
             "POSITION": buffer.place(corners[own].reshape(-1, 3)),
-            "NORMAL": buffer.access(turn_axes(normal[own]).repeat(3, axis=0).astype("<f4"), FLOAT, "VEC3", ARRAY),
-            "COLOR_0": buffer.access(looks[own].repeat(3, axis=0), UINT16, "VEC4", ARRAY, normalized=True),
+            "NORMAL": buffer.access(
+                turn_axes(normal[own]).repeat(3, axis=0).astype("<f4"), FLOAT, "VEC3", ARRAY
+            ),
+            "COLOR_0": buffer.access(
+                looks[own].repeat(3, axis=0), UINT16, "VEC4", ARRAY, normalized=True
+            ),
         }
-        meshes.append({"name": name, "primitives": [{"attributes": attributes, "material": 0, "mode": TRIANGLES}]})
+        meshes.append(
+            {
+                "name": name,
+                "primitives": [{"attributes": attributes, "material": 0, "mode": TRIANGLES}],
+            }
+        )
     progress(STAGE, 1, 2, "steps")
     extras = {
         "shows": "full load hours",
@@ -61,7 +81,10 @@ def write_gltf(path, scene, energy, *, label, progress=silent):
         **dict(zip(("low", "high"), level, strict=True)),
         "origin": grid_of(scene.site).to_files(np.array([scene.site.origin]), "xy")[0].tolist(),
         "north": "true north is -z",
-        **{name: getattr(scene.site, name) for name in ("crs", "convergence", "latitude", "longitude")},
+        **{
+            name: getattr(scene.site, name)
+            for name in ("crs", "convergence", "latitude", "longitude")
+        },
     }
     document = {
         "asset": {"extras": extras},
@@ -77,7 +100,9 @@ def write_gltf(path, scene, energy, *, label, progress=silent):
 def _group_triangles(scene):
     """Names of the nodes, and the node of each triangle (t,)."""
     surface = surface_of_triangles(scene)
-    names, building = np.unique(np.array(scene.surfaces.building_id, dtype=object).astype(str), return_inverse=True)
+    names, building = np.unique(
+        np.array(scene.surfaces.building_id, dtype=object).astype(str), return_inverse=True
+    )
     if len(names) > MOST_NODES:
         names, building = ["buildings"], np.zeros(len(building), np.int64)
     node = np.append(building.reshape(-1), len(names))[surface]

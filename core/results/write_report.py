@@ -1,8 +1,9 @@
 """report.html: the city in 3D, pictures and tables of a run on one page that opens offline.
 
-The page may load nothing and run nothing but the two scripts whose hashes its Content-Security-Policy names.
-Whatever the pieces of the page are given is escaped; what they return is not to be escaped again. Pictures need
-matplotlib, which Blender's own Python lacks: there the page has tables only.
+The page may load nothing and run nothing but the two scripts whose hashes its
+Content-Security-Policy names. Whatever the pieces of the page are given is escaped; what they
+return is not to be escaped again. Pictures need matplotlib, which Blender's own Python lacks: there
+the page has tables only.
 """
 
 import base64
@@ -35,23 +36,35 @@ from .read_results import MONTHS, kind_title, tabulate_periods
 
 NAME = "report.html"
 HOURS = (
-    "Full load hours are the hours in which modules at nominal power would generate the energy of a year: 800 h mean "
+    "Full load hours are the hours in which modules at nominal power would generate the energy of "
+    "a year: 800 h mean "
     "800 kWh for each kWp (kilowatt of nominal power). They are "
 )
-OF_WHAT = ("direct current (DC), before inverter and cables.", "what is fed in (AC), after losses and inverter.")
+OF_WHAT = (
+    "direct current (DC), before inverter and cables.",
+    "what is fed in (AC), after losses and inverter.",
+)
 ELSEWHERE = "Further uncertainties are listed under “How sure the numbers are”."
 NO_PICTURES = (
-    "This page has no pictures, as matplotlib is not installed where it was written. After pip install matplotlib, "
+    "This page has no pictures, as matplotlib is not installed where it was written. After pip "
+    "install matplotlib, "
     "citypv plot of the command line draws them."
 )
-NO_PLAN = "There is no plan of the city here: the light is that of a transfer.nc without shapes of the surfaces."
+NO_PLAN = (
+    "There is no plan of the city here: the light is that of a transfer.nc without shapes of the "
+    "surfaces."
+)
 CAPTIONS = {
     "plan-roof": "Roofs from above: full load hours of pitched, steep and flat roofs, and of racks. Grey: roofs that "
-    "carry no modules. Yellow is high, dark blue is low; the two plans have different scales. North is up.",
+    "carry no modules. Yellow is high, dark blue is low; the two plans have different scales. "
+    "North is up.",
     "plan-facade": "Facades as lines on the outline of the buildings: full load hours. Where several stand above each "
-    "other, the highest is drawn. Facades without a line carry no modules. Yellow is high, dark blue is low; the two "
+    "other, the highest is drawn. Facades without a line carry no modules. Yellow is high, dark "
+    "blue is low; the two "
     "plans have different scales. North is up.",
-    "months": "Full load hours by month, means over all surfaces of a kind that face the same direction.",
+    "months": (
+        "Full load hours by month, means over all surfaces of a kind that face the same direction."
+    ),
     "day": "Full load hours of a year by hour of the day. Local solar time is UTC plus four minutes for each degree "
     "east; the sun stands highest at about 12.",
     "sun-path": "Position of the sun: pale curves for each hour of the day through the year (UTC), coloured ones for "
@@ -68,8 +81,10 @@ SECTIONS = {
 WEB, NONE = Path(__file__).parent / "web", "'none'"
 MOST_DATA = 15_000_000  # characters that the 3D view may add to the page
 TOO_LARGE = (
-    "The city is too large to be shown in 3D on this page: its {count:,} surfaces would take {size:.0f} MB, of which "
-    "there may be {most:.0f}. citypv site makes a map of any size; the tables beside this page have all numbers."
+    "The city is too large to be shown in 3D on this page: its {count:,} surfaces would take "
+    "{size:.0f} MB, of which "
+    "there may be {most:.0f}. citypv site makes a map of any size; the tables beside this page "
+    "have all numbers."
 )
 
 
@@ -94,7 +109,9 @@ def write_report(folder, results):
 
 
 def compose_city(results, change=None):
-    """Section of the 3D view and its data, parameters as of `pack_city`; a city that is too large gets words alone."""
+    """Section of the 3D view and its data, parameters as of `pack_city`; a city that is too large
+    gets words alone.
+    """
     data = pack_city(results, change)
     if len(data) <= MOST_DATA:
         return read_web("viewer.html"), data
@@ -103,18 +120,29 @@ def compose_city(results, change=None):
 
 
 def fill_page(title, body, data=""):
-    """A page that may load nothing, and run nothing but the 3D view, where there is `data` of `pack_city`: str."""
+    """A page that may load nothing, and run nothing but the 3D view, where there is `data` of
+    `pack_city`: str.
+    """
     codes = [read_web("three.js"), read_web("viewer.js") + read_web("report.js")] if data else []
-    scripts = [f'<script type="application/octet-stream" id="city-data">{data}</script>'] if data else []
+    scripts = (
+        [f'<script type="application/octet-stream" id="city-data">{data}</script>'] if data else []
+    )
     allowed = f"script-src {' '.join(map(_hash_source, codes)) or NONE}; img-src data:"
-    return fill_template(title, body, [*scripts, *(f"<script>{code}</script>" for code in codes)], allowed)
+    return fill_template(
+        title, body, [*scripts, *(f"<script>{code}</script>" for code in codes)], allowed
+    )
 
 
 def fill_template(title, body, scripts, allowed):
-    """A page with scripts as HTML, of which its Content-Security-Policy says what is `allowed`: str."""
+    """A page with scripts as HTML, of which its Content-Security-Policy says what is `allowed`:
+    str.
+    """
     style = read_web("page.css") + read_web("viewer.css")
     return Template(read_web("page.html")).substitute(
-        policy=f"default-src {NONE}; {allowed}; style-src {_hash_source(style)}; base-uri {NONE}; form-action {NONE}",
+        policy=(
+            f"default-src {NONE}; {allowed}; style-src {_hash_source(style)}; base-uri {NONE}; "
+            f"form-action {NONE}"
+        ),
         title=escape(title),
         style=style,
         body=body,
@@ -152,9 +180,15 @@ def compose_body(results, city):
             section(
                 "What was assumed",
                 table((), describe_assumptions(summary)),
-                _fold("Every setting of the run", table(("Setting", "Option", "Value"), list_settings(summary))),
+                _fold(
+                    "Every setting of the run",
+                    table(("Setting", "Option", "Value"), list_settings(summary)),
+                ),
             ),
-            paragraph(f"Made by CityPV {__version__} from the files in the folder {results.name}.", "small"),
+            paragraph(
+                f"Made by CityPV {__version__} from the files in the folder {results.name}.",
+                "small",
+            ),
         ]
     )
 
@@ -164,7 +198,11 @@ def compose_errors(summary):
     return section(
         "How sure the numbers are",
         paragraph(summarise_errors(summary)),
-        table(("Part", "Percent of the full load hours"), list_errors(summary["error_budget"]), numbers=(1,)),
+        table(
+            ("Part", "Percent of the full load hours"),
+            list_errors(summary["error_budget"]),
+            numbers=(1,),
+        ),
         paragraph(f"± is a {SPREAD}. {LIMITS}", "small"),
     )
 
@@ -181,7 +219,9 @@ def _compose_pictures(results, drawn):
     for title, names in SECTIONS.items():
         parts = [picture(drawn[name], name, CAPTIONS[name]) for name in names if name in drawn]
         if title == "Plan of the city" and not parts:
-            parts = [paragraph(NO_PLAN if results.outlines is None else "No surface carries modules.")]
+            parts = [
+                paragraph(NO_PLAN if results.outlines is None else "No surface carries modules.")
+            ]
         if parts:
             yield section(title, *parts)
 
@@ -191,39 +231,66 @@ def list_warnings(summary):
     warnings = []
     label = summary["weather"]["label"]
     if "clear" in label.lower():
-        warnings.append(f"The weather has no clouds ({label}): the hours are an upper bound, not an expectation.")
+        warnings.append(
+            f"The weather has no clouds ({label}): the hours are an upper bound, not an "
+            "expectation."
+        )
     if "climatology" in label:
-        warnings.append("The weather is a climatology, not a measurement: for a design use measured or satellite data.")
+        warnings.append(
+            "The weather is a climatology, not a measurement: for a design use measured or "
+            "satellite data."
+        )
     if stopped := (summary.get("traced") or {}).get("interrupted"):
         warnings.append(
-            "The run was interrupted: {suns_traced:,} of {of:,} sun positions were traced.".format(**stopped)
+            "The run was interrupted: {suns_traced:,} of {of:,} sun positions were traced.".format(
+                **stopped
+            )
         )
     return warnings
 
 
 def _compose_totals(summary):
-    """What all suitable surfaces together would give, what windows take, and what carries no modules."""
+    """What all suitable surfaces together would give, what windows take, and what carries no
+    modules.
+    """
     totals, some = summary["totals"], summary["settings"]["sectors"] == PAPER
-    names = ["module_area", "kwp", "mwh_per_year", "full_load_hours", *["mwh_dc_per_year"] * has_losses(summary)]
+    names = [
+        "module_area",
+        "kwp",
+        "mwh_per_year",
+        "full_load_hours",
+        *["mwh_dc_per_year"] * has_losses(summary),
+    ]
     parts = {PAPERS_WHOLE if some else "All": totals}
     for kind, one in totals["kinds"].items():
         parts[kind_title(kind) + (", beside these" if some and kind == "flat" else "")] = one
     rows = [
-        [name, *("–" if one.get(key) is None else f"{one[key]:,.0f}" for key in names)] for name, one in parts.items()
+        [name, *("–" if one.get(key) is None else f"{one[key]:,.0f}" for key in names)]
+        for name, one in parts.items()
     ]
-    head = ["", "Area for modules [m²]", "Nominal power [kWp]", "Energy in a year [MWh]", "Full load hours [h]"]
+    head = [
+        "",
+        "Area for modules [m²]",
+        "Nominal power [kWp]",
+        "Energy in a year [MWh]",
+        "Full load hours [h]",
+    ]
     head += ["Before losses, DC [MWh]"] if has_losses(summary) else []
     return section(
         "In short",
         paragraph(f"Weather: {summary['weather']['label']}."),
         table(head, rows, numbers=range(1, len(head))),
         paragraph(
-            f"This is the potential of all suitable surfaces, with {totals['area_per_kwp']:.2f} m² of modules for each "
+            f"This is the potential of all suitable surfaces, with {totals['area_per_kwp']:.2f} m² "
+            "of modules for each "
             f"kWp. {describe_windows(summary)} Building law, statics and cost are not considered."
         ),
         *(paragraph(text) for text in describe_left_out(summary)),
         paragraph(HOURS + OF_WHAT[has_losses(summary)]),
-        *(paragraph(text) for text in filter(None, [describe_edge(summary), describe_poor_years(summary)])),
+        *(
+            paragraph(text)
+            for text in filter(None, [describe_edge(summary), describe_poor_years(summary)])
+        ),
         paragraph(f"{summarise_errors(summary)} {LIMITS}"),
     )
 
@@ -235,13 +302,25 @@ def _compose_groups(results):
     rows = []
     for one in groups.to_dict("records"):
         error = one["full_load_hours_standard_error"]
-        row = [kind_title(one["kind"]), one["orientation"], f"{one['count']:,.0f}", f"{one['area']:,.0f}"]
-        rows.append([*row, f"{one['full_load_hours']:.1f}", "unknown" if isnan(error) else f"{error:.2g}"])
+        row = [
+            kind_title(one["kind"]),
+            one["orientation"],
+            f"{one['count']:,.0f}",
+            f"{one['area']:,.0f}",
+        ]
+        rows.append(
+            [*row, f"{one['full_load_hours']:.1f}", "unknown" if isnan(error) else f"{error:.2g}"]
+        )
     return section(
         "Full load hours by kind and direction",
         table(head, rows, numbers=range(2, len(head))),
         paragraph(f"± is the {SPREAD}. {ELSEWHERE}", "small"),
-        _fold_periods(results.groups, "month", "Full load hours of each month [h]", lambda month: MONTHS[month - 1]),
+        _fold_periods(
+            results.groups,
+            "month",
+            "Full load hours of each month [h]",
+            lambda month: MONTHS[month - 1],
+        ),
         _fold_periods(results.groups, "year", "Full load hours of each year [h]", str),
     )
 
@@ -274,14 +353,21 @@ def table(head, rows, *, numbers=()):
     -------
     str
     """
-    side = [' class="number"' if column in numbers else "" for column in range(1000 if not head else len(head))]
+    side = [
+        ' class="number"' if column in numbers else ""
+        for column in range(1000 if not head else len(head))
+    ]
     lines = ['<div class="wide"><table>']
     if head:
-        cells = "".join(f"<th{look}>{escape(text)}</th>" for text, look in zip(head, side, strict=True))
+        cells = "".join(
+            f"<th{look}>{escape(text)}</th>" for text, look in zip(head, side, strict=True)
+        )
         lines.append(f"<thead><tr>{cells}</tr></thead>")
     lines.append("<tbody>")
     for row in rows:
-        cells = "".join(f"<td{look}>{escape(str(text))}</td>" for text, look in zip(row, side, strict=False))
+        cells = "".join(
+            f"<td{look}>{escape(str(text))}</td>" for text, look in zip(row, side, strict=False)
+        )
         lines.append(f"<tr>{cells}</tr>")
     return "\n".join([*lines, "</tbody></table></div>"])
 

@@ -1,7 +1,8 @@
-"""A city's solar map as a static site: 3D Tiles 1.1, an index of its buildings, and a page that shows them.
+"""A city's solar map as a static site: 3D Tiles 1.1, an index of its buildings, and a page that
+shows them.
 
-Nothing but the files of the site is read by the page, and nothing but its own scripts runs in it. Pieces of the city
-are read, sorted into squares on disk and written one after the other.
+Nothing but the files of the site is read by the page, and nothing but its own scripts runs in it.
+Pieces of the city are read, sorted into squares on disk and written one after the other.
 """
 
 import json
@@ -28,12 +29,23 @@ from .read_results import in_order, read_summary
 from .site_store import Store
 from .surfaces_file import CURE
 from .tile_tree import SIDE, bound, join_squares, write_square, write_tileset
-from .write_report import WEB, compose_errors, fill_template, list_warnings, paragraph, read_web, section, table
+from .write_report import (
+    WEB,
+    compose_errors,
+    fill_template,
+    list_warnings,
+    paragraph,
+    read_web,
+    section,
+    table,
+)
 
 SHARD = 1000  # buildings in a file of the index, and in that of the largest
 MOST_SAMPLED = 100_000  # surfaces from which the scales of the legends follow
 SCRIPTS = ("three.js", "tiles.js", "viewer.js", "map.js")
-NO_LICENCE = "The licence of the city model is not stated. Whoever publishes this map has to see to it."
+NO_LICENCE = (
+    "The licence of the city model is not stated. Whoever publishes this map has to see to it."
+)
 FROM_FILE = ", which are those of faces.csv for the area that counts"
 
 
@@ -67,7 +79,12 @@ def write_site(folders, out, *, attribution="", private=False, overwrite=False):
     for folder in folders:
         if not (folder / "summary.json").is_file():
             raise InputError(folder / "summary.json", "there is no such file", CURE)
-    if overwrite and Path(out).is_dir() and any(Path(out).iterdir()) and not Path(out, "page", "map.json").is_file():
+    if (
+        overwrite
+        and Path(out).is_dir()
+        and any(Path(out).iterdir())
+        and not Path(out, "page", "map.json").is_file()
+    ):
         raise InputError(out, "holds something else than a map", "choose another --out")
     summary = _join_summaries(folders)
     site = summary["input"]["site"]
@@ -104,7 +121,9 @@ def write_site(folders, out, *, attribution="", private=False, overwrite=False):
 
 
 def _join_summaries(folders):
-    """The first summary, with sums, the largest errors and the latest date of all; refuse what does not agree: dict."""
+    """The first summary, with sums, the largest errors and the latest date of all; refuse what does
+    not agree: dict.
+    """
     first = None
     for folder in folders:
         summary, path = read_summary(folder / "summary.json"), folder / "summary.json"
@@ -115,7 +134,9 @@ def _join_summaries(folders):
         apart = list_differences(first, summary)
         if apart:
             problem = f"differs from {folders[0].name} in {', '.join(apart)}"
-            raise InputError(folder, problem, "compute both with the same, by citypv yield if the light is there")
+            raise InputError(
+                folder, problem, "compute both with the same, by citypv yield if the light is there"
+            )
         first["date"] = max(first["date"], summary["date"])
         first["input"]["surfaces"] += summary["input"]["surfaces"]
         for name in ("eligible_area", "kwp", "mwh_per_year"):
@@ -135,7 +156,9 @@ def _worse(one, other):
 
 
 def _sort_surfaces(store, folders, frame, summary):
-    """Keep all surfaces by their squares: their number, and what the page must know to show them."""
+    """Keep all surfaces by their squares: their number, and what the page must know to
+    show them.
+    """
     step = 1 + summary["input"]["surfaces"] // MOST_SAMPLED
     sampled, kinds, sides, count = [], set(), set(), 0
     for number, folder in enumerate(folders):
@@ -153,7 +176,8 @@ def _sort_surfaces(store, folders, frame, summary):
 
 
 def _write_tiles(work, store, frame, summary, *, look, private):
-    """Write all tiles and their tree, from the squares of one tile to the next, so that few tiles are held at a time.
+    """Write all tiles and their tree, from the squares of one tile to the next, so that few tiles
+    are held at a time.
 
     Returns
     -------
@@ -174,7 +198,11 @@ def _write_tiles(work, store, frame, summary, *, look, private):
     def write_below(level, x, y):
         if level:
             places = [(2 * x + east, 2 * y + north) for east in (0, 1) for north in (0, 1)]
-            parts = [(place, write_below(level - 1, *place)) for place in places if place in there[level - 1]]
+            parts = [
+                (place, write_below(level - 1, *place))
+                for place in places
+                if place in there[level - 1]
+            ]
             return join_squares(tiles, (level, x, y), parts, look, top=level == top)
         piece = join_pieces(store.pieces((int(x + low[0]), int(y + low[1]))))
         piece.shapes.corners -= origin
@@ -182,7 +210,9 @@ def _write_tiles(work, store, frame, summary, *, look, private):
         columns = _tabulate_columns(piece, summary, look["enums"])
         store.describe_buildings(_list_buildings(piece, columns, private))
         if not private:
-            columns |= {name: piece.faces[name].to_numpy(object) for name in ("surface_id", "building_id")}
+            columns |= {
+                name: piece.faces[name].to_numpy(object) for name in ("surface_id", "building_id")
+            }
         return write_square(tiles, (x, y), piece, columns, look)
 
     whole = write_below(top, 0, 0)
@@ -204,7 +234,8 @@ def _tabulate_columns(piece, summary, enums):
 
 
 def _list_buildings(piece, columns, private):
-    """What the index says of the buildings of a square: yields (id or None, number, box, parts, part of flat roofs).
+    """What the index says of the buildings of a square: yields (id or None, number, box, parts,
+    part of flat roofs).
 
     A part has its kind, area that counts [m²], power [kWp], energy [MWh] and full load hours [h].
     """
@@ -238,15 +269,20 @@ def _write_index(work, store, header, private):
     rows, begins = iter(()) if private else store.building_rows("sorted"), []
     name, some = "largest", list(store.building_rows("energy DESC", SHARD))
     while some:
-        (work / "buildings" / f"{name}.json").write_text(f"[{','.join(some)}]", "ascii", newline="\n")
+        (work / "buildings" / f"{name}.json").write_text(
+            f"[{','.join(some)}]", "ascii", newline="\n"
+        )
         name, some = len(begins), list(islice(rows, SHARD))
         begins += [json.loads(row)[0].lower() for row in some[:1]]
     header["shards"] = begins
-    (work / "page" / "map.json").write_text(json.dumps(header, separators=(",", ":")), "ascii", newline="\n")
+    (work / "page" / "map.json").write_text(
+        json.dumps(header, separators=(",", ":")), "ascii", newline="\n"
+    )
 
 
 def _write_page(work, summary, attribution):
-    """Write index.html and what it needs: its own scripts are all that it runs, and its own files all that it reads.
+    """Write index.html and what it needs: its own scripts are all that it runs, and its own files
+    all that it reads.
 
     Below the map stand what the numbers rest on, and how far they hold.
     """
@@ -260,7 +296,8 @@ def _write_page(work, summary, attribution):
         section(
             "What this map rests on",
             paragraph(
-                f"All suitable surfaces together: {totals['kwp']:,.0f} kWp, {totals['mwh_per_year']:,.0f} MWh a year. "
+                f"All suitable surfaces together: {totals['kwp']:,.0f} kWp, "
+                f"{totals['mwh_per_year']:,.0f} MWh a year. "
                 f"{describe_windows(summary)} Building law, statics and cost are not considered."
             ),
             paragraph(f"City model: {attribution}" if attribution else NO_LICENCE),
@@ -271,5 +308,7 @@ def _write_page(work, summary, attribution):
         paragraph(f"Made by CityPV {__version__}.", "small"),
     ]
     scripts = [f'<script src="page/{name}"></script>' for name in SCRIPTS]
-    page = fill_template("Solar map", "\n".join(body), scripts, "script-src 'self'; connect-src 'self'")
+    page = fill_template(
+        "Solar map", "\n".join(body), scripts, "script-src 'self'; connect-src 'self'"
+    )
     (work / "index.html").write_text(page, "utf-8", newline="\n")

@@ -21,15 +21,40 @@ from ..energy.pv_system import KINDS, area_of_kwp, build_system
 from ..weather.weather import distance_of_weather
 from .list_findings import list_findings
 
-LIBRARIES = (  # all that a number may depend on: what pyproject.toml asks for, and whose k-means tsam takes
-    *("cftime", "embreex", "h5netcdf", "h5py", "lxml", "mapbox-earcut", "numba", "numpy", "pandas", "pvlib", "pyproj"),
-    *("rasterio", "requests", "scikit-learn", "scipy", "shapely", "threadpoolctl", "tifffile", "tsam", "xarray"),
+# all that a number may depend on: what pyproject.toml asks for, and whose k-means tsam takes
+LIBRARIES = (
+    *(
+        "cftime",
+        "embreex",
+        "h5netcdf",
+        "h5py",
+        "lxml",
+        "mapbox-earcut",
+        "numba",
+        "numpy",
+        "pandas",
+        "pvlib",
+        "pyproj",
+    ),
+    *(
+        "rasterio",
+        "requests",
+        "scikit-learn",
+        "scipy",
+        "shapely",
+        "threadpoolctl",
+        "tifffile",
+        "tsam",
+        "xarray",
+    ),
 )
 
 
 def write_summary(path, summary):
     """Write a summary as JSON, with null for numbers that are not finite."""
-    path.write_text(json.dumps(finite(summary), indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    path.write_text(
+        json.dumps(finite(summary), indent=2, ensure_ascii=False) + "\n", encoding="utf-8"
+    )
 
 
 def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
@@ -60,7 +85,10 @@ def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
             "altitude": weather.altitude,
             "distance_km": distance_of_weather(weather, transfer.site),
             "years": energy.years,
-            **{f"{name}_annual": float(weather.data[name].sum()) * kilo_hours for name in ("ghi", "dhi", "dni")},
+            **{
+                f"{name}_annual": float(weather.data[name].sum()) * kilo_hours
+                for name in ("ghi", "dhi", "dni")
+            },
             "unit": "kWh/m² per year",
             "notes": weather.notes,
             "checks": weather.checks,
@@ -84,17 +112,26 @@ def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
 
 
 def measure_edge(transfer, energy):
-    """Share of the facades' counted area near the edge of the city, and how much more it yields there: dict.
+    """Share of the facades' counted area near the edge of the city, and how much more it yields
+    there: dict.
 
-    The hours of facades towards each direction are compared with those of the ones that look at no edge within 100 m.
-    Empty where there is no such edge, or no facade counts.
+    The hours of facades towards each direction are compared with those of the ones that look at no
+    edge within 100 m. Empty where there is no such edge, or no facade counts.
     """
     distance, surfaces = transfer.surfaces.edge_distance, transfer.surfaces
-    rows = np.flatnonzero(energy.eligible & (np.asarray(surfaces.kind) == "facade") & (energy.counted_area > 0))
+    rows = np.flatnonzero(
+        energy.eligible & (np.asarray(surfaces.kind) == "facade") & (energy.counted_area > 0)
+    )
     if distance is None or not np.isfinite(distance).any() or not len(rows):
         return {}
-    area, hours = energy.counted_area[rows], energy.full_load_hours[rows] * np.asarray(surfaces.area)[rows]
-    side, distance = np.asarray(surfaces.orientation)[rows], np.nan_to_num(distance[rows], nan=np.inf)
+    area, hours = (
+        energy.counted_area[rows],
+        energy.full_load_hours[rows] * np.asarray(surfaces.area)[rows],
+    )
+    side, distance = (
+        np.asarray(surfaces.orientation)[rows],
+        np.nan_to_num(distance[rows], nan=np.inf),
+    )
     found = {"unit": "m, %, %"}
     for name, near in (("25", distance <= NEAREST), ("100", distance <= FURTHEST)):
         gained = expected = 0.0
@@ -104,14 +141,18 @@ def measure_edge(transfer, energy):
                 gained += hours[own].sum()
                 expected += area[own].sum() * hours[inner].sum() / area[inner].sum()
         found[f"share_within_{name}"] = float(100 * area[near].sum() / area.sum())
-        found[f"more_hours_within_{name}"] = float(100 * (gained / expected - 1)) if expected else None
+        found[f"more_hours_within_{name}"] = (
+            float(100 * (gained / expected - 1)) if expected else None
+        )
     return found
 
 
 def _describe_input(transfer, energy, scene):
     """Files, place and counts."""
     kinds = (
-        pd.Series(transfer.surfaces.area, dtype=float).groupby(transfer.surfaces.kind).agg(count="count", area="sum")
+        pd.Series(transfer.surfaces.area, dtype=float)
+        .groupby(transfer.surfaces.kind)
+        .agg(count="count", area="sum")
     )
     description = {
         "site": asdict(transfer.site),
@@ -122,13 +163,23 @@ def _describe_input(transfer, energy, scene):
     if scene is not None:
         description["report"] = asdict(scene.report)
         description["findings"] = [
-            {"heading": one.heading, "reason": one.reason, "count": len(one.names), "area": one.area}
+            {
+                "heading": one.heading,
+                "reason": one.reason,
+                "count": len(one.names),
+                "area": one.area,
+            }
             for one in list_findings(scene, transfer.covered_share)
         ]
         description["triangles"] = len(scene.triangles)
         if scene.lattice is not None:
             low, high, step, patch_size, _ = scene.lattice
-            squares = {"low": low.tolist(), "high": high.tolist(), "step": step, "patch_size": patch_size}
+            squares = {
+                "low": low.tolist(),
+                "high": high.tolist(),
+                "step": step,
+                "patch_size": patch_size,
+            }
             description["ground_squares"] = squares
         description["ground_triangles"] = int((surface_of_triangles(scene) < 0).sum())
     return description
@@ -137,14 +188,21 @@ def _describe_input(transfer, energy, scene):
 def budget_errors(transfer, energy, weather):
     """Error budget of the full load hours, in percent.
 
-    - `sampling_total`: standard error of the mean over the counted area of all eligible surfaces, from rays and points.
-    - `sampling_median`, `sampling_95`: standard error of single eligible surfaces, median and 95th percentile by
-      counted area, among those with at least a tenth of the mean hours: walls hidden by a neighbour have a few or none.
-    - `surfaces`: the same of each source alone: shadow points, rays, light passed on, discretisation, choice of suns.
-    - `groups`: what each source does to the mean of each group, in hours and percent, as `meaning` says.
-    - `bounces`: upper bound of what reflections beyond the last one could add; by photons to all light, else to the
+    - `sampling_total`: standard error of the mean over the counted area of all eligible surfaces,
+      from rays and points.
+    - `sampling_median`, `sampling_95`: standard error of single eligible surfaces, median and 95th
+      percentile by
+      counted area, among those with at least a tenth of the mean hours: walls hidden by a neighbour
+      have a few or none.
+    - `surfaces`: the same of each source alone: shadow points, rays, light passed on,
+      discretisation, choice of suns.
+    - `groups`: what each source does to the mean of each group, in hours and percent, as `meaning`
+      says.
+    - `bounces`: upper bound of what reflections beyond the last one could add; by photons to all
+      light, else to the
       eligible surfaces' hours, and of each group in `groups`.
-    - `patches`: discretisation error of reflected light, from light uneven within the cells of patches; one third of
+    - `patches`: discretisation error of reflected light, from light uneven within the cells of
+      patches; one third of
       the measured effect of light that is uneven between the cells.
     """
     record, budget = transfer.record, {"unit": "percent", "bounces": None}
@@ -153,14 +211,23 @@ def budget_errors(transfer, energy, weather):
         budget["bounces"] = 100 * cut["all"]
     elif record is not None and record.photons_per_source and record.brightest_albedo < 1:
         # The energy of each reflection is at most the albedo times that of the one before.
-        last = max(record.last_bounce_share_diffuse, record.last_bounce_share_direct) if record.max_bounces else 1.0
+        last = (
+            max(record.last_bounce_share_diffuse, record.last_bounce_share_direct)
+            if record.max_bounces
+            else 1.0
+        )
         budget["bounces"] = 100 * last * record.brightest_albedo / (1 - record.brightest_albedo)
     eligible = energy.eligible & np.isfinite(energy.full_load_hours)
     whole = float(energy.full_load_hours[eligible] @ transfer.surfaces.area[eligible])
     errors = split_errors(transfer, weather, energy)
     if whole > 0:
-        budget["sampling_total"] = 100 * energy.sampling_error * energy.counted_area[eligible].sum() / whole
-        budget["sampling_median"], budget["sampling_95"] = errors.at_share(share=0.5), errors.at_share()
+        budget["sampling_total"] = (
+            100 * energy.sampling_error * energy.counted_area[eligible].sum() / whole
+        )
+        budget["sampling_median"], budget["sampling_95"] = (
+            errors.at_share(share=0.5),
+            errors.at_share(),
+        )
         budget["surfaces"] = budget_surfaces(errors)
         budget["groups"] = budget_groups(transfer, weather, energy, cut)
         budget["meaning"] = WHAT
@@ -175,24 +242,32 @@ DARK = 0.01  # of the mean full load hours: open surfaces below it see next to n
 
 
 def sum_totals(transfer, energy, system):
-    """Power and annual energy if all eligible area that is open and usable carried modules, whole and by kind.
+    """Power and annual energy if all eligible area that is open and usable carried modules, whole
+    and by kind.
 
-    With the paper's sectors flat roofs have a line among `kinds`, but are not part of the whole. `without_modules` has
-    all other area, by the reason why it counts nothing; `dark` surfaces that count although next to no light reaches
-    them, in deep courts and shafts.
+    With the paper's sectors flat roofs have a line among `kinds`, but are not part of the whole.
+    `without_modules` has all other area, by the reason why it counts nothing; `dark` surfaces that
+    count although next to no light reaches them, in deep courts and shafts.
     """
     area, kind = np.asarray(transfer.surfaces.area, float), find_counted_area(transfer, system).kind
-    rows = {name: energy.flat_roof if name == "flat" else energy.eligible & (kind == name) for name in KINDS}
+    rows = {
+        name: energy.flat_roof if name == "flat" else energy.eligible & (kind == name)
+        for name in KINDS
+    }
     own = energy.eligible & np.isfinite(energy.full_load_hours)
     carries = energy.eligible | energy.flat_roof
     counted = energy.counted_area[carries]
     hours = energy.full_load_hours[carries] * area[carries] / np.maximum(counted, 1e-9)
     dark = hours * counted.sum() < DARK * (hours @ counted)
-    by_year = kwp_of_hours(area, energy, system)[own] @ energy.full_load_hours_by_year[own] / 1000  # (y,) [MWh]
+    by_year = (
+        kwp_of_hours(area, energy, system)[own] @ energy.full_load_hours_by_year[own] / 1000
+    )  # (y,) [MWh]
     return {
         "count": int(energy.eligible.sum()),
         **sum_potential(energy.eligible, area, energy, system),
-        **{f"{name}_mwh_per_year": float(value) for name, value in exceeded_energy(by_year).items()},
+        **{
+            f"{name}_mwh_per_year": float(value) for name, value in exceeded_energy(by_year).items()
+        },
         "area_per_kwp": area_of_kwp(system.module),
         "kinds": {
             name: {"count": int(chosen.sum()), **sum_potential(chosen, area, energy, system)}
@@ -206,14 +281,21 @@ def sum_totals(transfer, energy, system):
 
 
 def describe_years(energy):
-    """Full load hours of the groups by year, with mean and standard deviation; empty for a single year."""
+    """Full load hours of the groups by year, with mean and standard deviation; empty for a single
+    year.
+    """
     years = sum_years(energy)
     if not years:
         return {}
-    table = pd.DataFrame(years, index=[name_group(*names) for names in energy.groups]).T  # (y, g) [h]
+    table = pd.DataFrame(
+        years, index=[name_group(*names) for names in energy.groups]
+    ).T  # (y, g) [h]
     spread = table.agg(["mean", "std", "min", "max"])
     spread.index = ["mean", "standard_deviation", "lowest", "highest"]
-    groups = {name: own.to_dict() | {"full_load_hours": table[name].tolist()} for name, own in spread.items()}
+    groups = {
+        name: own.to_dict() | {"full_load_hours": table[name].tolist()}
+        for name, own in spread.items()
+    }
     return {"years": list(years), "groups": groups, "unit": "h"}
 
 

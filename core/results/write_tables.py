@@ -1,4 +1,6 @@
-"""The tables of a run: faces.csv, groups.csv, buildings.csv, series.csv and timeseries.nc (by the CF conventions)."""
+"""The tables of a run: faces.csv, groups.csv, buildings.csv, series.csv and timeseries.nc (by the
+CF conventions).
+"""
 
 from functools import partial
 
@@ -22,7 +24,10 @@ GROUP_COLUMNS = ("kind", "orientation", "period", "index", "full_load_hours", "c
 GROUP_COLUMNS += ("full_load_hours_standard_error", "full_load_hours_dc")
 EPOCH = {"units": "seconds since 1970-01-01", "calendar": "proleptic_gregorian"}
 PACKED = {"compression": "gzip", "fillvalue": np.float32(np.nan)}
-FACTOR = "AC power over nominal DC power, after losses and inverter: mean over the area of the group that counts"
+FACTOR = (
+    "AC power over nominal DC power, after losses and inverter: mean over the area of the group "
+    "that counts"
+)
 WHOLE = "all"  # name of the group of all groups
 MEAN = {"units": "1", "cell_methods": "time: mean"}
 
@@ -40,14 +45,17 @@ def write_faces(path, transfer, energy, *, monthly=False):
     """
     columns = {column.name: column_values(column, transfer, energy) for column in TABLED}
     columns |= {
-        column.name: np.where(columns[column.name], "true", "false") for column in TABLED if column.kind == "flag"
+        column.name: np.where(columns[column.name], "true", "false")
+        for column in TABLED
+        if column.kind == "flag"
     }
     columns |= name_months(energy.full_load_hours_by_month) if monthly else {}
     write_table(path, pd.DataFrame(columns))
 
 
 def write_groups(path, energy):
-    """Write full load hours of the groups of eligible surfaces, means over their counted area, and their errors.
+    """Write full load hours of the groups of eligible surfaces, means over their counted area, and
+    their errors.
 
     Parameters
     ----------
@@ -65,7 +73,8 @@ def write_groups(path, energy):
 
 
 def sum_periods(energy):
-    """Full load hours of each group in each period, per year; years are separate if the weather covers several.
+    """Full load hours of each group in each period, per year; years are separate if the weather
+    covers several.
 
     Parameters
     ----------
@@ -79,15 +88,22 @@ def sum_periods(energy):
     names = [("annual", ""), *(("month", month) for month in range(1, 13))]
     names += [(period, hour) for period in ("hour", "solar_hour") for hour in range(24)]
     share = share_periods(energy.times, energy.interval, energy.longitude)
-    found = dict(zip(names, share @ energy.capacity_factor * (energy.interval / HOUR / energy.years), strict=True))
+    found = dict(
+        zip(
+            names,
+            share @ energy.capacity_factor * (energy.interval / HOUR / energy.years),
+            strict=True,
+        )
+    )
     return found | {("year", year): hours for year, hours in sum_years(energy).items()}
 
 
 def share_periods(times, interval, longitude):
-    """Share of intervals in the whole, its months, hours of the day and hours of local mean solar time.
+    """Share of intervals in the whole, its months, hours of the day and hours of local mean solar
+    time.
 
-    An interval belongs to the month and hour of its middle, in the zone of the times. It is split between hours of
-    local mean solar time, which start at any time within those of UTC.
+    An interval belongs to the month and hour of its middle, in the zone of the times. It is split
+    between hours of local mean solar time, which start at any time within those of UTC.
 
     Parameters
     ----------
@@ -136,7 +152,8 @@ def _write_series(path, transfer, energy):
 
 
 def write_timeseries(path, energy, weather, system, buildings=None):
-    """Write `capacity_factor(time, group)`; the last group is the whole, `all`: its factors times kWp are its power.
+    """Write `capacity_factor(time, group)`; the last group is the whole, `all`: its factors times
+    kWp are its power.
 
     Parameters
     ----------
@@ -156,9 +173,18 @@ def write_timeseries(path, energy, weather, system, buildings=None):
         "time": (
             "time",
             bounds[:, 0],
-            {"standard_name": "time", "long_name": "start of the interval (UTC)", "bounds": "time_bounds", **EPOCH},
+            {
+                "standard_name": "time",
+                "long_name": "start of the interval (UTC)",
+                "bounds": "time_bounds",
+                **EPOCH,
+            },
         ),
-        "group": ("group", names, {"long_name": "kind and orientation of the surfaces; all of them"}),
+        "group": (
+            "group",
+            names,
+            {"long_name": "kind and orientation of the surfaces; all of them"},
+        ),
         "time_bounds": (("time", "bounds"), bounds),
     }
     told = {
@@ -167,12 +193,27 @@ def write_timeseries(path, energy, weather, system, buildings=None):
     }
     for name, (values, unit, words) in told.items():
         found[name] = "group", np.append(values, values.sum()), {"units": unit, "long_name": words}
-    factors = np.column_stack([energy.capacity_factor, energy.capacity_factor @ share]).astype(np.float32)
-    found["capacity_factor"] = ("time", "group"), factors, {**MEAN, "long_name": FACTOR}, dict(PACKED)
+    factors = np.column_stack([energy.capacity_factor, energy.capacity_factor @ share]).astype(
+        np.float32
+    )
+    found["capacity_factor"] = (
+        ("time", "group"),
+        factors,
+        {**MEAN, "long_name": FACTOR},
+        dict(PACKED),
+    )
     if buildings is not None:
         names, power = buildings()
-        words = {"units": "kW", "cell_methods": "time: mean", "long_name": "AC power of the building's modules"}
-        found["building"] = "building", names.astype(object), {"long_name": "identifier of the top-level building"}
+        words = {
+            "units": "kW",
+            "cell_methods": "time: mean",
+            "long_name": "AC power of the building's modules",
+        }
+        found["building"] = (
+            "building",
+            names.astype(object),
+            {"long_name": "identifier of the top-level building"},
+        )
         found["building_power"] = ("time", "building"), power, words, dict(PACKED)
     hours = energy.interval / pd.Timedelta(hours=1)
     with netcdf_file(path) as stream, h5netcdf.File(stream, "w") as file:
@@ -181,14 +222,17 @@ def write_timeseries(path, energy, weather, system, buildings=None):
                 "Conventions": "CF-1.11",
                 "title": "Capacity factors of roofs and facades",
                 "source": "CityPV: ray-traced irradiance, module models of pvlib",
-                "comment": f"weather: {weather.label}; full load hours are the sum times {hours:g} h",
+                "comment": (
+                    f"weather: {weather.label}; full load hours are the sum times {hours:g} h"
+                ),
             }
         )
         write_variables(file, found)
 
 
 def write_tables(folder, transfer, energy, weather, request, *, progress):
-    """Write faces.csv, groups.csv, buildings.csv, timeseries.nc, surfaces.nc and, if requested, series.csv.
+    """Write faces.csv, groups.csv, buildings.csv, timeseries.nc, surfaces.nc and, if requested,
+    series.csv.
 
     Parameters
     ----------
@@ -205,8 +249,12 @@ def write_tables(folder, transfer, energy, weather, request, *, progress):
     tables = {
         "faces.csv": lambda path: write_faces(path, transfer, energy, monthly=monthly),
         "groups.csv": lambda path: write_groups(path, energy),
-        "buildings.csv": lambda path: write_buildings(path, transfer, energy, system, weather, monthly=monthly),
-        "timeseries.nc": lambda path: write_timeseries(path, energy, weather, system, power if wanted else None),
+        "buildings.csv": lambda path: write_buildings(
+            path, transfer, energy, system, weather, monthly=monthly
+        ),
+        "timeseries.nc": lambda path: write_timeseries(
+            path, energy, weather, system, power if wanted else None
+        ),
         "surfaces.nc": lambda path: write_surfaces(path, transfer, energy),
     }
     if energy.series is not None:

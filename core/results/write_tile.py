@@ -1,13 +1,25 @@
-"""One tile of a solar map: glTF 2.0 with EXT_mesh_features and EXT_structural_metadata, as 3D Tiles 1.1 has it.
+"""One tile of a solar map: glTF 2.0 with EXT_mesh_features and EXT_structural_metadata, as 3D Tiles
+1.1 has it.
 
-Surfaces are features, whose numbers stand in a property table. Colours are those of the full load hours, for viewers
-that know nothing else of the map.
+Surfaces are features, whose numbers stand in a property table. Colours are those of the full load
+hours, for viewers that know nothing else of the map.
 """
 
 import numpy as np
 
 from .colour_map import GROUND, linear_light, srgb_colour, srgb_light
-from .glb import ARRAY, ELEMENTS, FLOAT, UINT8, UINT16, UINT32, Buffer, colour_hours, pack_glb, plain_material
+from .glb import (
+    ARRAY,
+    ELEMENTS,
+    FLOAT,
+    UINT8,
+    UINT16,
+    UINT32,
+    Buffer,
+    colour_hours,
+    pack_glb,
+    plain_material,
+)
 
 MISSING_VALUE = -99999.0  # JSON of the schema cannot name NaN
 LIGHT = np.array([-0.35, -0.6, 0.72]) / np.linalg.norm([-0.35, -0.6, 0.72])  # as in web/viewer.js
@@ -33,8 +45,8 @@ def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright):
     ----------
     shapes : Shapes
     columns : dict of str to array
-        A value for each feature: (n,) float32, uint8, uint32 or str. Of `hours` are the colours; of `tilt`
-        and `azimuth` [°], where they are there, the shade.
+        A value for each feature: (n,) float32, uint8, uint32 or str. Of `hours` are the colours; of
+        `tilt` and `azimuth` [°], where they are there, the shade.
     ground : (Shapes of one feature) or None
     middle : (3,) float [m]
         Place of the tile in the map's frame.
@@ -57,8 +69,12 @@ def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright):
     primitives = [surfaces | {"extensions": {"EXT_mesh_features": features}}]
     if ground is not None:
         attributes = {"POSITION": buffer.place(ground.corners - middle)}
-        primitives.append({"attributes": attributes, "indices": index(buffer, ground), "material": 1})
-    schema, properties = _tabulate(buffer, columns, {name: names for name, names in enums.items() if name in columns})
+        primitives.append(
+            {"attributes": attributes, "indices": index(buffer, ground), "material": 1}
+        )
+    schema, properties = _tabulate(
+        buffer, columns, {name: names for name, names in enums.items() if name in columns}
+    )
     metadata = {
         "schema": schema,
         "propertyTables": [{"class": "surface", "count": count, "properties": properties}],
@@ -82,13 +98,17 @@ def index(buffer, shapes):
 
 
 def _colour_features(columns, level):
-    """Colour of each feature, (n, 4) uint8 in linear light; grey where the hours are not known or do not count."""
+    """Colour of each feature, (n, 4) uint8 in linear light; grey where the hours are not known or
+    do not count.
+    """
     hours = np.asarray(columns["hours"], float)
     known = np.isfinite(hours) & (np.asarray(columns["reason"]) <= 1)
     shade = np.ones(len(hours))
     if "tilt" in columns:
         tilt, azimuth = np.radians(columns["tilt"]), np.radians(np.nan_to_num(columns["azimuth"]))
-        normal = np.stack([np.sin(tilt) * np.sin(azimuth), np.sin(tilt) * np.cos(azimuth), np.cos(tilt)], axis=1)
+        normal = np.stack(
+            [np.sin(tilt) * np.sin(azimuth), np.sin(tilt) * np.cos(azimuth), np.cos(tilt)], axis=1
+        )
         shade = 0.87 + 0.13 * normal @ LIGHT
     linear = linear_light(srgb_light(colour_hours(hours, level, known)) * shade[:, None])
     return np.round(255 * np.column_stack([linear, np.ones(len(linear))])).astype(np.uint8)
@@ -104,18 +124,30 @@ def _tabulate(buffer, columns, enums):
             classes[name] = {"type": "STRING"}
             # A view may not be empty.
             properties[name] = {"values": buffer.add(b"".join(texts) or b"\0")}
-            properties[name] |= {"stringOffsets": buffer.add(offsets.tobytes()), "stringOffsetType": "UINT32"}
+            properties[name] |= {
+                "stringOffsets": buffer.add(offsets.tobytes()),
+                "stringOffsetType": "UINT32",
+            }
         else:
             kind = {"type": "SCALAR", "componentType": values.dtype.name.upper()}
             if values.dtype.kind == "f":
                 kind["noData"] = MISSING_VALUE
             known = np.where(np.isfinite(values), values, values.dtype.type(kind.get("noData", 0)))
             classes[name] = {"type": "ENUM", "enumType": name} if name in enums else kind
-            properties[name] = {"values": buffer.add(known.astype(values.dtype.newbyteorder("<")).tobytes())}
+            properties[name] = {
+                "values": buffer.add(known.astype(values.dtype.newbyteorder("<")).tobytes())
+            }
         words = WORDS.get(name.partition("_")[0] if name.startswith("month_") else name)
         classes[name] |= {"description": words} if words else {}
     named = {
-        name: {"valueType": "UINT8", "values": [{"name": text, "value": k} for k, text in enumerate(names)]}
+        name: {
+            "valueType": "UINT8",
+            "values": [{"name": text, "value": k} for k, text in enumerate(names)],
+        }
         for name, names in enums.items()
     }
-    return {"id": "citypv", "classes": {"surface": {"properties": classes}}, "enums": named}, properties
+    return {
+        "id": "citypv",
+        "classes": {"surface": {"properties": classes}},
+        "enums": named,
+    }, properties

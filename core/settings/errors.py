@@ -1,5 +1,5 @@
-"""The one error a user can cause, input that cannot be used, how it and tables write numbers and names, and checks of
-arrays that raise it.
+"""The one error a user can cause, input that cannot be used, how it and tables write numbers and
+names, and checks of arrays that raise it.
 
 Each error names the array, the row and the cure.
 """
@@ -36,9 +36,11 @@ class InputError(ValueError):
 
 @contextmanager
 def parsing(source, problem, cure):
-    """What a parser raises on a damaged file becomes an InputError: for the call of a parser of a library, and no more.
+    """What a parser raises on a damaged file becomes an InputError: for the call of a parser of a
+    library, and no more.
 
-    Around code of ours it would take a bug for damage: what that reads of a parsed file it checks, and names.
+    Around code of ours it would take a bug for damage: what that reads of a parsed file it checks,
+    and names.
 
     Parameters
     ----------
@@ -51,8 +53,20 @@ def parsing(source, problem, cure):
         yield
     except InputError:
         raise
-    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RuntimeError, EOFError, OSError,
-            MemoryError, struct.error, zipfile.BadZipFile, zlib.error) as error:  # fmt: skip
+    except (
+        ValueError,
+        LookupError,
+        TypeError,
+        AttributeError,
+        ArithmeticError,
+        RuntimeError,
+        EOFError,
+        OSError,
+        MemoryError,
+        struct.error,
+        zipfile.BadZipFile,
+        zlib.error,
+    ) as error:
         raise blame_file(source, problem, error, cure) from error
 
 
@@ -83,19 +97,27 @@ FORMULAS = ("=", "+", "-", "@")  # with which one begins in a spreadsheet
 
 
 def show_signs(text):
-    """Text whose control characters are written as in JSON, \\u001b: a terminal would act on them. Lines stay."""
+    """Text whose control characters are written as in JSON, \\u001b: a terminal would act on them.
+    Lines stay.
+    """
     if text.isprintable():
         return text
-    return "".join(sign if sign.isprintable() or sign == "\n" else json.dumps(sign)[1:-1] for sign in text)
+    return "".join(
+        sign if sign.isprintable() or sign == "\n" else json.dumps(sign)[1:-1] for sign in text
+    )
 
 
 def cell_of_id(name):
-    """An id as a cell of a table: behind an apostrophe where a spreadsheet would take it for a formula to compute."""
+    """An id as a cell of a table: behind an apostrophe where a spreadsheet would take it for a
+    formula to compute.
+    """
     return "'" + name if name.lstrip("'")[:1] in FORMULAS and name else name
 
 
 def id_of_cell(cell):
-    """The id of a cell, as of `cell_of_id`; whoever writes a table need not know of the apostrophe."""
+    """The id of a cell, as of `cell_of_id`; whoever writes a table need not know of the
+    apostrophe.
+    """
     return cell[1:] if cell[:1] == "'" and cell.lstrip("'")[:1] in FORMULAS else cell
 
 
@@ -105,7 +127,9 @@ def count_of(number, noun):
 
 
 def show_number(value, digits, *, plus=False):
-    """A number with commas between thousands and a true minus; never −0, nor +0 where `plus` is asked for."""
+    """A number with commas between thousands and a true minus; never −0, nor +0 where `plus` is
+    asked for.
+    """
     value = round(float(value), digits) + 0.0  # −0 + 0 is 0
     return f"{'+' if plus and value > 0 else ''}{value:,.{digits}f}".replace("-", "−")
 
@@ -135,7 +159,8 @@ KINDS = {"f": ("fiu", "numbers"), "i": ("iu", "integers"), "b": ("b", "booleans"
 
 
 def check_array(name, values, shape, *, kind="f", least=-LARGEST, most=LARGEST, row="row"):
-    """Raise an error if an array has the wrong shape or type, or a value that is not finite or out of range.
+    """Raise an error if an array has the wrong shape or type, or a value that is not finite or out
+    of range.
 
     Parameters
     ----------
@@ -164,7 +189,8 @@ def check_array(name, values, shape, *, kind="f", least=-LARGEST, most=LARGEST, 
     values = np.asarray(values)
     words = f"({', '.join(map(str, shape))}{',' if len(shape) == 1 else ''})"
     fits = values.ndim == len(shape) and all(
-        isinstance(wanted, str) or wanted == found for wanted, found in zip(shape, values.shape, strict=True)
+        isinstance(wanted, str) or wanted == found
+        for wanted, found in zip(shape, values.shape, strict=True)
     )
     if not fits:
         raise InputError(name, f"shape {values.shape}", f"give an array of shape {words}")
@@ -176,7 +202,11 @@ def check_array(name, values, shape, *, kind="f", least=-LARGEST, most=LARGEST, 
         first, *column = np.argwhere(~((values >= least) & (values <= most)))[0]
         words, whole = row(first) if callable(row) else f"{row} {first}", values[first]
         # Of a long row, the first value that is out of range.
-        told = f"is {whole}" if whole.size <= 4 else f"holds {whole[tuple(column)]} in column {column[0]}"
+        told = (
+            f"is {whole}"
+            if whole.size <= 4
+            else f"holds {whole[tuple(column)]} in column {column[0]}"
+        )
         raise InputError(name, f"{words} {told}", f"give finite {noun} from {least:g} to {most:g}")
     return values
 
@@ -194,7 +224,9 @@ def check_triangles(vertices, triangles):
     vertices, triangles : numpy.ndarray
     """
     vertices = check_array("vertices", vertices, ("v", 3), row="vertex")
-    triangles = check_array("triangles", triangles, ("t", 3), kind="i", most=math.inf, least=-math.inf)
+    triangles = check_array(
+        "triangles", triangles, ("t", 3), kind="i", most=math.inf, least=-math.inf
+    )
     if len(triangles) and not (triangles.min() >= 0 and triangles.max() < len(vertices)):
         first = first_true(((triangles < 0) | (triangles >= len(vertices))).any(axis=1))
         problem = f"triangle {first} is {triangles[first]}, but there are {len(vertices)} vertices"
@@ -221,4 +253,6 @@ def check_unit(name, values):
 def check_seed(seed):
     """Raise an error if a seed is not valid."""
     if not (isinstance(seed, Integral) and 0 <= seed <= MOST_SEED):
-        raise InputError("--seed", f"{seed!r} is not a seed", f"give a whole number from 0 to {MOST_SEED}")
+        raise InputError(
+            "--seed", f"{seed!r} is not a seed", f"give a whole number from 0 to {MOST_SEED}"
+        )

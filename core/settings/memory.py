@@ -1,4 +1,6 @@
-"""How much memory this process may still take, and one line where a step needs more, before it is gone."""
+"""How much memory this process may still take, and one line where a step needs more, before it is
+gone.
+"""
 
 import re
 import sys
@@ -11,7 +13,8 @@ UNLIMITED = 1 << 60  # [bytes] more than any machine has
 
 
 def free_memory():
-    """Memory that this process may still take [bytes]: by the machine, its container, and its own limits.
+    """Memory that this process may still take [bytes]: by the machine, its container, and its own
+    limits.
 
     Returns
     -------
@@ -42,7 +45,9 @@ def check_memory(source, step, needed, cure):
     """
     free = free_memory()
     if free is not None and needed > free:
-        problem = f"{step} needs {needed / GB:.1f} GB of memory, and {max(free, 0) / GB:.1f} GB are free"
+        problem = (
+            f"{step} needs {needed / GB:.1f} GB of memory, and {max(free, 0) / GB:.1f} GB are free"
+        )
         raise InputError(source, problem, cure)
 
 
@@ -54,7 +59,9 @@ def _read(path):
 
 
 def _free_on_linux():
-    """What the machine has left, and what each control group around this process has: yields bytes."""
+    """What the machine has left, and what each control group around this process has:
+    yields bytes.
+    """
     if found := re.search(r"^MemAvailable:\s*(\d+) kB", _read("/proc/meminfo"), re.MULTILINE):
         yield 1024 * int(found[1])
     for line in _read("/proc/self/cgroup").splitlines():
@@ -66,7 +73,8 @@ def _free_on_linux():
             names = "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"
         else:
             continue
-        # Inside a container the path may be that of the machine around it, so that only its top is there.
+        # Inside a container the path may be that of the machine around it, so that only its top is
+        # there.
         groups = [Path(top + path), *Path(top + path).parents]
         for group in [one for one in groups if one.is_relative_to(top)]:
             most, used = (_read(group / name).strip() for name in names[:2])
@@ -98,8 +106,15 @@ def _free_on_windows():
         _fields_ = (
             ("length", ctypes.c_ulong),
             ("load", ctypes.c_ulong),
-            *((name, ctypes.c_ulonglong) for name in ("total", "available", "a", "b", "c", "d", "e")),
+            *(
+                (name, ctypes.c_ulonglong)
+                for name in ("total", "available", "a", "b", "c", "d", "e")
+            ),
         )
 
     status = Status(length=ctypes.sizeof(Status))
-    return status.available if ctypes.windll.kernel32.GlobalMemoryStatusEx(ctypes.byref(status)) else None
+    return (
+        status.available
+        if ctypes.windll.kernel32.GlobalMemoryStatusEx(ctypes.byref(status))
+        else None
+    )

@@ -1,10 +1,14 @@
-"""Names for sets of settings: the estimators, presets (points on the curve of error against time), whole methods."""
+"""Names for sets of settings: the estimators, presets (points on the curve of error against time),
+whole methods.
+"""
 
 from .system_settings import PAPER_MODULE
 
 ESTIMATORS = {
     "gather": "Rays from the surfaces: fast; photons only for mirrors, glossy surfaces and glass",
-    "forward": "Photons from sun, sky and far ground for all light: slow, without discretisation error",
+    "forward": (
+        "Photons from sun, sky and far ground for all light: slow, without discretisation error"
+    ),
 }
 PRESET_WORDS = {
     "draft": "A first look: a quarter of the rays, half of the days",
@@ -14,7 +18,13 @@ PRESET_WORDS = {
 PRESETS = {
     "draft": {"samples": 64, "shadow_samples": 4, "suns": "days:12"},
     "standard": {},
-    "reference": {"samples": 1024, "shadow_samples": 64, "suns": "days:52", "patch_size": 5.0, "max_bounces": 5},
+    "reference": {
+        "samples": 1024,
+        "shadow_samples": 64,
+        "suns": "days:52",
+        "patch_size": 5.0,
+        "max_bounces": 5,
+    },
 }
 
 

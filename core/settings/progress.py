@@ -1,10 +1,12 @@
 """Progress reports of long tasks.
 
-A report is a callable `progress(stage, done, total, unit)`. It is called repeatedly from the thread that started the
-task, first with nothing done in each stage; an exception raised in it ends the task. If it raises CancelledError, the
-finished part is kept if it can be used: the suns traced so far. Otherwise the exception reaches the caller.
+A report is a callable `progress(stage, done, total, unit)`. It is called repeatedly from the thread
+that started the task, first with nothing done in each stage; an exception raised in it ends the
+task. If it raises CancelledError, the finished part is kept if it can be used: the suns traced so
+far. Otherwise the exception reaches the caller.
 
-`Interruption` turns Ctrl-C into that: the first ends tracing and keeps the suns done, the second ends the program.
+`Interruption` turns Ctrl-C into that: the first ends tracing and keeps the suns done, the second
+ends the program.
 """
 
 import os
@@ -21,7 +23,9 @@ class CancelledError(Exception):
 
 
 def silent(*report):
-    """Report nothing, of `progress(stage, done, total, unit)` or of `report_share(share)`, the part done, 0 to 1."""
+    """Report nothing, of `progress(stage, done, total, unit)` or of `report_share(share)`, the part
+    done, 0 to 1.
+    """
 
 
 def report_part(report_share, begin, end, share):
@@ -44,8 +48,8 @@ class TerminalProgress:
     stream : text stream, optional
         By default standard error.
     lasting : bool
-        Whether a finished stage keeps its line. If not, the line is erased on a terminal, and a log has only the lines
-        written every ten seconds.
+        Whether a finished stage keeps its line. If not, the line is erased on a terminal, and a log
+        has only the lines written every ten seconds.
     """
 
     def __init__(self, stream=None, *, lasting=True):
@@ -58,7 +62,11 @@ class TerminalProgress:
         """Update the line of a stage."""
         now = time.monotonic()
         if stage != self.stage:
-            self.stage, self.started, self.shown = stage, now, now - 9.0 * (self.lasting or self.live)
+            self.stage, self.started, self.shown = (
+                stage,
+                now,
+                now - 9.0 * (self.lasting or self.live),
+            )
         finished = done >= total
         if not finished and now - self.shown < (0.2 if self.live else 10.0):
             return
@@ -116,14 +124,17 @@ def with_prefix(number):
     return f"{number:.3g} "
 
 
-ANSWER = "\nInterrupting: finished suns are kept; press Ctrl-C again to quit at once without results\n"
+ANSWER = (
+    "\nInterrupting: finished suns are kept; press Ctrl-C again to quit at once without results\n"
+)
 
 
 class Interruption:
     """Progress report that ends its task with CancelledError after Ctrl-C (SIGINT) or SIGTERM.
 
-    Before the first sun there is nothing to keep, and Ctrl-C raises KeyboardInterrupt as usual; so does a second one.
-    Signals reach the main thread only; in other threads this only passes on progress.
+    Before the first sun there is nothing to keep, and Ctrl-C raises KeyboardInterrupt as usual; so
+    does a second one. Signals reach the main thread only; in other threads this only passes on
+    progress.
 
     Parameters
     ----------
@@ -140,13 +151,17 @@ class Interruption:
     def __enter__(self):
         """Install the signal handlers."""
         if threading.current_thread() is threading.main_thread():
-            self.before = {number: signal.signal(number, self.handle) for number in (signal.SIGINT, signal.SIGTERM)}
+            self.before = {
+                number: signal.signal(number, self.handle)
+                for number in (signal.SIGINT, signal.SIGTERM)
+            }
         return self
 
     def __exit__(self, *_):
         """Restore the previous signal handlers."""
         for number, handler in self.before.items():
-            # A handler not installed from Python cannot be restored; Python's default takes its place.
+            # A handler not installed from Python cannot be restored; Python's default takes its
+            # place.
             signal.signal(number, signal.default_int_handler if handler is None else handler)
 
     def __call__(self, stage, done, total, unit):

@@ -1,8 +1,8 @@
 """What the user asks for: every setting of a run, declared once.
 
-A field of `Request` states a setting's default, unit, range and meaning. The options of the command line
-(`commands.add_options`), the properties of Blender's panel (`operators.city.declare_settings`) and the checks below are
-made from these declarations: a new setting is one entry here.
+A field of `Request` states a setting's default, unit, range and meaning. The options of the command
+line (`commands.add_options`), the properties of Blender's panel (`operators.city.declare_settings`)
+and the checks below are made from these declarations: a new setting is one entry here.
 """
 
 import shlex
@@ -28,13 +28,17 @@ class Request(SystemSettings):
     """Settings of a run; the command line and the panel fill them in."""
 
     # the city
-    lod: str | None = of_city(None, "level of detail; default: the best 2.x of each building", metavar="L")
+    lod: str | None = of_city(
+        None, "level of detail; default: the best 2.x of each building", metavar="L"
+    )
     unit: str = of_city(
         "auto",
         "unit of length of files that name no reference system",
         panel="import",
         choices={
-            "auto": "Metres, but where the heights of buildings leave no doubt that it is another one",
+            "auto": (
+                "Metres, but where the heights of buildings leave no doubt that it is another one"
+            ),
             "m": "Metres",
             "ft": "International feet",
             "us-ft": "US survey feet",
@@ -70,25 +74,36 @@ class Request(SystemSettings):
         "flip polygons that face into their building, or keep all as drawn",
         title="Orientation",
         panel="import",
-        choices={"auto": "Flip polygons that face into their building", "as-drawn": "Keep every polygon as drawn"},
+        choices={
+            "auto": "Flip polygons that face into their building",
+            "as-drawn": "Keep every polygon as drawn",
+        },
     )
-    latitude: float | None = of_city(None, "of the city; default: as in its files", unit="°", least=-90, most=90)
-    longitude: float | None = of_city(None, "of the city; default: as in its files", unit="°", least=-180, most=180)
+    latitude: float | None = of_city(
+        None, "of the city; default: as in its files", unit="°", least=-90, most=90
+    )
+    longitude: float | None = of_city(
+        None, "of the city; default: as in its files", unit="°", least=-180, most=180
+    )
     site_of: str | None = of_city(
         None, "results of another state of this city, whose place and grid are kept", metavar="DIR"
     )
     grid_size: float | None = of_city(
         None, "size of the cells, id#k, into which large polygons are split", unit="m", above=0
     )
-    terrain: str | None = of_city(None, "measured terrain: TIN relief, OBJ, GeoTIFF or ASC grid", metavar="FILE")
+    terrain: str | None = of_city(
+        None, "measured terrain: TIN relief, OBJ, GeoTIFF or ASC grid", metavar="FILE"
+    )
     ground: str = of_city(
         "auto",
-        "auto: terrain of the city's files, else as feet; feet: generated through the bases of the buildings; none",
+        "auto: terrain of the city's files, else as feet; feet: generated through the bases of the "
+        "buildings; none",
         choices=("auto", "feet", "none"),
     )
     racks: str = of_city(
         "none",
-        "rows of modules on flat roofs: east-west and KEY=VALUE, joined by commas, with keys tilt, azimuth, spacing or "
+        "rows of modules on flat roofs: east-west and KEY=VALUE, joined by commas, with keys tilt, "
+        "azimuth, spacing or "
         "gcr, depth, rim, height, area, back-albedo",
         panel="classify",
         metavar="SPEC",
@@ -96,34 +111,52 @@ class Request(SystemSettings):
     # the weather
     weather: str | list = of_weather(
         "climate",
-        "weather files; climate; clear-sky; pvgis, a typical year; or a service with years: pvgis:2005-2023, "
+        "weather files; climate; clear-sky; pvgis, a typical year; or a service with years: "
+        "pvgis:2005-2023, "
         "nasa-power:2015-2023, era5:2019, open-meteo:2019",
         kind="texts",
         metavar="FILE",
     )
-    time_shift: float = of_weather(0.0, "added to the times of weather files", unit="min", least=-720, most=720)
+    time_shift: float = of_weather(
+        0.0, "added to the times of weather files", unit="min", least=-720, most=720
+    )
     weather_place: tuple | None = of_weather(
         None, "where the weather was measured; default: as its files say", kind="place", unit="°"
     )
     weather_without: str = of_weather(
-        "none", "column of irradiance to ignore; it then follows from the others", choices=("none", "ghi", "dhi", "dni")
+        "none",
+        "column of irradiance to ignore; it then follows from the others",
+        choices=("none", "ghi", "dhi", "dni"),
     )
     allow_distance: float = of_weather(
-        150.0, "largest distance of the weather from the city", title="Within [km]", panel="weather", unit="km", least=0
+        150.0,
+        "largest distance of the weather from the city",
+        title="Within [km]",
+        panel="weather",
+        unit="km",
+        least=0,
     )
     weather_point: str = of_weather(
         "nearest",
         "interpolation of gridded weather",
         title="Grid point",
-        choices={"nearest": "The nearest point of the grid", "bilinear": "Between the four points around"},
+        choices={
+            "nearest": "The nearest point of the grid",
+            "bilinear": "Between the four points around",
+        },
     )
     horizon_cut: str = of_weather(
-        "measured", "irradiance with the sun below 2°: kept as measured, or left out", choices=("measured", "neglect")
+        "measured",
+        "irradiance with the sun below 2°: kept as measured, or left out",
+        choices=("measured", "neglect"),
     )
-    year: int = of_weather(2021, "calendar year of climate and clear sky", title="Year", metavar="Y", least=1)
+    year: int = of_weather(
+        2021, "calendar year of climate and clear sky", title="Year", metavar="Y", least=1
+    )
     time_axis: str = of_weather(
         "file",
-        "whole hours of a calendar year for sums and series, in a fixed offset from UTC without summer time: utc or "
+        "whole hours of a calendar year for sums and series, in a fixed offset from UTC without "
+        "summer time: utc or "
         "±HH:MM; file: the weather's own times",
         title="Time axis",
         panel="weather",
@@ -132,35 +165,72 @@ class Request(SystemSettings):
     weather_seed: int = of_weather(0, "seed of the days and hours of the built-in climate", least=0)
     # the light
     preset: str = of_light(
-        "standard", "a set of samples, suns and patches; other options take precedence", choices=PRESET_WORDS
+        "standard",
+        "a set of samples, suns and patches; other options take precedence",
+        choices=PRESET_WORDS,
     )
     target_error: float | None = of_light(
-        None, "trace rounds until the error of full load hours on 95 % of the eligible area is below", unit="%", above=0
+        None,
+        "trace rounds until the error of full load hours on 95 % of the eligible area is below",
+        unit="%",
+        above=0,
     )
     time_budget: float | None = of_light(
-        None, "trace further rounds as long as the whole run stays within this time", unit="s", above=0
+        None,
+        "trace further rounds as long as the whole run stays within this time",
+        unit="s",
+        above=0,
     )
-    suns: str = of_light("days:24", "sun positions to trace: hourly, days:N, typical-days:N, sky-grid:N", metavar="WAY")
+    suns: str = of_light(
+        "days:24",
+        "sun positions to trace: hourly, days:N, typical-days:N, sky-grid:N",
+        metavar="WAY",
+    )
     max_bounces: int | None = of_light(
-        None, "reflections; auto: until little is left", title="Reflections", panel="trace", least=0, none="auto"
+        None,
+        "reflections; auto: until little is left",
+        title="Reflections",
+        panel="trace",
+        least=0,
+        none="auto",
     )
     albedo: float = of_light(
-        0.25, "share of the light that buildings reflect", panel="trace", metavar="A", least=0, most=1
+        0.25,
+        "share of the light that buildings reflect",
+        panel="trace",
+        metavar="A",
+        least=0,
+        most=1,
     )
     ground_albedo: float = of_light(
-        0.25, "share of the light that the ground reflects", panel="trace", metavar="A", least=0, most=1
+        0.25,
+        "share of the light that the ground reflects",
+        panel="trace",
+        metavar="A",
+        least=0,
+        most=1,
     )
-    albedo_file: str | None = of_light(None, "albedo or material by surface id, material or kind", metavar="CSV")
-    materials: dict = of_light({}, "name of a material -> materials.materials.MaterialSpec", option="")
-    file_materials: bool = of_light(False, "albedo by the materials of OBJ files", kind="flag", option="--materials")
+    albedo_file: str | None = of_light(
+        None, "albedo or material by surface id, material or kind", metavar="CSV"
+    )
+    materials: dict = of_light(
+        {}, "name of a material -> materials.materials.MaterialSpec", option=""
+    )
+    file_materials: bool = of_light(
+        False, "albedo by the materials of OBJ files", kind="flag", option="--materials"
+    )
     ground_material: str = of_light("", "name of the generated ground's material", option="")
-    far_ground: bool = of_light(True, "open, sunlit ground beyond the city, up to the horizon", panel="trace")
+    far_ground: bool = of_light(
+        True, "open, sunlit ground beyond the city, up to the horizon", panel="trace"
+    )
     horizon: str | None = of_light(
         None,
         "distant terrain: GeoTIFF or ASC heights up to 50 km around, angles (csv, PVGIS), or pvgis",
         metavar="FILE",
     )
-    sky: str = setting("auto", "model of the diffuse sky", group="sky", panel="trace", choices=SKIES)
+    sky: str = setting(
+        "auto", "model of the diffuse sky", group="sky", panel="trace", choices=SKIES
+    )
     estimator: str = of_light("gather", "how light is traced", panel="trace", choices=ESTIMATORS)
     samples: int = of_light(
         256,
@@ -170,22 +240,47 @@ class Request(SystemSettings):
         least=4,
         most=2**24,
     )
-    shadow_samples: int = of_light(16, "shadow rays per patch and sun", title="Sun rays", panel="sampling", least=1)
-    patch_size: float | None = of_light(
-        10.0, "longest edge of a patch; smaller is more accurate", panel="classify", unit="m", above=0, none="none"
+    shadow_samples: int = of_light(
+        16, "shadow rays per patch and sun", title="Sun rays", panel="sampling", least=1
     )
-    leaf_area_density: float = of_light(1.0, "leaf area density of trees in leaf, one-sided", unit="m²/m³", least=0)
-    branch_area_density: float = of_light(0.2, "branch area density of bare trees", unit="m²/m³", least=0)
-    leaf_extinction: float = of_light(0.5, "extinction coefficient of leaves; 0.5: random angles", metavar="K", above=0)
-    leaf_months: str = of_light("auto", "months in leaf: auto, all, none or such as 4-10", metavar="MONTHS")
+    patch_size: float | None = of_light(
+        10.0,
+        "longest edge of a patch; smaller is more accurate",
+        panel="classify",
+        unit="m",
+        above=0,
+        none="none",
+    )
+    leaf_area_density: float = of_light(
+        1.0, "leaf area density of trees in leaf, one-sided", unit="m²/m³", least=0
+    )
+    branch_area_density: float = of_light(
+        0.2, "branch area density of bare trees", unit="m²/m³", least=0
+    )
+    leaf_extinction: float = of_light(
+        0.5, "extinction coefficient of leaves; 0.5: random angles", metavar="K", above=0
+    )
+    leaf_months: str = of_light(
+        "auto", "months in leaf: auto, all, none or such as 4-10", metavar="MONTHS"
+    )
     crown_transmittance: float | None = of_light(
-        None, "share of light that passes a crown in leaf; default: by leaf area density", metavar="T", least=0, most=1
+        None,
+        "share of light that passes a crown in leaf; default: by leaf area density",
+        metavar="T",
+        least=0,
+        most=1,
     )
     report: str = of_light(
-        "eligible", "surfaces sampled in full; the others send a quarter of the rays", choices=("eligible", "all")
+        "eligible",
+        "surfaces sampled in full; the others send a quarter of the rays",
+        choices=("eligible", "all"),
     )
-    effects: dict = setting({}, "overrule the plan of effects", group="effects", kind="pairs", metavar="KEY=on|off")
-    seed: int = of_light(0, "seed of the rays: the same gives the same results", panel="sampling", least=0)
+    effects: dict = setting(
+        {}, "overrule the plan of effects", group="effects", kind="pairs", metavar="KEY=on|off"
+    )
+    seed: int = of_light(
+        0, "seed of the rays: the same gives the same results", panel="sampling", least=0
+    )
     # the run
     threads: int | None = of_run(None, "threads; default: all processors", least=1)
 
@@ -200,20 +295,28 @@ class Request(SystemSettings):
 
 
 def declared_settings(*groups):
-    """Name, default and Setting of each field of Request, those of some groups or all: list of tuple.
+    """Name, default and Setting of each field of Request, those of some groups or all: list of
+    tuple.
 
-    What a Setting leaves open follows from the field: its kind from the type, its title from the name.
+    What a Setting leaves open follows from the field: its kind from the type, its title from the
+    name.
     """
     found = []
     for one in fields(Request):
         details = one.metadata["setting"]
         if not groups or details.group in groups:
-            own = KINDS.get((get_args(one.type) or (one.type,))[0], "text")  # of `float | None` the float
+            own = KINDS.get(
+                (get_args(one.type) or (one.type,))[0], "text"
+            )  # of `float | None` the float
             kind = details.kind or ("choice" if details.choices else own)
-            title = details.title or (one.name.replace("_", " ").capitalize() if details.panel else "")
+            title = details.title or (
+                one.name.replace("_", " ").capitalize() if details.panel else ""
+            )
             metavar = details.metavar or ("N" if kind == "integer" else METAVARS.get(details.unit))
             default = getattr(Request, one.name, {})  # a dict has no default of the class
-            found.append((one.name, default, replace(details, kind=kind, title=title, metavar=metavar)))
+            found.append(
+                (one.name, default, replace(details, kind=kind, title=title, metavar=metavar))
+            )
     return found
 
 
@@ -260,4 +363,6 @@ def check_request(request):
         elif details.kind == "place" and value is not None:
             check_place(option_of(name), value)
         elif details.kind == "choice" and value not in (default, *details.choices):
-            raise InputError(option_of(name), f"{value!r} is not known", f"give {' or '.join(details.choices)}")
+            raise InputError(
+                option_of(name), f"{value!r} is not known", f"give {' or '.join(details.choices)}"
+            )

@@ -10,11 +10,15 @@ from .errors import InputError
 class Setting:
     """Option name, help text and valid values of one setting."""
 
-    group: str  # city, surfaces, weather, electricity, light, effects or run: selects the commands that have it
+    # city, surfaces, weather, electricity, light, effects or run: selects the commands that have it
+    group: str
     words: str  # help text, for --help and tooltips
-    # text, texts, names, number, integer, choice, switch (on|off), flag, pairs (KEY=on|off …), shares, place
+    # text, texts, names, number, integer, choice, switch (on|off), flag, pairs (KEY=on|off …),
+    # shares, place
     kind: str = ""  # "": as the field's type and choices tell
-    title: str = ""  # label in Blender's panel; "": the field's name where `panel` is given, else it is not shown there
+    # label in Blender's panel; "": the field's name where `panel` is given, else it is not shown
+    # there
+    title: str = ""
     unit: str = ""
     option: str | None = None  # on the command line; None: the field's name; "": no option
     metavar: str | None = None  # in --help; None: by unit
@@ -23,7 +27,8 @@ class Setting:
     most: float | None = None  # largest value
     above: float | None = None  # exclusive lower bound
     none: str = ""  # word for None on the command line, if users may give it
-    panel: str = ""  # panel of Blender's sidebar that shows it: import, classify, trace, sampling, energy; "": none
+    # panel of Blender's sidebar that shows it: import, classify, trace, sampling, energy; "": none
+    panel: str = ""
 
 
 def setting(default, words, *, group, **details):
@@ -48,11 +53,16 @@ def check_number(option, value, details):
     elif details.least is not None:
         least, most = details.least, details.most
         words += f" of at least {least:g}" if most is None else f" from {least:g} to {most:g}"
-    cure = f"give {words}{f' [{details.unit}]' if details.unit else ''}{f', or {details.none}' if details.none else ''}"
+    cure = (
+        "give "
+        f"{words}{f' [{details.unit}]' if details.unit else ''}{f', or {details.none}' if details.none else ''}"
+    )
     if whole and not float(value).is_integer():
         raise InputError(option, f"{value} is not a whole number", cure)
     # Compared so that NaN fails too.
-    inside = (details.least is None or value >= details.least) and (details.most is None or value <= details.most)
+    inside = (details.least is None or value >= details.least) and (
+        details.most is None or value <= details.most
+    )
     if not (inside and (details.above is None or value > details.above)):
         raise InputError(option, f"{value} is out of range", cure)
 
@@ -61,4 +71,8 @@ def check_place(option, place):
     """Refuse two numbers that are no latitude and longitude."""
     for noun, value, most in zip(("latitude", "longitude"), place, (90, 180), strict=True):
         if not abs(value) <= most:  # also true for NaN
-            raise InputError(option, f"a {noun} of {value} is out of range", f"give degrees from -{most} to {most}")
+            raise InputError(
+                option,
+                f"a {noun} of {value} is out of range",
+                f"give degrees from -{most} to {most}",
+            )

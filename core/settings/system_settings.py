@@ -1,4 +1,6 @@
-"""Settings of the modules, of the area that counts, and of the tables; part of `core.settings.request.Request`."""
+"""Settings of the modules, of the area that counts, and of the tables; part of
+`core.settings.request.Request`.
+"""
 
 from dataclasses import dataclass
 
@@ -11,7 +13,8 @@ MOUNTINGS = {
     "open-rack": "Air all around, glass/polymer (as in the paper)",
     "insulated-back": "On the wall or roof without a gap, glass/polymer",
     "close-mount": "Near the wall or roof, a little air behind, glass/glass",
-    "auto": "Near walls and pitched roofs; on open racks on level roofs",  # last: files of Blender count choices
+    # last: files of Blender count choices
+    "auto": "Near walls and pitched roofs; on open racks on level roofs",
 }
 HIDDEN_WALLS = {
     "leave-out": "Area covered by neighbours carries no modules",
@@ -19,7 +22,9 @@ HIDDEN_WALLS = {
 }
 SECTORS = {
     "8": "Facades and roofs of any azimuth, in eight sectors of 45°",
-    "paper": "Facades and roofs of 15° to 60° within 30° of north, east, south or west (as in the paper)",
+    "paper": (
+        "Facades and roofs of 15° to 60° within 30° of north, east, south or west (as in the paper)"
+    ),
 }
 
 
@@ -28,47 +33,85 @@ class SystemSettings:
     """Settings about electricity."""
 
     method: str | None = of_electricity(
-        None, "settings as in the paper (docs/reference/method_paper.md); others take precedence", choices=("paper",)
+        None,
+        "settings as in the paper (docs/reference/method_paper.md); others take precedence",
+        choices=("paper",),
     )
     module: str = of_electricity(
-        PAPER_MODULE, "module: name, or part of it, in pvlib's Sandia or CEC library", panel="energy", metavar="NAME"
+        PAPER_MODULE,
+        "module: name, or part of it, in pvlib's Sandia or CEC library",
+        panel="energy",
+        metavar="NAME",
     )
     mounting: str = of_electricity(
-        "auto", "mounting of the modules, which determines the cell temperature", panel="energy", choices=MOUNTINGS
+        "auto",
+        "mounting of the modules, which determines the cell temperature",
+        panel="energy",
+        choices=MOUNTINGS,
     )
     iam: str = of_electricity(
-        "module", "incidence angle modifier of direct light", choices=("module", "physical", "ashrae")
+        "module",
+        "incidence angle modifier of direct light",
+        choices=("module", "physical", "ashrae"),
     )
     diffuse_iam: bool = of_electricity(False, "incidence angle modifier of diffuse light, too")
     # As pvlib.pvsystem.pvwatts_losses(shading=0): shading is traced.
     losses: float = of_electricity(
-        11.4, "DC energy lost to soiling, mismatch, wiring, outages …", panel="energy", unit="%", least=0, most=99
+        11.4,
+        "DC energy lost to soiling, mismatch, wiring, outages …",
+        panel="energy",
+        unit="%",
+        least=0,
+        most=99,
     )
     inverter: str | None = of_electricity(
-        "pvwatts", "pvwatts, an inverter of pvlib's library, or none", panel="energy", metavar="NAME", none="none"
+        "pvwatts",
+        "pvwatts, an inverter of pvlib's library, or none",
+        panel="energy",
+        metavar="NAME",
+        none="none",
     )
     dc_ac_ratio: float = of_electricity(
         1.0, "nominal power of modules over that of the inverter", metavar="R", above=0, most=10
     )
     hidden_walls: str = of_electricity(
-        "leave-out", "whether wall area that a neighbour covers counts", panel="energy", choices=HIDDEN_WALLS
+        "leave-out",
+        "whether wall area that a neighbour covers counts",
+        panel="energy",
+        choices=HIDDEN_WALLS,
     )
     clearance: float = of_electricity(
-        CLEARANCES[1], "room before a module, up to a face turned against it", panel="energy", unit="m", least=0
+        CLEARANCES[1],
+        "room before a module, up to a face turned against it",
+        panel="energy",
+        unit="m",
+        least=0,
     )
     sectors: str = setting(
-        "8", "azimuths of roofs and facades that count", group="surfaces", panel="classify", choices=SECTORS
+        "8",
+        "azimuths of roofs and facades that count",
+        group="surfaces",
+        panel="classify",
+        choices=SECTORS,
     )
     overhangs: str = of_electricity(
-        "leave-out", "whether walls that lean outward by more than 1° are facades", choices=("leave-out", "count")
+        "leave-out",
+        "whether walls that lean outward by more than 1° are facades",
+        choices=("leave-out", "count"),
     )
     usable: dict = of_electricity(
-        {}, "share of the area that windows and edges leave for modules, by kind", kind="shares", metavar="KIND=SHARE"
+        {},
+        "share of the area that windows and edges leave for modules, by kind",
+        kind="shares",
+        metavar="KIND=SHARE",
     )
     series: tuple = of_electricity(
         (),
-        f"ids of surfaces whose hourly series are written to series.csv; {BUILDINGS}: power of each in timeseries.nc",
+        f"ids of surfaces whose hourly series are written to series.csv; {BUILDINGS}: power of "
+        "each in timeseries.nc",
         kind="names",
         metavar="ID",
     )
-    monthly: bool = of_electricity(False, "add monthly full load hours to faces.csv and buildings.csv", kind="flag")
+    monthly: bool = of_electricity(
+        False, "add monthly full load hours to faces.csv and buildings.csv", kind="flag"
+    )

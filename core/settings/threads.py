@@ -15,14 +15,20 @@ def usable_threads(threads=None):
 
 
 def map_in_order(function, tasks, threads):
-    """Yield results of `function(task)` in task order, from several threads, with a bounded queue."""
+    """Yield results of `function(task)` in task order, from several threads, with a
+    bounded queue.
+    """
     tasks = iter(tasks)
     with ThreadPoolExecutor(threads) as pool:
-        waiting = [pool.submit(function, task) for _, task in zip(range(2 * threads), tasks, strict=False)]
+        waiting = [
+            pool.submit(function, task) for _, task in zip(range(2 * threads), tasks, strict=False)
+        ]
         try:
             while waiting:
                 result = waiting.pop(0).result()
-                waiting.extend(pool.submit(function, task) for _, task in zip(range(1), tasks, strict=False))
+                waiting.extend(
+                    pool.submit(function, task) for _, task in zip(range(1), tasks, strict=False)
+                )
                 yield result
         finally:
             for future in waiting:
@@ -30,6 +36,12 @@ def map_in_order(function, tasks, threads):
 
 
 def work_in_slices(work, count, threads):
-    """Results of `work(rows)` for consecutive slices of `count` rows, in order, for any number of threads."""
+    """Results of `work(rows)` for consecutive slices of `count` rows, in order, for any number of
+    threads.
+    """
     starts = range(0, count, ROWS_PER_SLICE)
-    return list(map_in_order(work, (slice(start, min(start + ROWS_PER_SLICE, count)) for start in starts), threads))
+    return list(
+        map_in_order(
+            work, (slice(start, min(start + ROWS_PER_SLICE, count)) for start in starts), threads
+        )
+    )

@@ -1,4 +1,5 @@
-"""Suns of some days, evenly spread over the year, and interpolation between them and between the steps of a day.
+"""Suns of some days, evenly spread over the year, and interpolation between them and between the
+steps of a day.
 
 sun's height                  ○ traced: some days, all their steps      The same step of neighbouring days lies on the
      │   ○    ○    ○          × an hour of the year: up to four days    analemma, a smooth function of the season.
@@ -17,7 +18,9 @@ SHORTEST_STEP = pd.Timedelta(minutes=15)  # between traced suns, in which the su
 EPOCH = 719_163  # 1970-01-01 as datetime.date.toordinal counts days
 WIDEST_GAP = 60.0  # days; over wider gaps the sun's path is not a smooth function of the season
 ON_STEP = 0.05  # of a step: closer than this, the sun of the traced step itself is taken
-FINE_STEP = np.cos(np.radians(6.0))  # between steps closer than this linear interpolation is good enough
+FINE_STEP = np.cos(
+    np.radians(6.0)
+)  # between steps closer than this linear interpolation is good enough
 CHUNK = 4096  # intervals at a time
 AROUND = np.array([-1, 0, 1, 2])
 
@@ -25,8 +28,9 @@ AROUND = np.array([-1, 0, 1, 2])
 def days_of_year_suns(times, interval, latitude, longitude, *, count):
     """Suns of days evenly spread over the year.
 
-    Each day is one of the time axis, with the sun at the middle of every interval in which it is above the horizon.
-    Time steps shorter than 15 minutes are merged into steps of 15 minutes or slightly more.
+    Each day is one of the time axis, with the sun at the middle of every interval in which it is
+    above the horizon. Time steps shorter than 15 minutes are merged into steps of 15 minutes or
+    slightly more.
 
     Parameters
     ----------
@@ -42,7 +46,8 @@ def days_of_year_suns(times, interval, latitude, longitude, *, count):
     Returns
     -------
     Suns
-        Sampling "days:N", not weighted yet; `day` is the proleptic Gregorian ordinal of the day of local solar time.
+        Sampling "days:N", not weighted yet; `day` is the proleptic Gregorian ordinal of the day of
+        local solar time.
     """
     # Intervals per step of traced suns, such that the steps divide the day.
     every = max(1, -(-SHORTEST_STEP // interval))
@@ -59,16 +64,19 @@ def days_of_year_suns(times, interval, latitude, longitude, *, count):
     up = sun["apparent_zenith"].to_numpy() <= 90.0
     direction = sun_direction(sun["apparent_zenith"][up], sun["solar_azimuth"][up])
     day, step = (part[chosen].ravel()[up].astype(np.int32) for part in (day + EPOCH, step))
-    return Suns(f"days:{count}", direction, np.full(len(direction), 1.0 / max(len(direction), 1)), day, step)
+    return Suns(
+        f"days:{count}", direction, np.full(len(direction), 1.0 / max(len(direction), 1)), day, step
+    )
 
 
 def match_days_of_year(suns, direction, day):
     """The traced suns around each sunny interval, and their weights.
 
-    For each step of the day the sun's position is a smooth function of the season, the analemma; along it, four traced
-    days are interpolated by a cubic. If the interval lies between two steps, because the weather has shorter steps or
-    another longitude, four steps are interpolated likewise. Where the interpolated position is further from the sun
-    than the nearest traced sun is (near sunrise and sunset, and in gaps of more than 60 days), that one is used.
+    For each step of the day the sun's position is a smooth function of the season, the analemma;
+    along it, four traced days are interpolated by a cubic. If the interval lies between two steps,
+    because the weather has shorter steps or another longitude, four steps are interpolated
+    likewise. Where the interpolated position is further from the sun than the nearest traced sun is
+    (near sunrise and sunset, and in gaps of more than 60 days), that one is used.
 
     Parameters
     ----------
@@ -82,16 +90,21 @@ def match_days_of_year(suns, direction, day):
     Returns
     -------
     index : numpy.ndarray, (t, k) int64
-        Into the suns; 0 where the weight is 0. k is 4 on the time axis that was traced, up to 16 on others.
+        Into the suns; 0 where the weight is 0. k is 4 on the time axis that was traced, up to 16 on
+        others.
     weight : numpy.ndarray, (t, k) float64
         Rows sum to 1; some are negative.
     """
     dates = np.unique(suns.day)
     dates = dates[np.argsort(dates % TROPICAL_YEAR)]
     table = np.full((len(dates), suns.step.max() + 1), -1)
-    table[np.argsort(dates)[np.searchsorted(np.sort(dates), suns.day)], suns.step] = np.arange(len(suns))
+    table[np.argsort(dates)[np.searchsorted(np.sort(dates), suns.day)], suns.step] = np.arange(
+        len(suns)
+    )
     days, which = np.unique(day, return_inverse=True)
-    seasons, season_weight = _join_days(table, dates % TROPICAL_YEAR, (days + EPOCH) % TROPICAL_YEAR)
+    seasons, season_weight = _join_days(
+        table, dates % TROPICAL_YEAR, (days + EPOCH) % TROPICAL_YEAR
+    )
     path = np.einsum("dak,dakx->dkx", season_weight, suns.direction[seasons])
     known = season_weight.any(axis=1)
     path[known] /= np.linalg.norm(path[known], axis=1, keepdims=True)
@@ -136,10 +149,14 @@ def _join_days(table, phase, place):
         0 where the weight is 0.
     weight : numpy.ndarray, (d, 4, s)
     """
-    around = np.searchsorted(phase, place, side="right")[:, None] - 1 + AROUND  # (d, 4), cyclic over the year
+    around = (
+        np.searchsorted(phase, place, side="right")[:, None] - 1 + AROUND
+    )  # (d, 4), cyclic over the year
     nodes = phase[around % len(phase)] + TROPICAL_YEAR * (around // len(phase))
     near = np.diff(nodes, axis=1) <= WIDEST_GAP  # (d, 3)
-    joined = np.stack([near[:, 0] & near[:, 1], near[:, 1], near[:, 1], near[:, 1] & near[:, 2]], axis=1)
+    joined = np.stack(
+        [near[:, 0] & near[:, 1], near[:, 1], near[:, 1], near[:, 1] & near[:, 2]], axis=1
+    )
     index = table[around % len(phase)]
     known = (index >= 0) & joined[:, :, None]
     count, _, steps = index.shape
@@ -190,8 +207,8 @@ def _join_steps(path, known, direction):
 def cubic_weights(place, nodes, known):
     """Weights of the values at four nodes for interpolating between the second and the third.
 
-    Cubic through all four; linear between the middle two if an outer one is missing; one of the middle two if only that
-    is known.
+    Cubic through all four; linear between the middle two if an outer one is missing; one of the
+    middle two if only that is known.
 
     Parameters
     ----------
@@ -205,13 +222,13 @@ def cubic_weights(place, nodes, known):
     Returns
     -------
     numpy.ndarray, (t, 4) float64
-        Rows sum to 1, or to 0 if neither of the middle two is known. Those of the outer two are negative: -1/16 each
-        halfway between equidistant nodes.
+        Rows sum to 1, or to 0 if neither of the middle two is known. Those of the outer two are
+        negative: -1/16 each halfway between equidistant nodes.
 
     Notes
     -----
-    Lagrange interpolation. With node spacing h the error for a smooth function is at most h⁴ |f⁗| / 24 (cubic), or
-    h² |f″| / 8 (linear); the latter is biased to one side where f is curved.
+    Lagrange interpolation. With node spacing h the error for a smooth function is at most h⁴ |f⁗| /
+    24 (cubic), or h² |f″| / 8 (linear); the latter is biased to one side where f is curved.
     """
     left, right = known[:, 1], known[:, 2]
     share = (place - nodes[:, 1]) / (nodes[:, 2] - nodes[:, 1])

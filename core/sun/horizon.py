@@ -1,4 +1,5 @@
-"""The horizon of distant terrain as seen from one place: an elevation angle for every azimuth, from heights around it.
+"""The horizon of distant terrain as seen from one place: an elevation angle for every azimuth, from
+heights around it.
 
 elevation
    │        ▲ hidden: below the line a ray that leaves the scene meets terrain, and no sun is seen
@@ -7,12 +8,15 @@ elevation
    └────────────────── azimuth
    N    E    S    W    N
 
-eye ─────────────────────── horizontal        A post at distance d lies lower by about (1 - k) d²/2R than
- ●┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄ ▲ ↕ drop                    its height says: light in air bends towards the Earth, as
+eye ─────────────────────── horizontal        A post at distance d lies lower by about (1 - k) d²/2R
+                                              than
+ ●┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄ ▲ ↕ drop                    its height says: light in air bends towards the Earth,
+                                              as
 ═══════════╲_____╱═╲___                       if the Earth had the radius R/(1 - k).
 
-What it takes from unobstructed surfaces, or adds to them, has a closed form, of the sky and of the suns of a year: the
-sky between the horizontal and the horizon is lost, terrain in its place reflects what a lit plain does.
+What it takes from unobstructed surfaces, or adds to them, has a closed form, of the sky and of the
+suns of a year: the sky between the horizontal and the horizon is lost, terrain in its place
+reflects what a lit plain does.
 """
 
 from dataclasses import dataclass, replace
@@ -28,7 +32,8 @@ from .solar_position import sun_direction
 STEPS = 1440  # azimuths at which a horizon is stored: every 0.25°
 EARTH_RADIUS = 6_371_000.0  # [m] mean; the local one differs by 0.4 %, which is 0.001° at 50 km
 REFRACTION = 0.13  # coefficient k of terrestrial refraction (Gauss); Brunner 1984, Hirt et al. 2010
-NODE = 1000.0  # [m] along a line of sight places of the raster are computed so often, and linear between
+# [m] along a line of sight places of the raster are computed so often, and linear between
+NODE = 1000.0
 GEODESIC = pyproj.Geod(ellps="WGS84")
 
 
@@ -36,10 +41,14 @@ GEODESIC = pyproj.Geod(ellps="WGS84")
 class TerrainHorizon:
     """Elevation angle of the terrain around a place."""
 
-    elevation: np.ndarray  # (STEPS,) float64 [°], 0 to 90, at azimuths 0, 0.25°, … clockwise from true north
+    elevation: (
+        np.ndarray
+    )  # (STEPS,) float64 [°], 0 to 90, at azimuths 0, 0.25°, … clockwise from true north
     source: str = ""  # the file it comes from
     eye: float | None = None  # [m] height from which terrain is seen; None: the file has angles
-    known: np.ndarray | None = None  # (STEPS,) float64 [m], distance of the last height in each direction
+    known: np.ndarray | None = (
+        None  # (STEPS,) float64 [m], distance of the last height in each direction
+    )
 
     @property
     def azimuth(self):
@@ -86,7 +95,8 @@ def is_above(horizon, direction):
 
 
 def without_hidden(suns, horizon):
-    """Suns of which those behind the horizon have no weight: the weights sum to the share of open suns.
+    """Suns of which those behind the horizon have no weight: the weights sum to the share of open
+    suns.
 
     Parameters
     ----------
@@ -135,7 +145,8 @@ def mark_hidden(fate, directions, sine, seen, hidden):
 def horizon_of_terrain(grids, place, start, reach, refraction=REFRACTION, *, otherwise=np.nan):
     """Horizon as seen from the ground at a place.
 
-    Heights are bilinear between posts, taken every half post, nearby every eighth, along lines of sight every 0.25°.
+    Heights are bilinear between posts, taken every half post, nearby every eighth, along lines of
+    sight every 0.25°.
 
     Parameters
     ----------
@@ -170,9 +181,14 @@ def horizon_of_terrain(grids, place, start, reach, refraction=REFRACTION, *, oth
     eye = found if np.isfinite(found) else otherwise
     if not np.isfinite(eye):
         problem = f"has no height at the site ({place[0]:.4f}°, {place[1]:.4f}°)"
-        raise InputError(grids[0].path, problem, "give a raster that covers the site and up to 50 km around it")
+        raise InputError(
+            grids[0].path, problem, "give a raster that covers the site and up to 50 km around it"
+        )
     nodes = np.arange(int(np.ceil(reach / NODE)) + 2) * NODE
-    turn, far = (grid.ravel() for grid in np.meshgrid(np.arange(STEPS) * (360.0 / STEPS), nodes, indexing="ij"))
+    turn, far = (
+        grid.ravel()
+        for grid in np.meshgrid(np.arange(STEPS) * (360.0 / STEPS), nodes, indexing="ij")
+    )
     latitude, longitude = (np.full(turn.shape, value) for value in place)
     longitudes, latitudes, _ = GEODESIC.fwd(longitude, latitude, turn, far)
     steepest, known = np.zeros((2, STEPS))
@@ -194,7 +210,9 @@ def height_at(grids, place):
 
 @njit(nogil=True, cache=True)
 def bilinear(heights, column, row):
-    """Height at a place of a grid whose posts lie at whole numbers; NaN outside its cells, and beside gaps."""
+    """Height at a place of a grid whose posts lie at whole numbers; NaN outside its cells, and
+    beside gaps.
+    """
     rows, columns = heights.shape
     if not (-0.5 <= column <= columns - 0.5 and -0.5 <= row <= rows - 0.5):
         return np.nan
@@ -239,18 +257,22 @@ def _march(heights, lines, extent, eye_of, steepest, known):  # noqa: PLR0917
                 tangent = (height - eye - drop) / ((radius + height) * np.sin(angle))
                 steepest[line] = max(steepest[line], tangent)
                 known[line] = max(known[line], distance)
-            distance += min(step, max(step / 4, distance / 200))  # finer nearby, where angles change quickly
+            distance += min(
+                step, max(step / 4, distance / 200)
+            )  # finer nearby, where angles change quickly
 
 
 UP = np.array([[0.0, 0.0, 1.0]])
 
 
 def lost_sky(normal, horizon):
-    """Cosine-weighted share of the hemisphere of unobstructed surfaces between the horizontal and the horizon.
+    """Cosine-weighted share of the hemisphere of unobstructed surfaces between the horizontal and
+    the horizon.
 
-    For each azimuth the integral over elevation is exact: with c the component of the normal along that azimuth,
-    ∫ (c cos e + n_z sin e) cos e de = c (e/2 + sin 2e / 4) + n_z sin² e / 2. A horizon of equal height h takes sin² h
-    from a level surface, and (h + sin h cos h)/π, h in radians, from a wall.
+    For each azimuth the integral over elevation is exact: with c the component of the normal along
+    that azimuth, ∫ (c cos e + n_z sin e) cos e de = c (e/2 + sin 2e / 4) + n_z sin² e / 2. A
+    horizon of equal height h takes sin² h from a level surface, and (h + sin h cos h)/π, h in
+    radians, from a wall.
 
     Parameters
     ----------
@@ -276,7 +298,9 @@ def lost_sky(normal, horizon):
         faces = (high > low) & ((along > 0) | (up > 0))
         share = along * (high - low + (np.sin(2 * high) - np.sin(2 * low)) / 2) / 2
         share += up * (np.sin(high) ** 2 - np.sin(low) ** 2) / 2
-        return np.maximum(np.where(faces, share, 0.0), 0).sum(axis=1) * 2 / len(turn)  # da/π = 2/STEPS
+        return (
+            np.maximum(np.where(faces, share, 0.0), 0).sum(axis=1) * 2 / len(turn)
+        )  # da/π = 2/STEPS
 
     return by_normal(lose, normal, 9)
 
@@ -286,7 +310,9 @@ class _SunlitYear:
     """Sums over a year: what light there is, and from where."""
 
     towards: np.ndarray  # (t, 3) float64, to the sun, of the intervals in which it shines
-    direct: np.ndarray  # (t,) float64 [Wm⁻²], normal irradiance from there, circumsolar light included
+    direct: (
+        np.ndarray
+    )  # (t,) float64 [Wm⁻²], normal irradiance from there, circumsolar light included
     dome: float  # [Wm⁻²] summed over all intervals
     sources: dict  # name -> float [Wm⁻²], the same by each traced source, in its unit
 
@@ -296,13 +322,16 @@ def sunlit_year(weather, parts):
     data = weather.data
     direct = data["dni"].to_numpy(float) + parts.circumsolar
     lit = direct > 0
-    towards = sun_direction(data["apparent_zenith"].to_numpy()[lit], data["solar_azimuth"].to_numpy()[lit])
+    towards = sun_direction(
+        data["apparent_zenith"].to_numpy()[lit], data["solar_azimuth"].to_numpy()[lit]
+    )
     sources = {name: float(light.sum()) for name, light in parts.sources.items()}
     return _SunlitYear(towards, direct[lit], float(parts.dome.sum()), sources)
 
 
 def first_light(year, normal):
-    """Light of sun and sky on unobstructed surfaces, without reflections: (k,) float64 [Wm⁻²], summed over the year.
+    """Light of sun and sky on unobstructed surfaces, without reflections: (k,) float64 [Wm⁻²],
+    summed over the year.
 
     Parameters
     ----------
@@ -314,7 +343,8 @@ def first_light(year, normal):
 
 
 def light_behind(year, normal, horizon, ground_albedo):
-    """What a horizon takes from unobstructed surfaces, and what they gain where terrain is brighter than the sky.
+    """What a horizon takes from unobstructed surfaces, and what they gain where terrain is brighter
+    than the sky.
 
     Parameters
     ----------

@@ -1,23 +1,25 @@
-"""The horizon as a source of light: a band of uniform azimuth, weighed like a line at the horizon itself.
+"""The horizon as a source of light: a band of uniform azimuth, weighed like a line at the horizon
+itself.
 
              normal n
                ↑   ╱ d: towards the band, at azimuth φ from n, 0° to 6.5° high
     surface ═══╪══╱════
                │ ╱ φ
 
-Perez's horizon gives an unshaded surface F₂ sin β, for every azimuth. So does a uniform line at elevation 0, per its
-irradiance of a wall:
+Perez's horizon gives an unshaded surface F₂ sin β, for every azimuth. So does a uniform line at
+elevation 0, per its irradiance of a wall:
 
     H = ½ ∫ max(0, n · d_h(φ)) V(φ) dφ,    d_h horizontal,    ½ sin β ∫ cos φ dφ = sin β  where V = 1
 
-V(φ) is the visible share of the band at azimuth φ. A line without height would be hidden by the slightest rise of the
-ground: Perez et al. (1987) give their band 6.5°, and so much of it may hide behind a rise here. What a surface that
-leans forward cannot see of the band, because it is behind its own plane, is not missed.
+V(φ) is the visible share of the band at azimuth φ. A line without height would be hidden by the
+slightest rise of the ground: Perez et al. (1987) give their band 6.5°, and so much of it may hide
+behind a rise here. What a surface that leans forward cannot see of the band, because it is behind
+its own plane, is not missed.
 
 References
 ----------
-R. Perez, R. Seals, P. Ineichen, R. Stewart, D. Menicucci (1987), A new simplified version of the Perez diffuse
-irradiance model for tilted surfaces. :doi:`10.1016/S0038-092X(87)80031-2`
+R. Perez, R. Seals, P. Ineichen, R. Stewart, D. Menicucci (1987), A new simplified version of the
+Perez diffuse irradiance model for tilted surfaces. :doi:`10.1016/S0038-092X(87)80031-2`
 """
 
 import numpy as np
@@ -27,17 +29,23 @@ CHUNK = 512  # normals at a time
 
 
 class HorizonBand:
-    """The part of the sky that has rays and photons of its own; its light is stated per that of an unshaded wall."""
+    """The part of the sky that has rays and photons of its own; its light is stated per that of an
+    unshaded wall.
+    """
 
-    name = "horizon"  # of its values in a Transfer, of its variables in files, and of the stage in which it is traced
+    # of its values in a Transfer, of its variables in files, and of the stage in which it is traced
+    name = "horizon"
     title = "the horizon"  # in messages
     unit = "that of an unshaded wall"  # in descriptions of variables
     stream = np.uint64(0x4071)  # sets the random numbers of its rays apart
-    incidence = "horizon"  # region of `pvlib.iam.marion_diffuse` whose incidence angle modifier its light gets
+    # region of `pvlib.iam.marion_diffuse` whose incidence angle modifier its light gets
+    incidence = "horizon"
     radiance = np.pi / (HEIGHT + np.sin(2 * HEIGHT) / 2)  # π times its own
-    low = np.pi / (2 * HEIGHT)  # light lost with a cosine-weighted share of the sky less than 2° above the level
-    # Photons: power through lid, bottom and sides of a box, per area, (6,). A beam from azimuth φ and elevation e has
-    # the normal irradiance dφ de / (2 HEIGHT cos e).
+    low = np.pi / (
+        2 * HEIGHT
+    )  # light lost with a cosine-weighted share of the sky less than 2° above the level
+    # Photons: power through lid, bottom and sides of a box, per area, (6,). A beam from azimuth φ
+    # and elevation e has the normal irradiance dφ de / (2 HEIGHT cos e).
     sides = np.array([-np.pi * np.log(np.cos(HEIGHT)) / HEIGHT, 0, 1, 1, 1, 1])
 
     def variable(self, field):
@@ -78,7 +86,8 @@ class HorizonBand:
         return directions
 
     def weigh(self, normal, towards):
-        """What light from the band counts on a surface, so that the band is weighed like a line at the horizon.
+        """What light from the band counts on a surface, so that the band is weighed like a line at
+        the horizon.
 
         Parameters
         ----------
@@ -89,7 +98,8 @@ class HorizonBand:
         Returns
         -------
         (m,) float64
-            n · d_h · cos e / (n · d), over the share of the band that is in front; 1 for walls, 0 for level surfaces.
+            n · d_h · cos e / (n · d), over the share of the band that is in front; 1 for walls, 0
+            for level surfaces.
         """
         normal, towards = np.asarray(normal, float), np.asarray(towards, float)
         level = np.hypot(normal[:, 0], normal[:, 1])
@@ -116,9 +126,12 @@ class HorizonBand:
         (m, 3) float64
         """
         lid = axis == 2
-        # Through the lid all azimuths are equally dense, and elevations as tan e; through sides as cos φ, and evenly.
+        # Through the lid all azimuths are equally dense, and elevations as tan e; through sides as
+        # cos φ, and evenly.
         turn = 2 * np.pi * numbers[:, 0]
-        elevation = np.where(lid, np.arccos(np.cos(HEIGHT) ** numbers[:, 1]), HEIGHT * numbers[:, 1])
+        elevation = np.where(
+            lid, np.arccos(np.cos(HEIGHT) ** numbers[:, 1]), HEIGHT * numbers[:, 1]
+        )
         across = np.where(lid, np.sin(turn), 2 * numbers[:, 0] - 1)
         along = np.where(lid, np.cos(turn), sign * np.sqrt(np.maximum(1 - across**2, 0)))
         x, y = np.where(axis == 1, across, along), np.where(axis == 1, along, across)
@@ -135,7 +148,8 @@ class HorizonBand:
         Returns
         -------
         (n,) float64
-            Weighed as the band is, with the cosine of the azimuth from the normal; 1 for level surfaces.
+            Weighed as the band is, with the cosine of the azimuth from the normal; 1 for level
+            surfaces.
         """
         normal = np.asarray(normal, float)
         if terrain is None or not len(normal):
@@ -157,7 +171,8 @@ def _visible_height(slope, cosine):
     cosine : (...) float
         Of the azimuth from its normal, not negative.
     """
-    # In front where n_h cos φ cos e + n_z sin e > 0: all of it where the surface leans backward, past π/2.
+    # In front where n_h cos φ cos e + n_z sin e > 0: all of it where the surface leans backward,
+    # past π/2.
     return np.minimum(np.arctan2(cosine, slope), HEIGHT).astype(np.float32)
 
 

@@ -1,7 +1,8 @@
 """Read the horizon of a scene: from a raster of heights around it, or from a file with angles.
 
 Four formats of angles are told apart by their content:
-    azimuth,elevation       two columns, azimuth clockwise from north [°], any order and spacing, header optional;
+    azimuth,elevation       two columns, azimuth clockwise from north [°], any order and spacing,
+                            header optional;
                             the other way round if the header names them so
     PVGIS printhorizon CSV  columns A and H_hor, A from the south, west positive
     PVGIS printhorizon JSON the same
@@ -22,8 +23,11 @@ from ..settings.errors import InputError, first_true
 from .horizon import GEODESIC, STEPS, TerrainHorizon, horizon_of_terrain
 
 OF_PLACE = "pvgis"  # instead of a file: PVGIS is asked
-AT_ONCE = 1 << 16  # triangles of ground that are looked at together, so that they need little memory
-REACH = 50_000.0  # [m] terrain further away is left out: a peak of 2,000 m rises by less than 2.1° beyond it
+AT_ONCE = (
+    1 << 16
+)  # triangles of ground that are looked at together, so that they need little memory
+# [m] terrain further away is left out: a peak of 2,000 m rises by less than 2.1° beyond it
+REACH = 50_000.0
 MESHES = (*RELIEFS, ".obj")
 CURE = "give lines of azimuth,elevation in degrees, or a horizon file of PVGIS"
 LARGEST = 4_000_000  # bytes of a file of angles
@@ -58,18 +62,27 @@ def _is_raster(path):
     """
     open_input(path).close()
     if suffix_of(path) in MESHES:
-        cure = f"give heights around the city as {', '.join(RASTERS)}, or lines of azimuth,elevation in degrees"
-        raise InputError(path, "is a mesh or a city, from which no horizon is read", f"{cure}; --terrain takes meshes")
+        cure = (
+            f"give heights around the city as {', '.join(RASTERS)}, or lines of azimuth,elevation "
+            "in degrees"
+        )
+        raise InputError(
+            path,
+            "is a mesh or a city, from which no horizon is read",
+            f"{cure}; --terrain takes meshes",
+        )
     return suffix_of(path) in RASTERS
 
 
 def read_horizon(path, scene):
-    """Horizon as seen from the middle of a scene, and from the corners of the box around its buildings.
+    """Horizon as seen from the middle of a scene, and from the corners of the box around its
+    buildings.
 
     Parameters
     ----------
     path : path-like
-        GeoTIFF or ASC grid with its reference system, a file of angles as in `read_horizon_table`, or "pvgis".
+        GeoTIFF or ASC grid with its reference system, a file of angles as in `read_horizon_table`,
+        or "pvgis".
     scene : Scene
 
     Returns
@@ -97,12 +110,20 @@ def read_horizon(path, scene):
         azimuth, distance = np.degrees(np.arctan2(east, north)), np.hypot(east, north)
         places.append(GEODESIC.fwd(site.longitude, site.latitude, azimuth, distance)[1::-1])
     grids = read_heights(path, places[0], REACH)
-    drawn = find_ground(scene) if scene.terrain_laid else find_ground(scene) & own  # or measured, not generated
-    model = np.concatenate([scene.vertices[scene.triangles[drawn], :2], corners[[[0, 1, 2], [0, 2, 3]]]])
+    drawn = (
+        find_ground(scene) if scene.terrain_laid else find_ground(scene) & own
+    )  # or measured, not generated
+    model = np.concatenate(
+        [scene.vertices[scene.triangles[drawn], :2], corners[[[0, 1, 2], [0, 2, 3]]]]
+    )
     found = []
     for place, post in zip(places, posts, strict=True):
-        eye = found[0].eye if found else np.nan  # of corners that stand in water, which may be a gap
-        found.append(horizon_of_terrain(grids, place, distance_to_end(post, model), REACH, otherwise=eye))
+        eye = (
+            found[0].eye if found else np.nan
+        )  # of corners that stand in water, which may be a gap
+        found.append(
+            horizon_of_terrain(grids, place, distance_to_end(post, model), REACH, otherwise=eye)
+        )
     return found[0], found[1:]
 
 
@@ -128,7 +149,10 @@ def ask_horizon(latitude, longitude, timeout=(5.0, 60.0)):
     """
     import pvlib
 
-    url, place = pvlib.iotools.pvgis.URL, (round(latitude, 4), round((longitude + 180) % 360 - 180, 4))
+    url, place = (
+        pvlib.iotools.pvgis.URL,
+        (round(latitude, 4), round((longitude + 180) % 360 - 180, 4)),
+    )
     cure = "give a file of angles or heights, or leave --horizon out"
     try:
         profile, _ = pvlib.iotools.get_pvgis_horizon(*place, url=url, timeout=timeout)
@@ -202,7 +226,9 @@ def read_horizon_table(path):
     if text.lstrip().startswith("{"):
         try:
             rows = json.loads(text)["outputs"]["horizon_profile"]
-            azimuth, elevation = np.array([(row["A"] + 180, row["H_hor"]) for row in rows], float).reshape(-1, 2).T
+            azimuth, elevation = (
+                np.array([(row["A"] + 180, row["H_hor"]) for row in rows], float).reshape(-1, 2).T
+            )
         except (ValueError, KeyError, TypeError) as error:
             raise InputError(path, "is not a horizon of PVGIS", CURE) from error
     else:
@@ -211,12 +237,17 @@ def read_horizon_table(path):
 
 
 def _horizon_of_angles(path, azimuth, elevation):
-    """TerrainHorizon of azimuths from north and elevations, (n,) [°], of a file or a place for messages."""
+    """TerrainHorizon of azimuths from north and elevations, (n,) [°], of a file or a place for
+    messages.
+    """
     if len(azimuth) < 3:
         raise InputError(path, f"has {len(azimuth)} angles", "give at least three around the site")
     # Compared so that NaN fails too.
     if (row := first_true(~(np.abs(azimuth) <= 540) | ~(np.abs(elevation) < HIGHEST))) is not None:
-        problem = f"azimuth {azimuth[row]:g}°, elevation {elevation[row]:g}° (entry {row + 1}) is out of range"
+        problem = (
+            f"azimuth {azimuth[row]:g}°, elevation {elevation[row]:g}° (entry {row + 1}) is out of "
+            "range"
+        )
         raise InputError(path, problem, "give azimuths from 0 to 360° and elevations below 90°")
     order = np.argsort(azimuth % 360, kind="stable")
     around = np.arange(STEPS) * (360.0 / STEPS)
@@ -234,11 +265,15 @@ def _angles_of_text(path, text):
             if rows and OF_PVGIS.match(header):
                 break  # PVGIS explains its columns below them
             if rows:
-                raise InputError(f"{path}:{number}", f"{line.strip()[:40]!r} are no numbers", CURE) from None
+                raise InputError(
+                    f"{path}:{number}", f"{line.strip()[:40]!r} are no numbers", CURE
+                ) from None
             header = line
             continue
         if values and rows and len(values) != len(rows[0]):
-            raise InputError(f"{path}:{number}", "has more or fewer columns than the lines before", CURE)
+            raise InputError(
+                f"{path}:{number}", "has more or fewer columns than the lines before", CURE
+            )
         rows += [values] if values else []
     columns = np.array(rows).T
     if OF_PVGIS.match(header) and len(columns) >= 2:

@@ -1,7 +1,9 @@
-"""A grid of sun directions over the whole sky, valid for every latitude and year, and interpolation between them.
+"""A grid of sun directions over the whole sky, valid for every latitude and year, and interpolation
+between them.
 
-The grid and its mirror image below the horizon are triangulated; the triangle of a direction is looked for from that of
-the one before it, which for the hours of a year is a few steps across the sky.
+The grid and its mirror image below the horizon are triangulated; the triangle of a direction is
+looked for from that of the one before it, which for the hours of a year is a few steps across the
+sky.
 """
 
 from dataclasses import dataclass
@@ -14,7 +16,9 @@ from ..settings.errors import InputError
 from .suns import Suns
 
 GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))
-SLACK = -1e-12  # weight down to which a direction counts as inside a triangle: it may lie on an edge
+SLACK = (
+    -1e-12
+)  # weight down to which a direction counts as inside a triangle: it may lie on an edge
 
 
 def sky_grid_suns(count):
@@ -32,8 +36,8 @@ def sky_grid_suns(count):
 
     Notes
     -----
-    Equal steps in height are equal areas on a sphere (Archimedes); the golden angle between neighbours keeps them
-    apart, :doi:`10.1007/s11004-009-9257-x`.
+    Equal steps in height are equal areas on a sphere (Archimedes); the golden angle between
+    neighbours keeps them apart, :doi:`10.1007/s11004-009-9257-x`.
     """
     height = (np.arange(count) + 0.5) / count
     azimuth = GOLDEN_ANGLE * np.arange(count)
@@ -74,7 +78,9 @@ def triangulate_sky(suns):
         If the suns are not a whole sky grid.
     """
     if suns.sampling != f"sky-grid:{len(suns)}":
-        raise InputError("suns", f"{len(suns)} directions of {suns.sampling}", "give a whole sky grid")
+        raise InputError(
+            "suns", f"{len(suns)} directions of {suns.sampling}", "give a whole sky grid"
+        )
     points = np.concatenate([suns.direction, suns.direction * [1.0, 1.0, -1.0]])
     hull = ConvexHull(points)
     corners = hull.simplices.astype(np.int64)
@@ -108,7 +114,9 @@ def match_triangles(triangles, direction):
     weight : numpy.ndarray, (t, 3) float64
         Not negative; rows sum to 1.
     """
-    found = _find_triangles(triangles.neighbours, triangles.inverse, np.ascontiguousarray(direction, float))
+    found = _find_triangles(
+        triangles.neighbours, triangles.inverse, np.ascontiguousarray(direction, float)
+    )
     weight = np.maximum(np.einsum("tij,tj->ti", triangles.inverse[found], direction), 0.0)
     return triangles.corners[found] % triangles.count, weight / weight.sum(axis=1, keepdims=True)
 
@@ -117,8 +125,9 @@ def match_triangles(triangles, direction):
 def _find_triangles(neighbours, inverse, direction):
     """Triangle of each direction, by a visibility walk through the triangulation: (t,) int64.
 
-    From a triangle the walk crosses the edge behind which the direction lies furthest. In a Delaunay triangulation it
-    never runs in a circle (Devillers, Pion, Teillaud 2002, doi:10.1142/S0129054102001047).
+    From a triangle the walk crosses the edge behind which the direction lies furthest. In a
+    Delaunay triangulation it never runs in a circle (Devillers, Pion, Teillaud 2002,
+    doi:10.1142/S0129054102001047).
 
     Parameters
     ----------
@@ -136,7 +145,11 @@ def _find_triangles(neighbours, inverse, direction):
         for _ in range(len(neighbours)):
             side, least = 0, np.inf
             for corner in range(3):
-                weight = inverse[here, corner, 0] * x + inverse[here, corner, 1] * y + inverse[here, corner, 2] * z
+                weight = (
+                    inverse[here, corner, 0] * x
+                    + inverse[here, corner, 1] * y
+                    + inverse[here, corner, 2] * z
+                )
                 if weight < least:
                     side, least = corner, weight
             if least >= SLACK:

@@ -1,4 +1,5 @@
-"""Share the diffuse light of the sky out by dome, circumsolar disc and horizon: an isotropic sky, or Perez'.
+"""Share the diffuse light of the sky out by dome, circumsolar disc and horizon: an isotropic sky,
+or Perez'.
 
 Beside them the irradiance under a clear sky.
 
@@ -8,8 +9,8 @@ Beside them the irradiance under a clear sky.
 
 References
 ----------
-R. Perez, P. Ineichen, R. Seals, J. Michalsky, R. Stewart (1990), Modeling daylight availability and irradiance
-components from direct and global irradiance. :doi:`10.1016/0038-092X(90)90055-H`
+R. Perez, P. Ineichen, R. Seals, J. Michalsky, R. Stewart (1990), Modeling daylight availability and
+irradiance components from direct and global irradiance. :doi:`10.1016/0038-092X(90)90055-H`
 """
 
 from dataclasses import dataclass
@@ -21,10 +22,13 @@ import pvlib
 from .horizon_band import HORIZON
 
 MODELS = ("isotropic", "perez")
-RAYS_SHARE = 4  # hemisphere rays for each ray towards the horizon, which is a small part of the light
+RAYS_SHARE = (
+    4  # hemisphere rays for each ray towards the horizon, which is a small part of the light
+)
 MOST_SHARE = 16  # the same of a horizon that is next to nothing
 NOISE_SHARE = 0.1  # of the variance of the dome's light: what that of the horizon may add to it
-LOWEST = 85.0  # [°] zenith angle from which on the circumsolar disc is taken as if it stood there (Eq. 9)
+# [°] zenith angle from which on the circumsolar disc is taken as if it stood there (Eq. 9)
+LOWEST = 85.0
 SMALL_TILT = 1.0  # [°] of the plane that tells the parts apart: each is positive on it
 NO_CAP = 1e6  # of a horizon that is never darker than the dome
 
@@ -35,8 +39,12 @@ class SkyParts:
 
     dome: np.ndarray  # (t,) part of DHI that comes evenly from the whole sky
     circumsolar: np.ndarray  # (t,) normal irradiance from the place of the sun, DNI not included
-    circumsolar_horizontal: np.ndarray  # (t,) what unshaded ground receives of DHI from the place of the sun
-    sources: dict  # name -> (t,) irradiance by a traced part, in its unit; negative where it is darker than the dome
+    circumsolar_horizontal: (
+        np.ndarray
+    )  # (t,) what unshaded ground receives of DHI from the place of the sun
+    # name -> (t,) irradiance by a traced part, in its unit; negative where it is darker than the
+    # dome
+    sources: dict
 
     @property
     def of_sources(self):
@@ -45,7 +53,9 @@ class SkyParts:
 
     @property
     def caps(self):
-        """Visible light of each part per visible dome up to which no interval's sky is darker than black: (k,)."""
+        """Visible light of each part per visible dome up to which no interval's sky is darker than
+        black: (k,).
+        """
         dark = [(self.dome[light < 0], -light[light < 0]) for light in self.sources.values()]
         return np.array([float((dome / less).min(initial=NO_CAP)) for dome, less in dark])
 
@@ -57,8 +67,8 @@ def split_sky(weather, model):
     ----------
     weather : Weather
     model : str
-        Of MODELS. Perez' has the coefficients "allsitescomposite1990" of pvlib; with the sun below the horizon, where
-        it is not defined, the sky is isotropic.
+        Of MODELS. Perez' has the coefficients "allsitescomposite1990" of pvlib; with the sun below
+        the horizon, where it is not defined, the sky is isotropic.
 
     Returns
     -------
@@ -80,7 +90,9 @@ def split_sky(weather, model):
     defined = np.isfinite(airmass) & (dhi > 0)
     parts = pvlib.irradiance.perez(
         *(SMALL_TILT, 180.0, np.where(defined, dhi, 1.0), data["dni"].to_numpy(float)),
-        dni_extra=pvlib.irradiance.get_extra_radiation(data.index + weather.interval / 2).to_numpy(),
+        dni_extra=pvlib.irradiance.get_extra_radiation(
+            data.index + weather.interval / 2
+        ).to_numpy(),
         solar_zenith=zenith,
         solar_azimuth=data["solar_azimuth"].to_numpy(float),
         airmass=np.where(defined, airmass, 1.0),
@@ -124,10 +136,11 @@ def choose_sky(request, transfer):
 
 
 def choose_share(parts):
-    """Hemisphere rays for each ray towards the horizon, so that its noise hardly adds to that of the dome.
+    """Hemisphere rays for each ray towards the horizon, so that its noise hardly adds to that of
+    the dome.
 
-    As many rays find light that is H/D of the dome's with (H/D)² of its variance, a share of them with that many times
-    more.
+    As many rays find light that is H/D of the dome's with (H/D)² of its variance, a share of them
+    with that many times more.
 
     Parameters
     ----------
@@ -168,11 +181,15 @@ def clear_irradiance(zenith, middle, turbidity, altitude, pressure):
 
     References
     ----------
-    P. Ineichen, R. Perez (2002), A new airmass independent formulation for the Linke turbidity coefficient.
-    :doi:`10.1016/S0038-092X(02)00045-2`
+    P. Ineichen, R. Perez (2002), A new airmass independent formulation for the Linke turbidity
+    coefficient. :doi:`10.1016/S0038-092X(02)00045-2`
     """
     angle = pd.Series(np.asarray(zenith, float), index=middle)
-    airmass = pvlib.atmosphere.get_absolute_airmass(pvlib.atmosphere.get_relative_airmass(angle), pressure)
+    airmass = pvlib.atmosphere.get_absolute_airmass(
+        pvlib.atmosphere.get_relative_airmass(angle), pressure
+    )
     extra = pvlib.irradiance.get_extra_radiation(middle)
-    sky = pvlib.clearsky.ineichen(angle, airmass, turbidity, altitude, extra, perez_enhancement=False)
+    sky = pvlib.clearsky.ineichen(
+        angle, airmass, turbidity, altitude, extra, perez_enhancement=False
+    )
     return sky[["ghi", "dhi", "dni"]].fillna(0.0)

@@ -1,4 +1,5 @@
-"""Where the sun is: the NREL SPA algorithm as implemented in pvlib, unit vectors for the tracer, and solar days.
+"""Where the sun is: the NREL SPA algorithm as implemented in pvlib, unit vectors for the tracer,
+and solar days.
 
 What the position depends on by time alone is computed once for many places.
 
@@ -47,13 +48,17 @@ def check_times(times, interval, shortest=SECOND):
         If the times have no time zone.
     """
     if not isinstance(times, pd.DatetimeIndex):
-        raise InputError("times", f"a {type(times).__name__}", "give a pandas.DatetimeIndex with a time zone")
+        raise InputError(
+            "times", f"a {type(times).__name__}", "give a pandas.DatetimeIndex with a time zone"
+        )
     if times.tz is None:
         raise TypeError("times have no time zone; see pandas.DatetimeIndex.tz_localize")
     if (first := first_true(times.isna())) is not None:
         raise InputError("times", f"row {first} is not a time", "leave it out or fill it in")
     if not (isinstance(interval, pd.Timedelta) and shortest <= interval <= DAY):
-        raise InputError("interval", f"{interval!r}", f"give a pandas.Timedelta from {shortest} to {DAY}")
+        raise InputError(
+            "interval", f"{interval!r}", f"give a pandas.Timedelta from {shortest} to {DAY}"
+        )
 
 
 def check_place(latitude, longitude):
@@ -69,8 +74,14 @@ def check_place(latitude, longitude):
     InputError
     """
     for (name, bound), value in zip(BOUNDS.items(), (latitude, longitude), strict=True):
-        if not (isinstance(value, int | float | np.number) and abs(value) <= bound):  # also true for NaN
-            raise InputError(f"--{name}", f"{value} is out of bounds", f"give degrees between -{bound} and {bound}")
+        if not (
+            isinstance(value, int | float | np.number) and abs(value) <= bound
+        ):  # also true for NaN
+            raise InputError(
+                f"--{name}",
+                f"{value} is out of bounds",
+                f"give degrees between -{bound} and {bound}",
+            )
 
 
 @dataclass
@@ -126,11 +137,17 @@ def sun_of_place(sun, latitude, longitude):
     reduced = spa.uterm(latitude)
     x, y = spa.xterm(reduced, latitude, 0.0), spa.yterm(reduced, latitude, 0.0)
     shift = spa.parallax_sun_right_ascension(x, sun.parallax, hour_angle, sun.declination)
-    declination = spa.topocentric_sun_declination(sun.declination, x, y, sun.parallax, shift, hour_angle)
+    declination = spa.topocentric_sun_declination(
+        sun.declination, x, y, sun.parallax, shift, hour_angle
+    )
     hour_angle = spa.topocentric_local_hour_angle(hour_angle, shift)
-    elevation = spa.topocentric_elevation_angle_without_atmosphere(latitude, declination, hour_angle)
+    elevation = spa.topocentric_elevation_angle_without_atmosphere(
+        latitude, declination, hour_angle
+    )
     refraction = spa.atmospheric_refraction_correction(PRESSURE, TEMPERATURE, elevation, REFRACTION)
-    azimuth = spa.topocentric_azimuth_angle(spa.topocentric_astronomers_azimuth(hour_angle, declination, latitude))
+    azimuth = spa.topocentric_azimuth_angle(
+        spa.topocentric_astronomers_azimuth(hour_angle, declination, latitude)
+    )
     angles = (90.0 - elevation, 90.0 - (elevation + refraction), azimuth)
     return pd.DataFrame(dict(zip(POSITION, angles, strict=True)), index=sun.times)
 
@@ -150,8 +167,8 @@ def solar_position(times, interval, latitude, longitude):
     Returns
     -------
     pandas.DataFrame
-        Indexed by `times`: solar_zenith, apparent_zenith (with the refraction of a standard atmosphere at sea level)
-        and solar_azimuth [°].
+        Indexed by `times`: solar_zenith, apparent_zenith (with the refraction of a standard
+        atmosphere at sea level) and solar_azimuth [°].
     """
     return sun_of_place(geocentric_sun(times, interval), latitude, longitude)
 
@@ -170,9 +187,14 @@ def sun_direction(apparent_zenith, solar_azimuth):
         x east, y north, z up.
     """
     apparent_zenith = check_array("apparent_zenith", apparent_zenith, ("t",), least=0, most=180)
-    solar_azimuth = check_array("solar_azimuth", solar_azimuth, (len(apparent_zenith),), least=-360, most=360)
+    solar_azimuth = check_array(
+        "solar_azimuth", solar_azimuth, (len(apparent_zenith),), least=-360, most=360
+    )
     zenith, azimuth = np.radians(apparent_zenith), np.radians(solar_azimuth)
-    return np.stack([np.sin(zenith) * np.sin(azimuth), np.sin(zenith) * np.cos(azimuth), np.cos(zenith)], axis=-1)
+    return np.stack(
+        [np.sin(zenith) * np.sin(azimuth), np.sin(zenith) * np.cos(azimuth), np.cos(zenith)],
+        axis=-1,
+    )
 
 
 def is_sunny(apparent_zenith):
@@ -227,7 +249,8 @@ def whole_solar_days(times, interval, longitude):
     Returns
     -------
     pandas.DatetimeIndex, (days · steps,)
-        Start of each interval in UTC, in phase with `times`; every day has the same number of steps.
+        Start of each interval in UTC, in phase with `times`; every day has the same number of
+        steps.
     """
     local = local_middle(times, interval, longitude)
     noon = local[(local - local.floor("D")) // interval == (DAY // interval) // 2]

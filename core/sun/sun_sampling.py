@@ -1,4 +1,6 @@
-"""The sun sampling: which suns are traced, and which of them represent each interval of a time axis."""
+"""The sun sampling: which suns are traced, and which of them represent each interval of a time
+axis.
+"""
 
 from dataclasses import dataclass, replace
 
@@ -45,12 +47,14 @@ def choose_suns(sampling, times, interval, latitude, longitude, *, position=None
     Returns
     -------
     Suns
-        For a sky grid the directions are the same everywhere; only the weights depend on the time axis and the place.
+        For a sky grid the directions are the same everywhere; only the weights depend on the time
+        axis and the place.
 
     Raises
     ------
     InputError
-        If the setting is invalid or asks for more days than there are, or the place is not on Earth.
+        If the setting is invalid or asks for more days than there are, or the place is not on
+        Earth.
     """
     name, count = parse_sampling(sampling)
     check_times(times, interval)
@@ -62,7 +66,11 @@ def choose_suns(sampling, times, interval, latitude, longitude, *, position=None
         return weigh_by_year(sky_grid_suns(count), *year, position=position)
     days = len(times) * interval // DAY
     if count > days:
-        raise InputError("--suns", f"{count} {name.replace('-', ' ')} of {days} days", "ask for fewer, or for hourly")
+        raise InputError(
+            "--suns",
+            f"{count} {name.replace('-', ' ')} of {days} days",
+            "ask for fewer, or for hourly",
+        )
     suns_of_days = typical_day_suns if name == "typical-days" else days_of_year_suns
     return weigh_by_year(suns_of_days(*year, count=count), *year, position=position)
 
@@ -90,12 +98,15 @@ def parse_sampling(sampling):
     if count < least:
         raise InputError("--suns", f"{sampling!r} is too few", f"give {name}:{least} or more")
     if count > MOST_DIRECTIONS:
-        raise InputError("--suns", f"{sampling!r} is too many", f"give {name}:{MOST_DIRECTIONS} at most")
+        raise InputError(
+            "--suns", f"{sampling!r} is too many", f"give {name}:{MOST_DIRECTIONS} at most"
+        )
     return name, count
 
 
 def hourly_suns(times, interval, latitude, longitude, position=None):
-    """The sun of every interval with an elevation of at least 2°: the reference, and the most expensive choice.
+    """The sun of every interval with an elevation of at least 2°: the reference, and the most
+    expensive choice.
 
     Parameters
     ----------
@@ -113,7 +124,9 @@ def hourly_suns(times, interval, latitude, longitude, position=None):
     day, step = (np.asarray(part) for part in solar_days(times, interval, longitude))
     weight = np.full(len(direction), 1.0 / max(len(direction), 1))
     day = day - day[:1].sum()  # of the first interval, if any
-    return Suns("hourly", direction, weight, day[sunny].astype(np.int32), step[sunny].astype(np.int32))
+    return Suns(
+        "hourly", direction, weight, day[sunny].astype(np.int32), step[sunny].astype(np.int32)
+    )
 
 
 @dataclass
@@ -121,15 +134,19 @@ class _SunMatch:
     """Which traced suns represent each interval of a time axis."""
 
     index: np.ndarray  # (T, k) int32 into the suns; 0 where the weight is 0
-    weight: np.ndarray  # (T, k) float64; rows sum to 1, or to 0 if the sun is too low; some are negative
+    weight: (
+        np.ndarray
+    )  # (T, k) float64; rows sum to 1, or to 0 if the sun is too low; some are negative
 
 
-def match_suns(suns, times, interval, latitude, longitude, *, lowest=MINIMUM_ELEVATION, position=None):
+def match_suns(
+    suns, times, interval, latitude, longitude, *, lowest=MINIMUM_ELEVATION, position=None
+):
     """Which traced suns represent each interval of a time axis.
 
-    Hourly and typical days: the nearest sun, which of hourly ones is the interval's own on the traced axis. Days: the
-    suns of the days before and after, weighted. Sky grid: the three directions around the sun, weighted. Year and place
-    may differ from those of tracing.
+    Hourly and typical days: the nearest sun, which of hourly ones is the interval's own on the
+    traced axis. Days: the suns of the days before and after, weighted. Sky grid: the three
+    directions around the sun, weighted. Year and place may differ from those of tracing.
 
     Parameters
     ----------
@@ -153,7 +170,11 @@ def match_suns(suns, times, interval, latitude, longitude, *, lowest=MINIMUM_ELE
     """
     check_suns(suns)
     if suns.sampling.partition(":")[0] not in SAMPLINGS:
-        raise InputError("suns", f"the sampling {suns.sampling!r} is unknown", f"give one of {', '.join(SAMPLINGS)}")
+        raise InputError(
+            "suns",
+            f"the sampling {suns.sampling!r} is unknown",
+            f"give one of {', '.join(SAMPLINGS)}",
+        )
     sun = solar_position(times, interval, latitude, longitude) if position is None else position
     sunny = is_sunny(sun["apparent_zenith"])
     if not sunny.any():
@@ -166,9 +187,14 @@ def match_suns(suns, times, interval, latitude, longitude, *, lowest=MINIMUM_ELE
     if suns.sampling.startswith("sky-grid"):
         found, share = match_triangles(triangulate_sky(suns), direction)
     elif suns.sampling.startswith("days"):
-        found, share = match_days_of_year(suns, direction, solar_days(times, interval, longitude)[0][up])
+        found, share = match_days_of_year(
+            suns, direction, solar_days(times, interval, longitude)[0][up]
+        )
     else:
-        found, share = KDTree(suns.direction).query(direction)[1][:, None], np.ones((len(direction), 1))
+        found, share = (
+            KDTree(suns.direction).query(direction)[1][:, None],
+            np.ones((len(direction), 1)),
+        )
     index = np.zeros((len(times), found.shape[1]), np.int32)
     weight = np.zeros(index.shape, float)
     index[up], weight[up] = found, share

@@ -1,4 +1,5 @@
-"""The sun positions that are traced, in an order of which any first part is a representative sample.
+"""The sun positions that are traced, in an order of which any first part is a representative
+sample.
 
 A run may be interrupted: what it has traced by then stands for the whole year.
 """
@@ -13,7 +14,9 @@ from scipy.spatial import KDTree
 from ..settings.errors import UNIT, InputError, check_array, check_unit, first_true
 
 TROPICAL_YEAR = 365.2422  # days: period of the sun's declination and the equation of time
-BELOW_HORIZON = -1e-6  # sine of the elevation down to which a sun counts as on the horizon (rounding)
+BELOW_HORIZON = (
+    -1e-6
+)  # sine of the elevation down to which a sun counts as on the horizon (rounding)
 BY_DAYS = ("days:", "typical-days:")  # sun samplings whose number is that of days
 FEWEST_OF_SKY = 16  # directions of a sky grid needed to interpolate over the whole sky
 GOLDEN = (np.sqrt(5) - 1) / 2
@@ -34,10 +37,15 @@ class TimeAxis(NamedTuple):
 class Suns:
     """Sun positions that are traced, and what is needed to represent a whole year by them."""
 
-    sampling: str  # "hourly", "days:24", "typical-days:12" or "sky-grid:1654"; "hourly:480" means 480 of the hours
+    # "hourly", "days:24", "typical-days:12" or "sky-grid:1654"; "hourly:480" means 480 of the hours
+    sampling: str
     direction: np.ndarray  # (s, 3) float64, unit vectors towards the sun: x east, y north, z up
-    weight: np.ndarray  # (s,) float64, share of the year's sunny intervals that it represents; sums to 1
-    day: np.ndarray  # (s,) int32, its day: a count, for "days" the ordinal of the date; -1 in a sky grid
+    weight: (
+        np.ndarray
+    )  # (s,) float64, share of the year's sunny intervals that it represents; sums to 1
+    day: (
+        np.ndarray
+    )  # (s,) int32, its day: a count, for "days" the ordinal of the date; -1 in a sky grid
     step: np.ndarray  # (s,) int32, step of that day; -1 in a sky grid
 
     def __len__(self):
@@ -56,7 +64,13 @@ def check_suns(suns):
     InputError
     """
     name = "direction of the suns"
-    check_array("weight of the suns", suns.weight, (len(np.asarray(suns.direction)),), least=0, most=1 + UNIT)
+    check_array(
+        "weight of the suns",
+        suns.weight,
+        (len(np.asarray(suns.direction)),),
+        least=0,
+        most=1 + UNIT,
+    )
     direction = check_unit(name, suns.direction)
     if (first := first_true(direction[:, 2] < BELOW_HORIZON)) is not None:
         problem = f"row {first} is {direction[first]}, below the horizon"
@@ -66,10 +80,11 @@ def check_suns(suns):
 def progressive_order(suns):
     """The same suns in the order in which they are traced.
 
-    Days stay whole. They are lined up from the one with the southernmost sun to the one with the northernmost, each as
-    long as its weight, and visited in steps of the golden ratio: days of large weight come early, and every season is
-    sampled soon. Days of the year, which are interpolated, are lined up by season instead, all of one length. The
-    directions of a sky grid are visited by a low-discrepancy sequence over the sky.
+    Days stay whole. They are lined up from the one with the southernmost sun to the one with the
+    northernmost, each as long as its weight, and visited in steps of the golden ratio: days of
+    large weight come early, and every season is sampled soon. Days of the year, which are
+    interpolated, are lined up by season instead, all of one length. The directions of a sky grid
+    are visited by a low-discrepancy sequence over the sky.
 
     Parameters
     ----------
@@ -81,8 +96,8 @@ def progressive_order(suns):
 
     Notes
     -----
-    After any number of golden-ratio steps around a circle, the gaps have at most three different lengths. In the plane,
-    powers of the plastic number replace the golden ratio.
+    After any number of golden-ratio steps around a circle, the gaps have at most three different
+    lengths. In the plane, powers of the plastic number replace the golden ratio.
 
     References
     ----------
@@ -101,7 +116,10 @@ def progressive_order(suns):
         if suns.sampling.startswith("days:"):
             place, share = np.unique(suns.day) % TROPICAL_YEAR, np.ones(len(length))
         else:
-            place, share = np.bincount(number, suns.direction[:, 1]) / length, np.bincount(number, suns.weight)
+            place, share = (
+                np.bincount(number, suns.direction[:, 1]) / length,
+                np.bincount(number, suns.weight),
+            )
         line = np.argsort(place, kind="stable")
         end = np.cumsum(share[line] if share.any() else np.ones(len(line)))
         steps = (0.5 + GOLDEN * np.arange(WALK_DAYS * len(line))) % 1 * end[-1]
@@ -109,11 +127,15 @@ def progressive_order(suns):
         rank = np.empty(len(line), int)
         rank[line[pd.unique(np.append(visited, np.arange(len(line))))]] = np.arange(len(line))
         order = np.argsort(rank[number], kind="stable")
-    return replace(suns, **{name: getattr(suns, name)[order] for name in ("direction", "weight", "day", "step")})
+    return replace(
+        suns,
+        **{name: getattr(suns, name)[order] for name in ("direction", "weight", "day", "step")},
+    )
 
 
 def end_of_days(suns):
-    """Numbers of suns after which tracing can stop: (k,) int, ascending, the last one being their total number.
+    """Numbers of suns after which tracing can stop: (k,) int, ascending, the last one being their
+    total number.
 
     A day is usable only as a whole, and a sky grid only once it fills the sky.
     """
@@ -135,11 +157,13 @@ def interrupted_suns(suns, count):
     Returns
     -------
     Suns
-        `sampling` has their own number: of days, directions, or hourly suns. The weights are the given ones,
-        normalised; `match_suns.weigh_by_year` replaces them with those of the year.
+        `sampling` has their own number: of days, directions, or hourly suns. The weights are the
+        given ones, normalised; `match_suns.weigh_by_year` replaces them with those of the year.
     """
     name = suns.sampling.partition(":")[0]
     number = len(np.unique(suns.day[:count])) if suns.sampling.startswith(BY_DAYS) else count
     weight = suns.weight[:count]
     weight = weight / weight.sum() if weight.any() else np.full(count, 1 / count)
-    return Suns(f"{name}:{number}", suns.direction[:count], weight, suns.day[:count], suns.step[:count])
+    return Suns(
+        f"{name}:{number}", suns.direction[:count], weight, suns.day[:count], suns.step[:count]
+    )

@@ -14,13 +14,14 @@ SEED = 0  # of these centres, fixed: two runs differ by tracing alone
 def typical_day_suns(times, interval, latitude, longitude, *, count):
     """Suns of typical days, found by k-means over the days' sun positions.
 
-    Days are those of local solar time, so that results do not depend on longitude; where hours and meridian agree, the
-    days are the same except for nearly equivalent choices of the k-means. Features of the clustering are zenith and
-    azimuth of every step, night included; the azimuth as sine and cosine, since the angle itself jumps at north.
-    (Measured on 400 random horizons with 12 days, mean absolute error of the hourly mean in 1e-4, with the angle / sine
-    and cosine / unit vectors: 52.5° N 7.4° E 74 / 58 / 57; 33° S 7.4° E 39 / 32 / 33; on the equator 25 / 27 / 52.)
-    The sun at each step of a typical day is the mean direction of those of its member days on which it is at least 2°
-    high.
+    Days are those of local solar time, so that results do not depend on longitude; where hours and
+    meridian agree, the days are the same except for nearly equivalent choices of the k-means.
+    Features of the clustering are zenith and azimuth of every step, night included; the azimuth as
+    sine and cosine, since the angle itself jumps at north. (Measured on 400 random horizons with 12
+    days, mean absolute error of the hourly mean in 1e-4, with the angle / sine and cosine / unit
+    vectors: 52.5° N 7.4° E 74 / 58 / 57; 33° S 7.4° E 39 / 32 / 33; on the equator 25 / 27 / 52.)
+    The sun at each step of a typical day is the mean direction of those of its member days on which
+    it is at least 2° high.
 
     Parameters
     ----------
@@ -49,7 +50,9 @@ def typical_day_suns(times, interval, latitude, longitude, *, count):
     total = pd.DataFrame(direction[sunny]).groupby((member * steps + step)[sunny]).sum()
     mean = total.to_numpy() / np.linalg.norm(total, axis=1, keepdims=True)
     day, step = np.divmod(total.index.to_numpy(np.int32), np.int32(steps))
-    return Suns(f"typical-days:{count}", mean, np.full(len(mean), 1.0 / max(len(mean), 1)), day, step)
+    return Suns(
+        f"typical-days:{count}", mean, np.full(len(mean), 1.0 / max(len(mean), 1)), day, step
+    )
 
 
 def _cluster_days(sun, steps, count):
@@ -71,10 +74,20 @@ def _cluster_days(sun, steps, count):
     import tsam  # it takes as long to load as a small scene to trace
 
     azimuth = np.radians(sun["solar_azimuth"].to_numpy())
-    features = {"sine": np.sin(azimuth), "cosine": np.cos(azimuth), "zenith": sun["apparent_zenith"].to_numpy()}
-    table = pd.DataFrame(features, index=pd.date_range("2021-01-01", periods=len(sun), freq=DAY / steps))
+    features = {
+        "sine": np.sin(azimuth),
+        "cosine": np.cos(azimuth),
+        "zenith": sun["apparent_zenith"].to_numpy(),
+    }
+    table = pd.DataFrame(
+        features, index=pd.date_range("2021-01-01", periods=len(sun), freq=DAY / steps)
+    )
     method = tsam.KMeans(n_init=RESTARTS, random_state=SEED)
     cluster = tsam.ClusterConfig(method=method, representation="mean")
-    with threadpool_limits(1):  # so few days take longer with more threads, whose sums come in any order
-        result = tsam.aggregate(table, n_clusters=count, cluster=cluster, preserve_column_means=False)
+    with threadpool_limits(
+        1
+    ):  # so few days take longer with more threads, whose sums come in any order
+        result = tsam.aggregate(
+            table, n_clusters=count, cluster=cluster, preserve_column_means=False
+        )
     return np.asarray(result.cluster_assignments)

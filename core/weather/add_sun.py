@@ -33,8 +33,14 @@ def add_sun(record, interval, horizon_cut="measured", position=None):
     place = record.latitude, record.longitude
     sun = solar_position(record.data.index, interval, *place) if position is None else position
     # Small negative irradiance comes from packing in the file or the dark signal of an instrument.
-    given = {name: record.data[name].to_numpy(float).clip(min=0.0) for name in IRRADIANCES if name in record.data}
-    extra = np.asarray(pvlib.irradiance.get_extra_radiation(record.data.index + interval / 2), float)
+    given = {
+        name: record.data[name].to_numpy(float).clip(min=0.0)
+        for name in IRRADIANCES
+        if name in record.data
+    }
+    extra = np.asarray(
+        pvlib.irradiance.get_extra_radiation(record.data.index + interval / 2), float
+    )
     if [*given] == ["ghi"]:
         modelled, _ = decompose_ghi(given["ghi"], sun["solar_zenith"].to_numpy(), extra)
         given = given | {"dhi": modelled}
@@ -47,7 +53,9 @@ def add_sun(record, interval, horizon_cut="measured", position=None):
     columns = {name: record.columns.get(name, name) for name in record.data}
     sources = " and ".join(columns[name] for name in given if name in columns)
     columns = {name: f"{name} (from {sources})" for name in irradiance} | columns
-    return Weather(data, interval, *place, record.altitude, record.label, list(record.notes), columns=columns)
+    return Weather(
+        data, interval, *place, record.altitude, record.label, list(record.notes), columns=columns
+    )
 
 
 def complete_irradiance(given, apparent_zenith, horizon_cut="measured", dni_extra=np.inf):
@@ -60,9 +68,10 @@ def complete_irradiance(given, apparent_zenith, horizon_cut="measured", dni_extr
     apparent_zenith : numpy.ndarray, (t,)
         Of the sun at mid-interval [°].
     horizon_cut : {"measured", "neglect"}
-        "measured": below 2° of apparent elevation DNI is kept if it was measured; if it would have to be derived, as a
-        quotient of two numbers near zero, all light is diffuse. With the sun below the horizon all light is diffuse.
-        "neglect": intervals with the sun below 2° have no light, as in the paper.
+        "measured": below 2° of apparent elevation DNI is kept if it was measured; if it would have
+        to be derived, as a quotient of two numbers near zero, all light is diffuse. With the sun
+        below the horizon all light is diffuse. "neglect": intervals with the sun below 2° have no
+        light, as in the paper.
     dni_extra : numpy.ndarray, (t,), optional
         Extraterrestrial normal irradiance [Wm⁻²]: what DNI has above it counts as diffuse.
 
@@ -74,11 +83,14 @@ def complete_irradiance(given, apparent_zenith, horizon_cut="measured", dni_extr
     sunny, height = is_sunny(apparent_zenith), np.maximum(np.cos(np.radians(apparent_zenith)), 0.0)
     ghi, dhi, dni = (given.get(name) for name in ("ghi", "dhi", "dni"))
     # Intervals with direct light: sun above the horizon, or above 2° if DNI has to be derived.
-    direct = sunny if dni is None or horizon_cut == "neglect" else np.asarray(apparent_zenith) < 90.0
+    direct = (
+        sunny if dni is None or horizon_cut == "neglect" else np.asarray(apparent_zenith) < 90.0
+    )
     if ghi is None:
         ghi = dhi + dni * height  # Eq. 5
     if dhi is None:
-        # Direct above global irradiance comes from the sun's motion within the interval: then DHI is 0.
+        # Direct above global irradiance comes from the sun's motion within the interval: then DHI
+        # is 0.
         dhi = np.maximum(ghi - dni * height, 0.0)  # Eq. 5
     if dni is None:
         dni = np.zeros_like(ghi)

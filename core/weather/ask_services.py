@@ -1,7 +1,9 @@
-"""Weather of any place and years, asked of services: PVGIS, NASA POWER, ERA5 of the Climate Data Store and Open-Meteo.
+"""Weather of any place and years, asked of services: PVGIS, NASA POWER, ERA5 of the Climate Data
+Store and Open-Meteo.
 
-Each answer is in UTC, becomes a Record and passes the checks of every record. It is kept as a csv with its source,
-licence and date, and asked for again only where that is missing. The place is rounded to 0.0001°, some 10 m.
+Each answer is in UTC, becomes a Record and passes the checks of every record. It is kept as a csv
+with its source, licence and date, and asked for again only where that is missing. The place is
+rounded to 0.0001°, some 10 m.
 """
 
 import os
@@ -32,7 +34,14 @@ LONGEST = 900.0  # [s] that ERA5 may wait in its queue
 NOT_REACHED = ("ConnectionError", "ConnectTimeout", "ProxyError", "SSLError")
 OFFLINE = "give a file, or --weather climate, which needs no network"
 LATER = "ask again later or for fewer years, give a file, or --weather climate"
-POINT = ("ssrd", "fdir", "t2m", "u10", "v10", "sp")  # ERA5's names, and as its point series are asked for:
+POINT = (
+    "ssrd",
+    "fdir",
+    "t2m",
+    "u10",
+    "v10",
+    "sp",
+)  # ERA5's names, and as its point series are asked for:
 POINT_NAMES = (
     "surface_solar_radiation_downwards",
     "total_sky_direct_solar_radiation_at_surface",
@@ -66,24 +75,53 @@ def build_question(asked, latitude, longitude):
 
 
 def address_of(question):
-    """The address that is asked, with what is asked there: str. ERA5's is the place of its form, sent with it."""
+    """The address that is asked, with what is asked there: str. ERA5's is the place of its form,
+    sent with it.
+    """
     asked, place = question.asked, (question.latitude, question.longitude)
     first, last = asked.first, asked.last
     if asked.service.key == "pvgis":
         words = {"lat": place[0], "lon": place[1], "outputformat": "json"}
         if not asked.typical:
-            words |= {"angle": 0, "aspect": 0, "pvcalculation": 0, "pvtechchoice": "crystSi", "mountingplace": "free"}
-            words |= {"trackingtype": 0, "components": 1, "usehorizon": 0, "optimalangles": 0, "optimalinclination": 0}
+            words |= {
+                "angle": 0,
+                "aspect": 0,
+                "pvcalculation": 0,
+                "pvtechchoice": "crystSi",
+                "mountingplace": "free",
+            }
+            words |= {
+                "trackingtype": 0,
+                "components": 1,
+                "usehorizon": 0,
+                "optimalangles": 0,
+                "optimalinclination": 0,
+            }
             words |= {"loss": 0, "startyear": first, "endyear": last}
         base = pvlib.iotools.pvgis.URL + ("tmy" if asked.typical else "seriescalc")
     elif asked.service.key == "nasa-power":
-        words = {"latitude": place[0], "longitude": place[1], "start": f"{first}0101", "end": f"{last}1231"}
-        words |= {"community": "re", "parameters": ",".join(POWER_NAMES), "format": "json", "header": True}
+        words = {
+            "latitude": place[0],
+            "longitude": place[1],
+            "start": f"{first}0101",
+            "end": f"{last}1231",
+        }
+        words |= {
+            "community": "re",
+            "parameters": ",".join(POWER_NAMES),
+            "format": "json",
+            "header": True,
+        }
         words |= {"time-standard": "utc"}
         base = pvlib.iotools.nasa_power.URL
     elif asked.service.key == "open-meteo":
         words = {"latitude": place[0], "longitude": place[1], "start_date": f"{first}-01-01"}
-        words |= {"end_date": f"{last}-12-31", "hourly": HOURLY, "wind_speed_unit": "ms", "timezone": "GMT"}
+        words |= {
+            "end_date": f"{last}-12-31",
+            "hourly": HOURLY,
+            "wind_speed_unit": "ms",
+            "timezone": "GMT",
+        }
         base = OPEN_METEO_URL
     else:
         process = "processes/reanalysis-era5-single-levels-timeseries/execution"
@@ -102,7 +140,8 @@ def ask_weather(asked, latitude, longitude, altitude, keep=()):
     altitude : float
         [m], where the service tells none.
     keep : sequence of path-like
-        Folders in which kept answers are looked for; a new one is written to the first, and an old one is copied there.
+        Folders in which kept answers are looked for; a new one is written to the first, and an old
+        one is copied there.
 
     Returns
     -------
@@ -111,7 +150,8 @@ def ask_weather(asked, latitude, longitude, altitude, keep=()):
     Raises
     ------
     InputError
-        No network, a refusal, years out of range, half an answer, or one without the columns that were asked for.
+        No network, a refusal, years out of range, half an answer, or one without the columns that
+        were asked for.
     """
     question = build_question(asked, latitude, longitude)
     for folder in map(Path, keep):
@@ -129,12 +169,19 @@ def ask_weather(asked, latitude, longitude, altitude, keep=()):
 def _ask(question, altitude):
     """Record of a service's answer, complete."""
     option, where = f"--weather {question.asked.text}", address_of(question).split("?")[0]
-    ask = {"pvgis": _ask_pvgis, "nasa-power": _ask_power, "open-meteo": _ask_open_meteo, "era5": _ask_era5}
+    ask = {
+        "pvgis": _ask_pvgis,
+        "nasa-power": _ask_power,
+        "open-meteo": _ask_open_meteo,
+        "era5": _ask_era5,
+    }
     try:
         data, place, columns = ask[question.asked.service.key](question)
     except InputError as error:
         raise InputError(option, f"{where}: {error.problem}", error.cure) from error
-    except OSError as error:  # what requests raises, from a missing network to a service's own refusal
+    except (
+        OSError
+    ) as error:  # what requests raises, from a missing network to a service's own refusal
         name = type(error).__name__
         if name in NOT_REACHED:
             raise InputError(option, f"cannot reach {where} ({name})", OFFLINE) from error
@@ -160,17 +207,24 @@ def _check_answer(option, where, asked, data):
         raise InputError(option, f"{where} sent {got}: its columns may have changed", LATER)
     hours = TYPICAL_HOURS
     if not asked.typical:
-        hours = int((pd.Timestamp(asked.last + 1, 1, 1) - pd.Timestamp(asked.first, 1, 1)) / pd.Timedelta(hours=1))
+        hours = int(
+            (pd.Timestamp(asked.last + 1, 1, 1) - pd.Timestamp(asked.first, 1, 1))
+            / pd.Timedelta(hours=1)
+        )
     if len(data) != hours:
         raise InputError(option, f"{where} sent {len(data):,} of {hours:,} hours", LATER)
     gaps = data.isna().any(axis=1)
     if gaps.any():
-        problem = f"{where} has no values for {gaps.sum():,} hours, the first at {data.index[gaps][0]}"
+        problem = (
+            f"{where} has no values for {gaps.sum():,} hours, the first at {data.index[gaps][0]}"
+        )
         raise InputError(option, problem, "ask for other years, or another service")
 
 
 def _ask_pvgis(question):
-    """Table, altitude [m] and names of PVGIS: a typical year, or hourly series on the horizontal plane."""
+    """Table, altitude [m] and names of PVGIS: a typical year, or hourly series on the horizontal
+    plane.
+    """
     asked, place = question.asked, (question.latitude, question.longitude)
     url = pvlib.iotools.pvgis.URL
     if asked.typical:
@@ -190,7 +244,8 @@ def _ask_power(question):
     ends = f"{asked.first}-01-01", f"{asked.last}-12-31"
     options = {"map_variables": False, "url": pvlib.iotools.nasa_power.URL}
     table, meta = _within(
-        sum(TIMEOUT), lambda: pvlib.iotools.get_nasa_power(*place, *ends, list(POWER_NAMES), **options)
+        sum(TIMEOUT),
+        lambda: pvlib.iotools.get_nasa_power(*place, *ends, list(POWER_NAMES), **options),
     )
     units = {name: about["units"] for name, about in meta["parameters"].items()}
     data, columns = parse_power(question.asked.text, table, units)
@@ -210,7 +265,10 @@ def _ask_era5(question):
     """The same of ERA5's point series, with the key of the user's own configuration."""
     url, key = _read_cds_configuration()
     if not key:
-        cure = "put url: and key: of your account at the Climate Data Store into .cdsapirc in your home folder"
+        cure = (
+            "put url: and key: of your account at the Climate Data Store into .cdsapirc in your "
+            "home folder"
+        )
         raise InputError("", "needs a key", f"{cure}, or ask pvgis, nasa-power or open-meteo")
     asked, place = question.asked, (question.latitude, question.longitude)
     ends = f"{asked.first}-01-01", f"{asked.last}-12-31"
@@ -226,7 +284,9 @@ def _ask_era5(question):
 
 
 def _read_cds_configuration():
-    """Address and key of the Climate Data Store, as its own client finds them: environment, then .cdsapirc."""
+    """Address and key of the Climate Data Store, as its own client finds them: environment, then
+    .cdsapirc.
+    """
     path = Path(os.environ.get("CDSAPI_RC", Path.home() / ".cdsapirc"))
     text = path.read_text("utf-8") if path.is_file() else ""
     lines = dict(re.findall(r"^\s*(url|key)\s*:\s*(\S+)\s*$", text, re.MULTILINE))
@@ -284,7 +344,9 @@ def _write_kept(path, record, question):
         "latitude": record.latitude,
         "longitude": record.longitude,
         "altitude": record.altitude,
-        "columns": ", ".join(f"{ours}={theirs}" for ours, theirs in record.columns.items() if ours in record.data),
+        "columns": ", ".join(
+            f"{ours}={theirs}" for ours, theirs in record.columns.items() if ours in record.data
+        ),
     }
     path.parent.mkdir(parents=True, exist_ok=True)
     lines = "".join(f"# {name}: {value}\n" for name, value in head.items())
@@ -296,5 +358,7 @@ def _read_kept(path):
     record = read_weather_csv(path, (np.nan, np.nan, np.nan))
     text = path.read_text("utf-8")
     head = dict(re.findall(r"^# (label|columns|date): (.*)$", text, re.MULTILINE))
-    columns = dict(part.split("=", 1) for part in head.get("columns", "").split(", ") if "=" in part)
+    columns = dict(
+        part.split("=", 1) for part in head.get("columns", "").split(", ") if "=" in part
+    )
     return replace(record, label=head.get("label", record.label), columns=record.columns | columns)

@@ -1,6 +1,8 @@
-"""Faults of a year that no single value shows: gaps filled with numbers, wrong columns or units, summer time.
+"""Faults of a year that no single value shows: gaps filled with numbers, wrong columns or units,
+summer time.
 
-Each check rests on what sun and air allow, and the closest that real records come to its limit stands beside it.
+Each check rests on what sun and air allow, and the closest that real records come to its limit
+stands beside it.
 """
 
 import numpy as np
@@ -14,23 +16,28 @@ from .check_sun_times import MINUTE, cos_zenith_after, haurwitz
 
 DAY, HOUR = pd.Timedelta(days=1), pd.Timedelta(hours=1)
 
-# Days on which the sun would give this [Wh/m²] outside the atmosphere have light: of 23 years of 17 real records the
-# darkest had a clearness of 0.028. Up to three days of zeros a year are in records of weather services.
+# Days on which the sun would give this [Wh/m²] outside the atmosphere have light: of 23 years of 17
+# real records the darkest had a clearness of 0.028. Up to three days of zeros a year are in records
+# of weather services.
 LIT_DAY, LEAST_CLEARNESS, MOST_DARK_DAYS = 1500.0, 0.01, 5
 # Light [Wm⁻²] while the sun is below civil twilight; none in real records.
 TWILIGHT, NIGHT_LIGHT, MOST_LIT_NIGHTS = np.cos(np.radians(96.0)), 5.0, 2
 FLAT = pd.Timedelta(hours=8)  # of the same light; in real records less than 4 h
-# Daily GHI over that of a very clean, dry sky, of the clearest 2 % of days: 0.87 to 1.03, over snow too.
+# Daily GHI over that of a very clean, dry sky, of the clearest 2 % of days: 0.87 to 1.03, over snow
+# too.
 CLEAN_TURBIDITY, CLEAR_DAY, CLEAREST, NAMED_BRIGHT, REFUSED_BRIGHT = 2.0, 2000.0, 0.98, 1.06, 1.15
 # Share of DHI in GHI while DNI is strong, median: 0.13 to 0.25.
 HIGH_SUN, STRONG, MOST_DIFFUSE, FEWEST = np.sin(np.radians(20.0)), 600.0, 0.45, 50
-# DNI of the clearest tenth over that of a clear sky: under a low sun 0.60 to 1.6 times that under a high one.
+# DNI of the clearest tenth over that of a clear sky: under a low sun 0.60 to 1.6 times that under a
+# high one.
 LOW_SUN, LEAST_LOW = np.sin(np.radians([12.0, 20.0])), 0.5
 # Minutes by which the middle of the light moves from winter to summer: −8 to +12.
 SUMMER_TIME, FEWEST_DAYS = 35.0, 15  # of each half-year, whose median is then known to some 9 min
-# Mean air temperature of a year [°C] by latitude [°], 4 K above the warmest places (Dallol, Ahvaz, Athens, Scilly,
-# Shetland, the Norwegian coast, Svalbard).
-LEAST_SPREAD = 1.0  # [K] standard deviation over a year; tables that are made up may have one temperature
+# Mean air temperature of a year [°C] by latitude [°], 4 K above the warmest places (Dallol, Ahvaz,
+# Athens, Scilly, Shetland, the Norwegian coast, Svalbard).
+LEAST_SPREAD = (
+    1.0  # [K] standard deviation over a year; tables that are made up may have one temperature
+)
 WARMEST = (0, 25, 30, 40, 50, 60, 70, 80, 90), (39, 39, 32, 25, 17, 13, 8, 0, -8)
 
 
@@ -59,11 +66,16 @@ def check_faults(year, days, source):
     temp_air = year.data["temp_air"]
     mean, most = float(temp_air.mean()), float(np.interp(abs(year.latitude), *WARMEST))
     if mean > most and temp_air.std() > LEAST_SPREAD:
-        problem = f"the mean air temperature is {mean:.0f} °C, above {most:.0f}, the most at {year.latitude:.0f}°"
+        problem = (
+            f"the mean air temperature is {mean:.0f} °C, above {most:.0f}, the most at "
+            f"{year.latitude:.0f}°"
+        )
         fahrenheit, kelvin = (mean - 32) / 1.8, mean - 273.15
         # Of the two units the one that a place of this latitude can have.
         if fahrenheit <= most:
-            raise InputError(source, problem, f"give °C: {mean:.0f} °F would be {fahrenheit:.0f} °C")
+            raise InputError(
+                source, problem, f"give °C: {mean:.0f} °F would be {fahrenheit:.0f} °C"
+            )
         if -60 < kelvin <= most:
             raise InputError(source, problem, f"give °C: {mean:.0f} K would be {kelvin:.0f} °C")
         raise InputError(source, problem, "give °C")
@@ -71,16 +83,28 @@ def check_faults(year, days, source):
     # Days without light under a sun that rises.
     dark = days.index[(days["extra"] > LIT_DAY) & (days["ghi"] < LEAST_CLEARNESS * days["extra"])]
     if len(dark):
-        notes.append(f"no light on {count_of(len(dark), 'day')}, the first {dark[0].date()}: a gap filled with zeros")
+        notes.append(
+            f"no light on {count_of(len(dark), 'day')}, the first {dark[0].date()}: a gap filled "
+            "with zeros"
+        )
     if len(dark) > MOST_DARK_DAYS:
-        raise InputError(source, notes[0], "fill the gap with measured values, or give another year")
+        raise InputError(
+            source, notes[0], "fill the gap with measured values, or give another year"
+        )
     _check_nights(year, source)
     _check_flat(year, source)
     # More light than the cleanest air lets through.
     bright = days["clean"] > CLEAR_DAY
-    found = float((days["ghi"] / days["clean"])[bright].quantile(CLEAREST)) if bright.sum() >= FEWEST else 0.0
+    found = (
+        float((days["ghi"] / days["clean"])[bright].quantile(CLEAREST))
+        if bright.sum() >= FEWEST
+        else 0.0
+    )
     if found >= NAMED_BRIGHT:
-        notes.append(f"its clear days have {100 * found - 100:.0f} % more light than the cleanest air lets through")
+        notes.append(
+            f"its clear days have {100 * found - 100:.0f} % more light than the cleanest air lets "
+            "through"
+        )
     if found > REFUSED_BRIGHT:
         raise InputError(source, notes[-1], "check unit and calibration of the irradiance")
     return notes
@@ -89,13 +113,15 @@ def check_faults(year, days, source):
 def cut_days(year):
     """Days in mean solar time: pandas.DataFrame.
 
-    Columns: sums of ghi, extra (outside the atmosphere) and clean (of a very clean sky) [Wh/m²]; middle [min], from
-    solar noon to the middle of the light.
+    Columns: sums of ghi, extra (outside the atmosphere) and clean (of a very clean sky) [Wh/m²];
+    middle [min], from solar noon to the middle of the light.
     """
     data, hours = year.data, year.interval / HOUR
     middle = data.index + year.interval / 2
     sine = np.maximum(np.cos(np.radians(data["apparent_zenith"])), 0.0)
-    minutes = 4 * year.longitude + pvlib.solarposition.equation_of_time_spencer71(middle.day_of_year)
+    minutes = 4 * year.longitude + pvlib.solarposition.equation_of_time_spencer71(
+        middle.day_of_year
+    )
     noon = (middle.hour * 60 + middle.minute + np.asarray(minutes)) % 1440 - 720
     columns = {
         "ghi": data["ghi"],
@@ -109,7 +135,8 @@ def cut_days(year):
 
 
 def middle_of_clear_days(days):
-    """From the middle of the light to solar noon [min], median of the clearest 5 % of days; None for fewer than ten.
+    """From the middle of the light to solar noon [min], median of the clearest 5 % of days; None
+    for fewer than ten.
 
     `days` are those of `cut_days`. Neither fog of mornings nor clouds of afternoons move it.
     """
@@ -122,7 +149,9 @@ def middle_of_clear_days(days):
 def clear_sky_of(year, turbidity):
     """Irradiance under a clear sky in each interval, as of `clear_irradiance`."""
     data, middle = year.data, year.data.index + year.interval / 2
-    return clear_irradiance(data["apparent_zenith"], middle, turbidity, year.altitude, data["pressure"].to_numpy())
+    return clear_irradiance(
+        data["apparent_zenith"], middle, turbidity, year.altitude, data["pressure"].to_numpy()
+    )
 
 
 def _check_nights(year, source):
@@ -132,12 +161,16 @@ def _check_nights(year, source):
     lit = year.data.index[night & (year.data["ghi"].to_numpy() > NIGHT_LIGHT)]
     nights = (lit + pd.Timedelta(hours=year.longitude / 15 - 12)).normalize().unique()
     if len(nights) > MOST_LIT_NIGHTS:
-        problem = f"light in {len(nights)} nights, first at {lit[0]} with the sun far below the horizon"
+        problem = (
+            f"light in {len(nights)} nights, first at {lit[0]} with the sun far below the horizon"
+        )
         raise InputError(source, problem, "fill gaps with values of the same hour, not with a mean")
 
 
 def _check_flat(year, source):
-    """Refuse the same light for hours on end, as of gaps filled with a mean under a sun that does not set."""
+    """Refuse the same light for hours on end, as of gaps filled with a mean under a sun that does
+    not set.
+    """
     ghi = year.data["ghi"].to_numpy()
     width = int(FLAT / year.interval)
     changes = np.flatnonzero(np.diff(ghi)) + 1
@@ -147,11 +180,15 @@ def _check_flat(year, source):
         first = starts[flat[0]]
         hours = (ends[flat[0]] - first) * (year.interval / HOUR)
         problem = f"{year.columns['ghi']} is {ghi[first]:.0f} Wm⁻² for {hours:.0f} h on end"
-        raise InputError(source, f"{problem}, from {year.data.index[first]}", "fill the gap with measured values")
+        raise InputError(
+            source, f"{problem}, from {year.data.index[first]}", "fill the gap with measured values"
+        )
 
 
 def check_sums(year, source):
-    """Refuse irradiance that is a sum since a time of day, as reanalyses deliver it: it falls but once a day."""
+    """Refuse irradiance that is a sum since a time of day, as reanalyses deliver it: it falls but
+    once a day.
+    """
     ghi = year.data["ghi"].to_numpy()
     rises, falls = np.diff(ghi) > 0, np.diff(ghi) < 0
     changes = rises.sum() + falls.sum()
@@ -159,8 +196,13 @@ def check_sums(year, source):
     if changes and falls.sum() < 0.2 * changes:
         begins = year.data.index[1:][falls]
         usual = (begins.hour * 60 + begins.minute).to_series().mode().iloc[0]
-        problem = f"{year.columns['ghi']} rises all day and falls at {usual // 60}:{usual % 60:02d} UTC"
-        cure = f"these are sums since {usual // 60}:{usual % 60:02d} UTC: give the differences from hour to hour"
+        problem = (
+            f"{year.columns['ghi']} rises all day and falls at {usual // 60}:{usual % 60:02d} UTC"
+        )
+        cure = (
+            f"these are sums since {usual // 60}:{usual % 60:02d} UTC: give the differences from "
+            "hour to hour"
+        )
         raise InputError(source, problem, cure)
 
 
@@ -174,8 +216,13 @@ def check_summer_time(days, source):
     moved = float(northern.median() - southern.median())
     if abs(moved) > SUMMER_TIME:
         when = "May to September" if moved > 0 else "November to February"
-        problem = f"light comes {abs(moved):.0f} min later from {when} than in the other half-year: summer time"
-        raise InputError(source, problem, "give times without summer time; --time-shift cannot mend it")
+        problem = (
+            f"light comes {abs(moved):.0f} min later from {when} than in the other half-year: "
+            "summer time"
+        )
+        raise InputError(
+            source, problem, "give times without summer time; --time-shift cannot mend it"
+        )
 
 
 def check_diffuse(year, source):
@@ -186,7 +233,10 @@ def check_diffuse(year, source):
         return
     share = float((data["dhi"] / data["ghi"])[strong].median())
     if share > MOST_DIFFUSE:
-        problem = f"{100 * share:.0f} % of the light is diffuse where {year.columns['dni']} is above {STRONG:.0f} Wm⁻²"
+        problem = (
+            f"{100 * share:.0f} % of the light is diffuse where {year.columns['dni']} is above "
+            f"{STRONG:.0f} Wm⁻²"
+        )
         raise InputError(source, problem, f"check {year.columns['dhi']}: it may be GHI")
 
 
@@ -196,7 +246,9 @@ def check_direct(year, source):
     sine = np.maximum(np.cos(np.radians(data["apparent_zenith"].to_numpy())), 0.0)
     middle = data.index + year.interval / 2
     turbidity = pvlib.clearsky.lookup_linke_turbidity(middle, year.latitude, year.longitude)
-    ratio = data["dni"].to_numpy() / np.maximum(clear_sky_of(year, turbidity)["dni"].to_numpy(), 1.0)
+    ratio = data["dni"].to_numpy() / np.maximum(
+        clear_sky_of(year, turbidity)["dni"].to_numpy(), 1.0
+    )
     low = (sine > LOW_SUN[0]) & (sine < LOW_SUN[1])
     high = sine > max(np.quantile(sine[sine > 0], 0.85), LOW_SUN[1])
     if min(low.sum(), high.sum()) < FEWEST:
@@ -205,7 +257,9 @@ def check_direct(year, source):
     if below < LEAST_LOW * above:
         light = f"{below:.2f} of a clear sky's under a low sun, {above:.2f} under a high one"
         problem = f"{year.columns['dni']} of clear hours is {light}"
-        raise InputError(source, problem, "check this column: it may be the direct light on a horizontal plane")
+        raise InputError(
+            source, problem, "check this column: it may be the direct light on a horizontal plane"
+        )
 
 
 SOLAR_CONSTANT = 1361.0  # [Wm⁻²]
@@ -217,13 +271,17 @@ DARKEST_YEAR, BRIGHTEST_YEAR = 0.2, 0.85  # of a year: GHI per irradiation outsi
 BRIGHT = 0.99  # quantile of daytime GHI that is compared with the clear sky to find a factor
 NO_FACTOR = (0.6, 1.7)  # for ratios in this range the unit is right
 NEAR = 1.3  # a known factor is suggested if it explains the values to within this ratio
-OVERCAST, HIGH = 0.25, np.sin(np.radians(10.0))  # clearness below, and sine of elevation above which it is overcast
+OVERCAST, HIGH = (
+    0.25,
+    np.sin(np.radians(10.0)),
+)  # clearness below, and sine of elevation above which it is overcast
 LEAST_DIFFUSE = 0.6  # share of diffuse light under an overcast sky, median
 FEWEST_DULL = 24  # overcast hours needed for the check
 
 
 def check_irradiance(year, source):
-    """Refuse irradiance beyond physical limits, years too dark or bright, and direct light from overcast skies.
+    """Refuse irradiance beyond physical limits, years too dark or bright, and direct light from
+    overcast skies.
 
     Parameters
     ----------
@@ -235,46 +293,68 @@ def check_irradiance(year, source):
     Raises
     ------
     InputError
-        If more than 1 % of the daytime values exceed BSRN's physically possible limits, or the year's clearness does
-        not lie between 0.2 and 0.85 (with the factor that would fit); or, under skies with a clearness below 0.25, less
-        than 0.6 of the light is diffuse.
+        If more than 1 % of the daytime values exceed BSRN's physically possible limits, or the
+        year's clearness does not lie between 0.2 and 0.85 (with the factor that would fit); or,
+        under skies with a clearness below 0.25, less than 0.6 of the light is diffuse.
 
     References
     ----------
-    C. N. Long, Y. Shi (2008), An automated quality assessment and control algorithm for surface radiation measurements,
-    The Open Atmospheric Science Journal 2, 23-37, :doi:`10.2174/1874282300802010023`. D. G. Erbs et al. (1982),
-    :doi:`10.1016/0038-092X(82)90302-4`: with a clearness below 0.22 the diffuse fraction is at least 0.98.
+    C. N. Long, Y. Shi (2008), An automated quality assessment and control algorithm for surface
+    radiation measurements, The Open Atmospheric Science Journal 2, 23-37,
+    :doi:`10.2174/1874282300802010023`. D. G. Erbs et al. (1982),
+    :doi:`10.1016/0038-092X(82)90302-4`: with a clearness below 0.22 the diffuse fraction is at
+    least 0.98.
     """
     data, interval = year.data, year.interval
     middle = data.index + interval / 2
-    sun, half = sun_direction(data["solar_zenith"].to_numpy(), data["solar_azimuth"].to_numpy()), interval / MINUTE / 2
-    cos_zenith, *ends = (cos_zenith_after(sun, year.latitude, shift) for shift in (0.0, -half, half))
+    sun, half = (
+        sun_direction(data["solar_zenith"].to_numpy(), data["solar_azimuth"].to_numpy()),
+        interval / MINUTE / 2,
+    )
+    cos_zenith, *ends = (
+        cos_zenith_after(sun, year.latitude, shift) for shift in (0.0, -half, half)
+    )
     highest = np.maximum(cos_zenith, np.maximum(*ends))
-    normal = np.asarray(pvlib.irradiance.get_extra_radiation(middle.day_of_year, SOLAR_CONSTANT))  # (t,) [Wm⁻²]
+    normal = np.asarray(
+        pvlib.irradiance.get_extra_radiation(middle.day_of_year, SOLAR_CONSTANT)
+    )  # (t,) [Wm⁻²]
     ghi, outside, day = data["ghi"].to_numpy(), normal * cos_zenith, highest > 0
     for name, (factor, exponent, offset) in POSSIBLE.items():
         above = (data[name].to_numpy() > factor * normal * highest**exponent + offset) & day
         if above.sum() > MOST_ABOVE * max(day.sum(), 1):
             limit = f"{factor:g} S cos(z)^{exponent:g} + {offset:g} Wm⁻²"
             share = 100 * above.sum() / day.sum()
-            problem = f"{share:.0f} % of daytime {year.columns[name]} exceeds what is physically possible ({limit})"
+            problem = (
+                f"{share:.0f} % of daytime {year.columns[name]} exceeds what is physically "
+                f"possible ({limit})"
+            )
             raise InputError(source, problem, _cure_of_factor(ghi, highest, interval))
     found, most = (values.sum() * (interval / HOUR) / 1000.0 for values in (ghi, outside))
     if most and not DARKEST_YEAR <= found / most <= BRIGHTEST_YEAR:
         plausible = f"{DARKEST_YEAR * most:.0f} to {BRIGHTEST_YEAR * most:.0f}"
-        problem = f"{found:.3g} kWh/m² of {year.columns['ghi']} per year; at this latitude {plausible} are plausible"
+        problem = (
+            f"{found:.3g} kWh/m² of {year.columns['ghi']} per year; at this latitude {plausible} "
+            "are plausible"
+        )
         raise InputError(source, problem, _cure_of_factor(ghi, cos_zenith, interval))
-    # A direct column that contains GHI gives one half under skies whose diffuse fraction is at least 0.98.
+    # A direct column that contains GHI gives one half under skies whose diffuse fraction is at
+    # least 0.98.
     dull = (cos_zenith > HIGH) & (ghi < OVERCAST * outside) & (ghi > 0)
     if dull.sum() * (interval / HOUR) >= FEWEST_DULL:
         share = float(np.median(data["dhi"].to_numpy()[dull] / ghi[dull]))
         if share < LEAST_DIFFUSE:
-            problem = f"under overcast skies only {100 * share:.0f} % of the light is diffuse, but nearly all should be"
-            raise InputError(source, problem, "check the direct column: it may contain global irradiance")
+            problem = (
+                f"under overcast skies only {100 * share:.0f} % of the light is diffuse, but "
+                "nearly all should be"
+            )
+            raise InputError(
+                source, problem, "check the direct column: it may contain global irradiance"
+            )
 
 
 def check_given(given, year, source):
-    """Refuse columns that are 0 in a year in which others show light, and a year without any direct light.
+    """Refuse columns that are 0 in a year in which others show light, and a year without any direct
+    light.
 
     Parameters
     ----------
@@ -292,16 +372,25 @@ def check_given(given, year, source):
     lit = [name for name in given if given[name].any()]
     dark = [name for name in given if name not in lit]
     if lit and dark:
-        enough = f"leave it out with --weather-without {dark[0]}" if len(lit) > 1 else "give a file that has it"
+        enough = (
+            f"leave it out with --weather-without {dark[0]}"
+            if len(lit) > 1
+            else "give a file that has it"
+        )
         shining = " and ".join(year.columns[name] for name in lit)
         raise InputError(source, f"{year.columns[dark[0]]} is 0 all year, {shining} not", enough)
     if lit and not year.data["dni"].any():
-        problem = f"no direct light all year: {year.columns['dhi']} is never less than {year.columns['ghi']}"
+        problem = (
+            f"no direct light all year: {year.columns['dhi']} is never less than "
+            f"{year.columns['ghi']}"
+        )
         raise InputError(source, problem, "check these columns")
 
 
 def _cure_of_factor(ghi, cos_zenith, interval):
-    """Cure that names the factor with which GHI would be plausible, and the wrong unit that it results from."""
+    """Cure that names the factor with which GHI would be plausible, and the wrong unit that it
+    results from.
+    """
     day = cos_zenith > 0
     bright = float(np.quantile(ghi[day], BRIGHT)) if day.any() else 0.0
     if not bright > 0:
@@ -313,7 +402,9 @@ def _cure_of_factor(ghi, cos_zenith, interval):
 
 
 def name_factor(wanted, interval):
-    """Cure for values that a factor would mend: the wrong unit that it results from, where one is near."""
+    """Cure for values that a factor would mend: the wrong unit that it results from, where one is
+    near.
+    """
     seconds = interval.total_seconds()
     factors = {
         1000.0: "they look like kWm⁻²",
@@ -327,7 +418,9 @@ def name_factor(wanted, interval):
         41868.0 / seconds: "they look like cal/cm² per interval",
     }
     if interval < HOUR:
-        factors[HOUR / interval] = "they look like energy per interval that was read as energy per hour"
+        factors[HOUR / interval] = (
+            "they look like energy per interval that was read as energy per hour"
+        )
         factors[interval / HOUR] = "they look like hourly sums repeated in every interval"
     nearest = min(factors, key=lambda factor: abs(np.log(factor / wanted)))
     if abs(np.log(nearest / wanted)) > np.log(NEAR):

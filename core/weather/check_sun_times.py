@@ -1,11 +1,12 @@
 """Compare irradiance with the sun: does GHI = DHI + DNI cos z hold, and do sunrise and sunset fit.
 
-Both are tried with the sun of other times, up to half a day away: the shift that fits best names the fault of a file.
+Both are tried with the sun of other times, up to half a day away: the shift that fits best names
+the fault of a file.
 
 References
 ----------
-B. Haurwitz (1945), Insolation in relation to cloudiness and cloud density, J. Meteorology 2, 154-166.
-C. N. Long, Y. Shi (2008), :doi:`10.2174/1874282300802010023`.
+B. Haurwitz (1945), Insolation in relation to cloudiness and cloud density, J. Meteorology 2,
+154-166. C. N. Long, Y. Shi (2008), :doi:`10.2174/1874282300802010023`.
 """
 
 from dataclasses import dataclass, field
@@ -19,13 +20,17 @@ from ..sun.solar_position import sun_direction
 DAY, MINUTE = pd.Timedelta(days=1), pd.Timedelta(minutes=1)
 STEP = 10.0  # [min] the clear sky is averaged over an interval in steps of at most this
 COARSE = 30  # [min] steps in which shifts are tried first, then minutes
-WINDOW, BRIGHT = 20, 0.9  # days whose brightest hours represent a clear day, and the quantile of these
+WINDOW, BRIGHT = (
+    20,
+    0.9,
+)  # days whose brightest hours represent a clear day, and the quantile of these
 
 # Limits. Sources and the values of real files: docs/reference/weather.md.
 RESIDUAL = 0.01  # of GHI; below this the times are right
 WORST_RESIDUAL = 0.08  # of GHI; Long and Shi (2008) flag GHI / (DHI + DNI cos z) beyond 8 %
 CLOSURE_SHIFT, DAYLIGHT_SHIFT = 10, 20  # [min]
-# [min] away from the sun of the daylight most direct light falls into the night, and GHI = DHI closes.
+# [min] away from the sun of the daylight most direct light falls into the night, and GHI = DHI
+# closes.
 NIGHT_SHIFT = 360
 CURE_OF_TIMES = "check its time zone and stamps"
 CURE_OF_PLACE = "check the place (--weather-place) and the time zone of the weather"
@@ -55,16 +60,26 @@ class TimesError(InputError):
 
 @dataclass
 class _SunTimes:
-    """How well the irradiance of a record fits the sun at its time stamps; shifts are to be added to these [min]."""
+    """How well the irradiance of a record fits the sun at its time stamps; shifts are to be added
+    to these [min].
+    """
 
-    closure_residual: float | None  # mean |GHI - DHI - DNI cos z| / mean GHI; None where only two of them are given
+    closure_residual: (
+        float | None
+    )  # mean |GHI - DHI - DNI cos z| / mean GHI; None where only two of them are given
     closure_residual_shifted: float | None  # the same with the best shift
     closure_shift: int | None
-    daylight_residual: float | None  # between clear days and the model of a clear sky; None where there is no light
+    daylight_residual: (
+        float | None
+    )  # between clear days and the model of a clear sky; None where there is no light
     daylight_residual_shifted: float | None
     daylight_shift: int | None
-    clear_shift: float | None = None  # of the clearest days: from the middle of the light to solar noon
-    share_of_climate: object = None  # ClimateShare; None where there is no climate to hold the year against
+    clear_shift: float | None = (
+        None  # of the clearest days: from the middle of the light to solar noon
+    )
+    share_of_climate: object = (
+        None  # ClimateShare; None where there is no climate to hold the year against
+    )
     unlikely: list = field(default_factory=list)  # of str: what `check_faults` notes
 
     @property
@@ -78,7 +93,8 @@ class _SunTimes:
 def cos_zenith_after(sun, latitude, shift=0.0):
     """Cosine of the sun's zenith angle after a shift in time, 0 below the horizon.
 
-    Its declination stays: instead of the sun around the pole, by 15° an hour, the vertical turns the other way.
+    Its declination stays: instead of the sun around the pole, by 15° an hour, the vertical turns
+    the other way.
 
     Parameters
     ----------
@@ -95,7 +111,11 @@ def cos_zenith_after(sun, latitude, shift=0.0):
     """
     turn, pole = np.radians(shift / 4), np.radians(latitude)
     lost = 1.0 - np.cos(turn)
-    vertical = np.cos(pole) * np.sin(turn), np.sin(pole) * np.cos(pole) * lost, np.cos(turn) + np.sin(pole) ** 2 * lost
+    vertical = (
+        np.cos(pole) * np.sin(turn),
+        np.sin(pole) * np.cos(pole) * lost,
+        np.cos(turn) + np.sin(pole) ** 2 * lost,
+    )
     return np.maximum(sun @ np.array(vertical), 0.0)
 
 
@@ -107,15 +127,17 @@ def haurwitz(cos_zenith):
 def measure_sun_times(data, interval, latitude, position):
     """Find the time shift with which the irradiance fits the sun best.
 
-    Closure: where GHI, DHI and DNI are given, the shift with the smallest sum of |GHI - DHI - DNI cos z|, z at the
-    middle of the interval. Daylight: for every 20 days the 90th percentile of GHI at each time of day (a clear day)
-    against the clear sky of Haurwitz, averaged over the interval and scaled to fit. Where GHI is not given, it is
-    DHI + DNI cos z with the z of each shift that is tried.
+    Closure: where GHI, DHI and DNI are given, the shift with the smallest sum of |GHI - DHI - DNI
+    cos z|, z at the middle of the interval. Daylight: for every 20 days the 90th percentile of GHI
+    at each time of day (a clear day) against the clear sky of Haurwitz, averaged over the interval
+    and scaled to fit. Where GHI is not given, it is DHI + DNI cos z with the z of each shift that
+    is tried.
 
     Parameters
     ----------
     data : pandas.DataFrame
-        Those of ghi, dhi and dni that are given [Wm⁻²], two or more; index: tz-aware start of each interval.
+        Those of ghi, dhi and dni that are given [Wm⁻²], two or more; index: tz-aware start of each
+        interval.
     interval : pandas.Timedelta
     latitude : float
         [°]
@@ -135,7 +157,9 @@ def measure_sun_times(data, interval, latitude, position):
     if len(given) == 3 and given["ghi"].any():
         ghi, dhi, dni = given.values()
         found = _search_shift(
-            lambda shift: float(np.abs(ghi - dhi - dni * cos_zenith_after(sun, latitude, shift)).sum() / ghi.sum())
+            lambda shift: float(
+                np.abs(ghi - dhi - dni * cos_zenith_after(sun, latitude, shift)).sum() / ghi.sum()
+            )
         )
     return _SunTimes(*found, *_search_shift(_compare_daylight(given, interval, sun, latitude)))
 
@@ -153,12 +177,15 @@ def _search_shift(residual):
     tuple of float, float, int
     """
     coarse = min(range(-720, 721, COARSE), key=lambda shift: (residual(shift), abs(shift)))
-    best = min(range(coarse - COARSE, coarse + COARSE + 1), key=lambda shift: (residual(shift), abs(shift)))
+    best = min(
+        range(coarse - COARSE, coarse + COARSE + 1), key=lambda shift: (residual(shift), abs(shift))
+    )
     return residual(0), residual(best), best
 
 
 def _compare_daylight(given, interval, sun, latitude):
-    """Function for the residual between clear days and the clear-sky model as a function of a shift.
+    """Function for the residual between clear days and the clear-sky model as a function of a
+    shift.
 
     Parameters
     ----------
@@ -194,7 +221,9 @@ def _compare_daylight(given, interval, sun, latitude):
             if always is None
             else always
         )
-        model = sum(haurwitz(cos_zenith_after(sun[middle], latitude, shift + offset)) for offset in offsets)
+        model = sum(
+            haurwitz(cos_zenith_after(sun[middle], latitude, shift + offset)) for offset in offsets
+        )
         model = model.reshape(clear.shape)
         scale = (model * clear).sum(axis=1) / np.maximum((model**2).sum(axis=1), 1e-9)
         return float(np.abs(clear - scale[:, None] * model).sum() / max(clear.sum(), 1e-9))
@@ -214,25 +243,39 @@ def check_shift(times, source):
     Raises
     ------
     TimesError
-        If GHI, DHI and DNI contradict each other by more than 1 % of GHI, and a shift of 10 minutes or more reduces
-        this by a fifth and below 8 %; if they agree, but the daylight and the middle of the clearest days both lie
-        20 minutes or more from the sun; or if only two are given, or the three differ by more than 8 %, and clear
-        days fit the sun better by a fifth with a shift of 20 minutes or more.
+        If GHI, DHI and DNI contradict each other by more than 1 % of GHI, and a shift of 10 minutes
+        or more reduces this by a fifth and below 8 %; if they agree, but the daylight and the
+        middle of the clearest days both lie 20 minutes or more from the sun; or if only two are
+        given, or the three differ by more than 8 %, and clear days fit the sun better by a fifth
+        with a shift of 20 minutes or more.
     """
-    residual, shifted, shift = times.closure_residual, times.closure_residual_shifted, times.closure_shift
+    residual, shifted, shift = (
+        times.closure_residual,
+        times.closure_residual_shifted,
+        times.closure_shift,
+    )
     daylight = times.daylight_shift
     if daylight is None:
         return
     own = _describe_shift(daylight)
     if residual is not None and residual <= RESIDUAL:
-        # Three columns close with the sun that one of them was computed with, which need not be that of the light.
+        # Three columns close with the sun that one of them was computed with, which need not be
+        # that of the light.
         if times.of_another_sun and abs(shift) < CLOSURE_SHIFT and _clear_days_agree(times):
-            problem = f"GHI fits the sun {own}, DNI the sun {_describe_shift(shift)}: DNI seems to be computed for the"
-            raise TimesError(source, f"{problem} wrong time", CURE_OF_TIMES, _round_shift(daylight, 3), "dni")
+            problem = (
+                f"GHI fits the sun {own}, DNI the sun {_describe_shift(shift)}: DNI seems to be "
+                "computed for the"
+            )
+            raise TimesError(
+                source, f"{problem} wrong time", CURE_OF_TIMES, _round_shift(daylight, 3), "dni"
+            )
         return
     closes = residual is not None and abs(shift - daylight) < NIGHT_SHIFT
     if closes and abs(shift) >= CLOSURE_SHIFT and shifted < min(GAIN * residual, WORST_RESIDUAL):
-        problem = f"GHI differs from DHI + DNI cos z by {100 * residual:.1f} % of GHI, by {100 * shifted:.1f} %"
+        problem = (
+            f"GHI differs from DHI + DNI cos z by {100 * residual:.1f} % of GHI, by "
+            f"{100 * shifted:.1f} %"
+        )
         problem += f" with the sun {_describe_shift(shift)}"
         if abs(daylight - shift) < DAYLIGHT_SHIFT:
             raise TimesError(source, problem, CURE_OF_TIMES, _round_shift(shift, 2))
@@ -260,8 +303,14 @@ def check_closure(times, source):
     InputError
     """
     if times.closure_residual is not None and times.closure_residual > WORST_RESIDUAL:
-        problem = f"GHI differs from DHI + DNI cos z by {100 * times.closure_residual:.1f} % of GHI at any time shift"
-        cure = "check columns, units and the place (--weather-place), or leave one of them out (--weather-without)"
+        problem = (
+            f"GHI differs from DHI + DNI cos z by {100 * times.closure_residual:.1f} % of GHI at "
+            "any time shift"
+        )
+        cure = (
+            "check columns, units and the place (--weather-place), or leave one of them out "
+            "(--weather-without)"
+        )
         raise InputError(source, problem, cure)
 
 

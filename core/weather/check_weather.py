@@ -1,4 +1,5 @@
-"""Refuse weather from which full load hours cannot be computed, and say how well each of its years fits the sun.
+"""Refuse weather from which full load hours cannot be computed, and say how well each of its years
+fits the sun.
 
 Years are checked separately, so that good ones do not hide a bad one.
 """
@@ -24,15 +25,25 @@ from .check_faults import (
     cut_days,
     middle_of_clear_days,
 )
-from .check_sun_times import CURE_OF_TIMES, TimesError, check_closure, check_shift, measure_sun_times
+from .check_sun_times import (
+    CURE_OF_TIMES,
+    TimesError,
+    check_closure,
+    check_shift,
+    measure_sun_times,
+)
 from .compare_climate import check_against_climate, climate_of_place, compare_with_climate
 from .weather import IRRADIANCES
 
 DAY = pd.Timedelta(days=1)
 HOUR = pd.Timedelta(hours=1)
 SHORTEST_YEAR = pd.Timedelta(days=350)
-MOST_SHIFT = 90  # [min] beyond which light lies in other hours than the sun, and its middle tells nothing
-LONGEST_REST = pd.Timedelta(days=2)  # of an adjacent year, when the record's year is that of another time zone
+MOST_SHIFT = (
+    90  # [min] beyond which light lies in other hours than the sun, and its middle tells nothing
+)
+LONGEST_REST = pd.Timedelta(
+    days=2
+)  # of an adjacent year, when the record's year is that of another time zone
 
 # Values outside are impossible on Earth: another unit, or a marker for missing values.
 LIMITS = {
@@ -41,14 +52,20 @@ LIMITS = {
     "wind_speed": (0.0, 120.0, "ms⁻¹"),
     "pressure": (30e3, 115e3, "Pa"),
 }
-# Instruments lose heat to the night sky (Dutton et al. 2001); by day BSRN allows -4 Wm⁻² (Long and Shi 2008).
-LEAST_BY_DAY, PACKED = -4.0, -1.0  # [Wm⁻²]; down to the latter files are imprecise by packing, which no note says
+# Instruments lose heat to the night sky (Dutton et al. 2001); by day BSRN allows -4 Wm⁻² (Long and
+# Shi 2008).
+LEAST_BY_DAY, PACKED = (
+    -4.0,
+    -1.0,
+)  # [Wm⁻²]; down to the latter files are imprecise by packing, which no note says
 
 
 def check_weather(record):
-    """Refuse a record with missing irradiance or values, a broken time axis, or less than whole years.
+    """Refuse a record with missing irradiance or values, a broken time axis, or less than whole
+    years.
 
-    Upper limits are checked later by `check_values`, after `check_irradiance`, whose message on units is more helpful.
+    Upper limits are checked later by `check_values`, after `check_irradiance`, whose message on
+    units is more helpful.
 
     Parameters
     ----------
@@ -77,7 +94,9 @@ def check_weather(record):
             place = f"{record.columns.get(name, name)} is missing at {record.data.index[first]}"
             cure = "fill the missing values"
             if name not in IRRADIANCES:
-                cure += ", or leave the whole column out: it is then taken from the built-in climate"
+                cure += (
+                    ", or leave the whole column out: it is then taken from the built-in climate"
+                )
             raise InputError(record.source, f"{place} ({unknown.sum()} values in total)", cure)
     check_values(record.data, record.columns, record.source, lowest_only=True)
     return interval
@@ -101,24 +120,36 @@ def _check_time_axis(times, source):
         Length of the intervals.
     """
     if len(times) < 2:
-        raise InputError(source, f"{len(times)} time stamps", "give at least one full year of hourly weather")
+        raise InputError(
+            source, f"{len(times)} time stamps", "give at least one full year of hourly weather"
+        )
     step = times[1:] - times[:-1]
     if (first := first_true(step <= pd.Timedelta(0))) is not None:
         problem = f"the time {times[first + 1]} is repeated or out of order"
         raise InputError(source, problem, "sort the times and remove duplicates")
     interval = step.to_series().mode().iloc[0]
     if interval > HOUR or DAY % interval != pd.Timedelta(0):
-        raise InputError(source, f"the times are {interval} apart", "give weather of every hour (or a part of one)")
+        raise InputError(
+            source,
+            f"the times are {interval} apart",
+            "give weather of every hour (or a part of one)",
+        )
     breaks = np.flatnonzero((step != interval) & ~_skips_leap_day(times, interval)) + 1
     spans = [(last - first) * interval for first, last in pairwise([0, *breaks, len(times)])]
     whole = [365 * DAY <= span <= 366 * int(span // (365 * DAY)) * DAY for span in spans]
     if len(breaks) and not all(whole):
         end, start = times[breaks[0] - 1] + interval, times[breaks[0]]
         what = "a gap" if start > end else "an overlap"
-        raise InputError(source, f"{what} in the time axis from {end} to {start}", "fill the gap, or give whole years")
+        raise InputError(
+            source,
+            f"{what} in the time axis from {end} to {start}",
+            "fill the gap, or give whole years",
+        )
     if not all(whole):
         problem = f"covers {spans[0] / DAY:.2f} days, from {times[0]} to {times[-1] + interval}"
-        raise InputError(source, problem, "give one or more full years: full load hours need full years")
+        raise InputError(
+            source, problem, "give one or more full years: full load hours need full years"
+        )
     return interval
 
 
@@ -160,12 +191,18 @@ def check_values(data, columns, source, *, lowest_only=False, cure=None):
     for name in [name for name in LIMITS if name in data]:
         lowest, highest, unit = LIMITS[name]
         values = data[name].to_numpy(dtype=float)
-        if (first := first_true((values < lowest) | ((values > highest) & (not lowest_only)))) is not None:
-            problem = f"{columns.get(name, name)} is {values[first]:g} {unit} at {data.index[first]}"
+        if (
+            first := first_true((values < lowest) | ((values > highest) & (not lowest_only)))
+        ) is not None:
+            problem = (
+                f"{columns.get(name, name)} is {values[first]:g} {unit} at {data.index[first]}"
+            )
             if name == "wind_speed" and "temp_air" in data and data["temp_air"].min() >= 0:
                 problem += f", while {columns.get('temp_air', 'temp_air')} is never below 0 °C"
                 cure = "check whether these two columns are exchanged"
-            raise InputError(source, problem, cure or f"give values from {lowest:g} to {highest:g} {unit}")
+            raise InputError(
+                source, problem, cure or f"give values from {lowest:g} to {highest:g} {unit}"
+            )
 
 
 def _check_negative(given, year, source):
@@ -187,15 +224,20 @@ def _check_negative(given, year, source):
             raise InputError(source, problem, f"give values from {LEAST_BY_DAY:g} Wm⁻²")
         small = values < PACKED
         if small.any():
-            notes.append(f"{small.sum():,} values of {words} below zero, down to {values.min():.1f} Wm⁻², count as 0")
+            notes.append(
+                f"{small.sum():,} values of {words} below zero, down to {values.min():.1f} Wm⁻², "
+                "count as 0"
+            )
     return notes
 
 
 def _check_extraterrestrial(given, year, source):
-    """Refuse DNI above that outside the atmosphere in more than 20 hours of a sun above 10°; a note on others: list.
+    """Refuse DNI above that outside the atmosphere in more than 20 hours of a sun above 10°; a note
+    on others: list.
 
-    DNI that follows from GHI and DHI under a low sun is a quotient of small numbers, of which a few hours a year are
-    too large; under a higher sun real records have at most 5 h, those with faults 43 and 59 h.
+    DNI that follows from GHI and DHI under a low sun is a quotient of small numbers, of which a few
+    hours a year are too large; under a higher sun real records have at most 5 h, those with faults
+    43 and 59 h.
     """
     outside = pvlib.irradiance.get_extra_radiation(year.data.index + year.interval / 2).to_numpy()
     above = year.data["dni"].to_numpy() >= outside
@@ -203,7 +245,9 @@ def _check_extraterrestrial(given, year, source):
     if not hours:
         return []
     problem = f"{year.columns['dni']} is above the extraterrestrial irradiance in {hours:g} h"
-    if (above & (year.data["apparent_zenith"].to_numpy() < 80.0)).sum() * (year.interval / HOUR) <= 20:
+    if (above & (year.data["apparent_zenith"].to_numpy() < 80.0)).sum() * (
+        year.interval / HOUR
+    ) <= 20:
         return [f"{problem}: the excess counts as diffuse"]
     if len(given.columns) == 3:
         raise TimesError(source, problem, "check its unit and its times", without="dni")
@@ -211,7 +255,8 @@ def _check_extraterrestrial(given, year, source):
 
 
 def check_years(record, interval, position):
-    """Check the irradiance of each year against the sun, physical limits, and the climate of its place.
+    """Check the irradiance of each year against the sun, physical limits, and the climate of its
+    place.
 
     Parameters
     ----------
@@ -231,7 +276,9 @@ def check_years(record, interval, position):
     usual = climate_of_place(record.latitude, record.longitude)
     for year, rows in cut_years(record, interval).items():
         source = f"{record.source} (year {year})"
-        complete = add_sun(replace(record, data=record.data.iloc[rows]), interval, position=position.iloc[rows])
+        complete = add_sun(
+            replace(record, data=record.data.iloc[rows]), interval, position=position.iloc[rows]
+        )
         notes = _check_negative(raw.iloc[rows], complete, source)
         check_given(given.iloc[rows], complete, source)
         check_sums(complete, source)
@@ -261,7 +308,8 @@ def check_years(record, interval, position):
 
 
 def cut_years(record, interval):
-    """Rows of each calendar year in mean solar time of the place; all rows in one if it is not in calendar years.
+    """Rows of each calendar year in mean solar time of the place; all rows in one if it is not in
+    calendar years.
 
     Parameters
     ----------
@@ -279,11 +327,14 @@ def cut_years(record, interval):
     if not all(span >= SHORTEST_YEAR or span <= LONGEST_REST for span in spans):
         return {f"{years[0]}-{years[-1]}": slice(None)}
     kept = [number for number, span in enumerate(spans) if span >= SHORTEST_YEAR]
-    return {str(names[number]): slice(first[number], first[number] + count[number]) for number in kept}
+    return {
+        str(names[number]): slice(first[number], first[number] + count[number]) for number in kept
+    }
 
 
 def describe_checks(record, interval, checks):
-    """Notes: whether 29 February is missing, and how well the irradiance fits the sun, of the worst years.
+    """Notes: whether 29 February is missing, and how well the irradiance fits the sun, of the worst
+    years.
 
     Parameters
     ----------
@@ -299,12 +350,19 @@ def describe_checks(record, interval, checks):
     notes = [f"{year}: {note}" for year, one in checks.items() for note in one.unlikely]
     days = record.data.index[:-1][_skips_leap_day(record.data.index, interval)]
     if len(days):
-        notes.append(f"29 February {', '.join(str((day + interval).year) for day in days)} is missing")
+        notes.append(
+            f"29 February {', '.join(str((day + interval).year) for day in days)} is missing"
+        )
     closures = [one for one in checks.values() if one.closure_residual is not None]
     if closures:
         worst = max(closures, key=lambda one: one.closure_residual)
-        note = f"GHI = DHI + DNI cos z to {100 * worst.closure_residual:.2f} % of GHI; best with the sun shifted by"
-        notes.append(f"{note} {worst.closure_shift:+d} min ({100 * worst.closure_residual_shifted:.2f} %)")
+        note = (
+            f"GHI = DHI + DNI cos z to {100 * worst.closure_residual:.2f} % of GHI; best with the "
+            "sun shifted by"
+        )
+        notes.append(
+            f"{note} {worst.closure_shift:+d} min ({100 * worst.closure_residual_shifted:.2f} %)"
+        )
     daylights = [one for one in checks.values() if one.daylight_shift is not None]
     if daylights:
         worst = max(daylights, key=lambda one: abs(one.daylight_shift))

@@ -1,7 +1,7 @@
 """Weather of places without a file: the built-in climate, and the clear sky.
 
-The climate is a climatology, neither a forecast nor a record of any year: monthly sums of GHI are those of long-term
-means, days and hours are random.
+The climate is a climatology, neither a forecast nor a record of any year: monthly sums of GHI are
+those of long-term means, days and hours are random.
 """
 
 import numpy as np
@@ -23,9 +23,12 @@ WIND_SPEED = 1.0  # [ms⁻¹] of the clear sky
 CLEAN_TURBIDITY = 2.0  # Linke turbidity of very clean, dry air
 CLOSEST = 0.97  # largest monthly sum as a share of that of the cleanest sky
 ROUNDING = 3  # decimals of the irradiance [Wm⁻²]: processors differ far below that
-SINE_ROUNDING = 9  # decimals of the sine of the sun's elevation for splitting it, for the same reason
+SINE_ROUNDING = (
+    9  # decimals of the sine of the sun's elevation for splitting it, for the same reason
+)
 RAYLEIGH = np.sqrt(np.pi / 4)  # mean over root mean square of wind speeds
-# First annual harmonic of air temperature over that of GHI [K/Wm⁻²], for air from the sea and from land.
+# First annual harmonic of air temperature over that of GHI [K/Wm⁻²], for air from the sea and from
+# land.
 GAIN_SEA, GAIN_LAND = 0.03, 0.19
 LAG = 29.0  # [days] of land temperature behind irradiance (Stine et al. 2009)
 
@@ -79,20 +82,28 @@ def clear_sky(latitude, longitude, altitude, year, sun=None):
     :doi:`10.1016/S0038-092X(02)00045-2`; an upper bound of a real year.
     """
     times = hours_of_year(year)
-    zenith = (solar_position(times, INTERVAL, latitude, longitude) if sun is None else sun)["apparent_zenith"]
+    zenith = (solar_position(times, INTERVAL, latitude, longitude) if sun is None else sun)[
+        "apparent_zenith"
+    ]
     pressure = pvlib.atmosphere.alt2pres(altitude)
     turbidity = pvlib.clearsky.lookup_linke_turbidity(times + INTERVAL / 2, latitude, longitude)
-    data = clear_irradiance(zenith, times + INTERVAL / 2, turbidity, altitude, pressure).set_axis(times)
+    data = clear_irradiance(zenith, times + INTERVAL / 2, turbidity, altitude, pressure).set_axis(
+        times
+    )
     data = data.assign(temp_air=TEMP_AIR, wind_speed=WIND_SPEED, pressure=pressure)
     label = f"clear sky {year} (upper bound)"
     return Record(data, latitude, longitude, altitude, "clear-sky", label)
 
 
 def hours_of_year(year):
-    """Starts of the hours of a calendar year in UTC, which must be from 1900 to 2100: pandas.DatetimeIndex."""
+    """Starts of the hours of a calendar year in UTC, which must be from 1900 to 2100:
+    pandas.DatetimeIndex.
+    """
     if not 1900 <= year <= 2100:
         raise InputError("--year", f"{year} is not from 1900 to 2100", "give a year in that range")
-    return pd.date_range(f"{year}-01-01", f"{year + 1}-01-01", freq=INTERVAL, inclusive="left", tz="UTC")
+    return pd.date_range(
+        f"{year}-01-01", f"{year + 1}-01-01", freq=INTERVAL, inclusive="left", tz="UTC"
+    )
 
 
 def make_climates(latitudes, longitudes, year=2021, seed=0, zenith=None):
@@ -121,15 +132,23 @@ def make_climates(latitudes, longitudes, year=2021, seed=0, zenith=None):
     places = list(zip(latitudes, longitudes, strict=True))
     normals = [look_up_normals(*place) for place in places]
     altitude = np.array([look_up_altitude(*place) for place in places])[:, None]  # (p, 1) [m]
-    annual = np.array([[found.ghi] for found in normals]) * 1000.0 * len(times) / 24  # (p, 1) [Wh/m²]
+    annual = (
+        np.array([[found.ghi] for found in normals]) * 1000.0 * len(times) / 24
+    )  # (p, 1) [Wh/m²]
     sky = cleanest_sky(places, times, altitude, annual, zenith)
     monthly = monthly_sums(annual, normals, sky, times)
     drawn = draw_irradiance(places, times, sky, monthly, seed)
     temp_air = _air_temperature(places, times, normals, sky["outside"], drawn[0])
     records = []
     for row, (place, found) in enumerate(zip(places, normals, strict=True)):
-        data = pd.DataFrame({name: values[row] for name, values in zip(IRRADIANCES, drawn, strict=True)}, index=times)
-        wind_speed, pressure = round(RAYLEIGH * found.wind_speed, 2), sky["pressure"][row, 0].round(1)
+        data = pd.DataFrame(
+            {name: values[row] for name, values in zip(IRRADIANCES, drawn, strict=True)},
+            index=times,
+        )
+        wind_speed, pressure = (
+            round(RAYLEIGH * found.wind_speed, 2),
+            sky["pressure"][row, 0].round(1),
+        )
         data = data.assign(temp_air=temp_air[row], wind_speed=wind_speed, pressure=pressure)
         records.append(Record(data, *place, float(altitude[row, 0]), "climate", LABEL))
     return records
@@ -152,27 +171,35 @@ def cleanest_sky(places, times, altitude, annual, zenith=None):
     altitude : numpy.ndarray, (p, 1)
         [m].
     annual : numpy.ndarray, (p, 1)
-        Sum of GHI of the climate [Wh/m²]; where it is more than that of the cleanest sky, this is scaled up.
+        Sum of GHI of the climate [Wh/m²]; where it is more than that of the cleanest sky, this is
+        scaled up.
     zenith : numpy.ndarray, (p, t), optional
         Apparent zenith of the sun [°], if known.
 
     Returns
     -------
     dict
-        zenith (apparent) [°], sine (of the elevation, 0 at night), outside (horizontal, outside the atmosphere), ghi
-        and dni (clean) [Wm⁻²]: (p, t); pressure [Pa]: (p, 1).
+        zenith (apparent) [°], sine (of the elevation, 0 at night), outside (horizontal, outside the
+        atmosphere), ghi and dni (clean) [Wm⁻²]: (p, t); pressure [Pa]: (p, 1).
 
     Notes
     -----
     Model of Ineichen and Perez with a Linke turbidity of 2.
     """
     if zenith is None:
-        zenith = np.stack([solar_position(times, INTERVAL, *place)["apparent_zenith"].to_numpy() for place in places])
+        zenith = np.stack(
+            [
+                solar_position(times, INTERVAL, *place)["apparent_zenith"].to_numpy()
+                for place in places
+            ]
+        )
     sine = np.maximum(np.cos(np.radians(zenith)), 0.0)
     extra = pvlib.irradiance.get_extra_radiation(times + INTERVAL / 2).to_numpy()
     pressure = pvlib.atmosphere.alt2pres(altitude)
     risen = np.minimum(zenith, 89.99)
-    airmass = pvlib.atmosphere.get_absolute_airmass(pvlib.atmosphere.get_relative_airmass(risen), pressure)
+    airmass = pvlib.atmosphere.get_absolute_airmass(
+        pvlib.atmosphere.get_relative_airmass(risen), pressure
+    )
     clean = pvlib.clearsky.ineichen(risen, airmass, CLEAN_TURBIDITY, altitude, extra)
     ghi, dni = (np.where(zenith < 90, clean[name], 0.0) for name in ("ghi", "dni"))
     factor = np.maximum(1.0, annual / (CLOSEST * ghi.sum(axis=1, keepdims=True)))
@@ -188,8 +215,8 @@ def _starts_of_months(times):
 def monthly_sums(annual, normals, sky, times):
     """Sum of GHI of each month [Wh/m²], (p, 12), adding up to the annual sum (p, 1).
 
-    The annual sum is distributed by the clearness of the months; each is limited to 97 % of the cleanest sky, and the
-    excess goes to the others.
+    The annual sum is distributed by the clearness of the months; each is limited to 97 % of the
+    cleanest sky, and the excess goes to the others.
     """
     starts = _starts_of_months(times)
     outside = np.add.reduceat(sky["outside"], starts, axis=1)
@@ -208,13 +235,15 @@ def draw_irradiance(places, times, sky, monthly, seed):
 
     Notes
     -----
-    Days are drawn by Bendt et al. and hours by Aguiar and Collares-Pereira (see `draw_clearness`); the direct part is
-    that of DISC (E. L. Maxwell, SERI/TR-215-3087, 1987).
+    Days are drawn by Bendt et al. and hours by Aguiar and Collares-Pereira (see `draw_clearness`);
+    the direct part is that of DISC (E. L. Maxwell, SERI/TR-215-3087, 1987).
     """
     starts, outside = _starts_of_months(times), sky["outside"]
     cleanest = sky["ghi"] / np.maximum(outside, 1e-9)
     shift = np.array([[round(longitude / 15)] for _, longitude in places])
-    local = (np.arange(len(times)) - shift) % len(times)  # (p, t) index in UTC of each local hour, cyclic over the year
+    local = (np.arange(len(times)) - shift) % len(
+        times
+    )  # (p, t) index in UTC of each local hour, cyclic over the year
     by_day = (len(places), len(times) // 24, 24)
 
     def to_local(values):
@@ -227,13 +256,17 @@ def draw_irradiance(places, times, sky, monthly, seed):
     cleanest_day = to_local(sky["ghi"]).sum(axis=2) / np.maximum(outside_of_day, 1e-9)
     days = draw_days(mean, cleanest_day, rank_days(normals[0], month), month)
     hours = draw_hours(days, to_local(cleanest), to_local(sky["sine"]), normals[1:].T)
-    flat = [values.reshape(len(places), -1) for values in (hours, to_local(cleanest), to_local(outside))]
+    flat = [
+        values.reshape(len(places), -1) for values in (hours, to_local(cleanest), to_local(outside))
+    ]
     hours = scale_to_sums(*flat, days * outside_of_day, np.arange(0, len(times), 24))
     clearness = np.empty_like(hours)
     np.put_along_axis(clearness, local, hours, axis=1)
     ghi = (scale_to_sums(clearness, cleanest, outside, monthly, starts) * outside).round(ROUNDING)
     day = np.broadcast_to(times.day_of_year.to_numpy(), ghi.shape)
-    dni = np.nan_to_num(pvlib.irradiance.disc(ghi, sky["zenith"], day, pressure=sky["pressure"])["dni"])
+    dni = np.nan_to_num(
+        pvlib.irradiance.disc(ghi, sky["zenith"], day, pressure=sky["pressure"])["dni"]
+    )
     dni = np.minimum(dni, np.minimum(sky["dni"], 0.97 * ghi / np.maximum(sky["sine"], 1e-3)))
     dni = np.where(is_sunny(sky["zenith"]), dni, 0.0).round(ROUNDING)
     return ghi, ghi - dni * sky["sine"].round(SINE_ROUNDING), dni
@@ -254,13 +287,15 @@ def _air_temperature(places, times, normals, outside, ghi):
 
     Notes
     -----
-    The annual cycle is the first harmonic of GHI times a gain, delayed by 29 days. The gain is interpolated between
-    those of air from the sea and from land by the share of land upwind, which explains most of its variance: A. R.
-    Stine et al., :doi:`10.1038/nature07675`; K. A. McKinnon et al., :doi:`10.1175/JCLI-D-13-00021.1`.
+    The annual cycle is the first harmonic of GHI times a gain, delayed by 29 days. The gain is
+    interpolated between those of air from the sea and from land by the share of land upwind, which
+    explains most of its variance: A. R. Stine et al., :doi:`10.1038/nature07675`; K. A. McKinnon et
+    al., :doi:`10.1175/JCLI-D-13-00021.1`.
 
-    The daily cycle is that of D. G. Erbs, S. A. Klein, W. A. Beckman, ASHRAE J. 25 (6), 60 to 65 (1983): its range
-    follows from the clearness index, its shape is a sum of four harmonics. They give it for the mean day of a month;
-    here each hour uses the clearness of the 24 hours around it, so that sunny days have the warmest afternoons.
+    The daily cycle is that of D. G. Erbs, S. A. Klein, W. A. Beckman, ASHRAE J. 25 (6), 60 to 65
+    (1983): its range follows from the clearness index, its shape is a sum of four harmonics. They
+    give it for the mean day of a month; here each hour uses the clearness of the 24 hours around
+    it, so that sunny days have the warmest afternoons.
     """
     phase = 2j * np.pi * (np.arange(len(times)) + 0.5) / len(times)
     harmonic = 2 * (ghi * np.exp(-phase)).mean(axis=1)  # (p,) [Wm⁻²]
@@ -269,7 +304,9 @@ def _air_temperature(places, times, normals, outside, ghi):
     lag = 2j * np.pi * LAG / (len(times) / 24)
     yearly = ((gain * harmonic)[:, None] * np.exp(phase - lag)).real
     around = {"size": 24, "axis": 1, "mode": "wrap", "origin": -1}
-    clearness = uniform_filter1d(ghi, **around) / np.maximum(uniform_filter1d(outside, **around), 1.0 / 24)
+    clearness = uniform_filter1d(ghi, **around) / np.maximum(
+        uniform_filter1d(outside, **around), 1.0 / 24
+    )
     swing = np.maximum(25.8 * clearness - 5.21, 0.0)  # [K]
     longitude = np.array([[place[1]] for place in places])
     solar = 2 * np.pi * (np.arange(len(times)) + 0.5 + longitude / 15 - 1) / 24  # 1 o'clock is 0

@@ -1,4 +1,6 @@
-"""The built-in climate of the world: long-term means of every place from 60° S to the North Pole, land and sea."""
+"""The built-in climate of the world: long-term means of every place from 60° S to the North Pole,
+land and sea.
+"""
 
 from dataclasses import dataclass
 from functools import cache
@@ -10,7 +12,8 @@ import pvlib
 from ..settings.errors import InputError
 
 FILE = Path(__file__).with_name("climate_grid.npz")  # made by tools/make_climate_grid.py
-# The fine grid, of air temperature and wind on land: cell size and centre of the first cell [°], rows and columns.
+# The fine grid, of air temperature and wind on land: cell size and centre of the first cell [°],
+# rows and columns.
 CELL, SOUTH, WEST, SHAPE = 0.25, -59.875, -179.875, (576, 1440)
 STEPS = {"temp_air": 0.1, "wind_speed": 0.1}
 GHI_STEP, SHARE_STEP, SEA_STEP = 0.01, 0.002, 0.1
@@ -20,8 +23,9 @@ REACH = 100.0  # [km] to the nearest cell on land; the grid lacks many coastal c
 WINDOW = 4  # cells searched to the north and to the south of a place
 LAPSE = 0.0065  # [K/m] of air temperature with height, ISO 2533
 
-# The share of land that air has passed over: along the parallel, from the west poleward of 30° and from the east
-# equatorward (westerlies and trade winds), with an exponential memory of 2,000 km, in a band of ±3°.
+# The share of land that air has passed over: along the parallel, from the west poleward of 30° and
+# from the east equatorward (westerlies and trade winds), with an exponential memory of 2,000 km, in
+# a band of ±3°.
 TRADE_WINDS = 30.0  # [°]
 MEMORY = 2000.0  # [km]
 BAND = 12  # cells
@@ -57,14 +61,17 @@ def look_up_normals(latitude, longitude):
 
     Notes
     -----
-    Annual GHI is interpolated on 0.5°: Global Solar Atlas 2 on land and within 100 km of it, else NASA SSE. The monthly
-    clearness is interpolated on 3° (the mean of SSE's and MERRA-2's). Air temperature and wind are those of the nearest
-    land cell of 0.25° within 100 km (PVCZ, from GLDAS NOAH); at sea those of the nearest coasts, to which distances
-    in latitude count three times, at the altitude of the place.
+    Annual GHI is interpolated on 0.5°: Global Solar Atlas 2 on land and within 100 km of it, else
+    NASA SSE. The monthly clearness is interpolated on 3° (the mean of SSE's and MERRA-2's). Air
+    temperature and wind are those of the nearest land cell of 0.25° within 100 km (PVCZ, from GLDAS
+    NOAH); at sea those of the nearest coasts, to which distances in latitude count three times, at
+    the altitude of the place.
     """
     if latitude < LEAST_LATITUDE:
         problem = f"it does not know {latitude:.2f}°, {longitude:.2f}°: it ends at 60° S"
-        raise InputError("--weather climate", problem, "give weather files, or clear-sky as an upper bound")
+        raise InputError(
+            "--weather climate", problem, "give weather files, or clear-sky as an upper bound"
+        )
     grid = _read_grid()
     cell = _find_cell(grid["land"], latitude, longitude)
     if cell is None:
@@ -83,7 +90,9 @@ def look_up_normals(latitude, longitude):
 
 @cache
 def _read_grid():
-    """Unpack the file: land mask (rows, columns), number of each land cell, values of the land cells, global grids."""
+    """Unpack the file: land mask (rows, columns), number of each land cell, values of the land
+    cells, global grids.
+    """
     with np.load(FILE) as file:
         packed = {name: file[name] for name in file.files}
     land = np.unpackbits(packed["land"], count=SHAPE[0] * SHAPE[1]).reshape(SHAPE).astype(bool)
@@ -121,7 +130,9 @@ def _find_cell(land, latitude, longitude):
     here = np.radians(latitude)
     # Haversine formula: accurate for small distances.
     chord = np.sin((north - here) / 2) ** 2 + np.cos(here) * np.cos(north) * np.sin(east / 2) ** 2
-    distance = np.where(window, 2 * EARTH_RADIUS * np.arcsin(np.sqrt(np.minimum(chord, 1.0))), np.inf)
+    distance = np.where(
+        window, 2 * EARTH_RADIUS * np.arcsin(np.sqrt(np.minimum(chord, 1.0))), np.inf
+    )
     row, column = np.unravel_index(distance.argmin(), distance.shape)
     return (int(rows[row]), int(columns[column])) if distance[row, column] <= REACH else None
 
@@ -136,19 +147,24 @@ def _interpolate_grid(values, latitude, longitude):
     latitude, longitude : float
         Place [°].
     """
-    (south_west, south_east, north_west, north_east), upper, right = _cells_around(values, latitude, longitude)
+    (south_west, south_east, north_west, north_east), upper, right = _cells_around(
+        values, latitude, longitude
+    )
     south = (1 - right) * south_west + right * south_east
     return (1 - upper) * south + upper * ((1 - right) * north_west + right * north_east)
 
 
 def spread_of_ghi(latitude, longitude):
-    """Annual GHI of the four cells around a place: the largest less the smallest, as a share of their mean."""
+    """Annual GHI of the four cells around a place: the largest less the smallest, as a share of
+    their mean.
+    """
     cells = np.array(_cells_around(_read_grid()["ghi"], latitude, longitude)[0], float)
     return float(np.ptp(cells) / cells.mean())
 
 
 def _cells_around(values, latitude, longitude):
-    """The four cells around a place (south-west, south-east, north-west, north-east) and its place among them.
+    """The four cells around a place (south-west, south-east, north-west, north-east) and its place
+    among them.
 
     The place is the share of the way from south to north and from west to east.
     """
@@ -165,7 +181,11 @@ def measure_land_influence(land, latitude, longitude):
     """Share of land along the parallel upwind of a place, weighted with its distance: 0 to 1."""
     row = round((latitude - SOUTH) / CELL)
     column = round((longitude - WEST) / CELL)
-    band = land[max(row - BAND, 0) : row + BAND + 1].mean(axis=0) if row < SHAPE[0] + BAND else np.zeros(SHAPE[1])
+    band = (
+        land[max(row - BAND, 0) : row + BAND + 1].mean(axis=0)
+        if row < SHAPE[0] + BAND
+        else np.zeros(SHAPE[1])
+    )
     steps = np.arange(SHAPE[1] // 2)
     upwind = column - steps if abs(latitude) >= TRADE_WINDS else column + steps
     width = np.radians(CELL) * EARTH_RADIUS * max(np.cos(np.radians(latitude)), 0.02)

@@ -1,10 +1,11 @@
 """Hold each year of a record against the built-in climate of its place.
 
-The climate alone refuses nothing: a year may be unusual, a valley cloudier than its surroundings. A year is refused
-where something that does not rest on the climate says the same: its clearest days, the shape of its days, or the
-course of a column over day and year.
+The climate alone refuses nothing: a year may be unusual, a valley cloudier than its surroundings. A
+year is refused where something that does not rest on the climate says the same: its clearest days,
+the shape of its days, or the course of a column over day and year.
 
-Ratios over 56 real records: GHI 0.75 to 1.13, air temperature −3.4 to +3.0 K, wind speed 0.12 to 2.16.
+Ratios over 56 real records: GHI 0.75 to 1.13, air temperature −3.4 to +3.0 K, wind speed 0.12 to
+2.16.
 """
 
 from dataclasses import dataclass
@@ -37,10 +38,11 @@ class _ClimateShare:
 
 
 def climate_of_place(latitude, longitude):
-    """The built-in climate of a place as Weather, to hold records against; None where it says nothing.
+    """The built-in climate of a place as Weather, to hold records against; None where it says
+    nothing.
 
-    It says nothing south of 60° S, and where the four cells around differ by more than 20 %: there the climate of
-    the place itself is not known well enough.
+    It says nothing south of 60° S, and where the four cells around differ by more than 20 %: there
+    the climate of the place itself is not known well enough.
     """
     if latitude < LEAST_LATITUDE or spread_of_ghi(latitude, longitude) > 0.2:
         return None
@@ -79,7 +81,8 @@ def compare_with_climate(year, days, usual):
 
 
 def check_against_climate(year, share, usual, source):
-    """Refuse a year in which the climate and something else name the same fault; say what only the climate finds.
+    """Refuse a year in which the climate and something else name the same fault; say what only the
+    climate finds.
 
     Parameters
     ----------
@@ -100,9 +103,13 @@ def check_against_climate(year, share, usual, source):
     InputError
     """
     columns = year.columns
-    # Too little light in sum and under the clearest skies, which real records show at 0.87 to 1.03 of a clean one.
+    # Too little light in sum and under the clearest skies, which real records show at 0.87 to 1.03
+    # of a clean one.
     if share.ghi < 0.6 and 0 < share.clear_days < 0.65:
-        problem = f"{columns['ghi']} is {_percent(share.ghi)} of the long-term mean, and that of its clearest days"
+        problem = (
+            f"{columns['ghi']} is {_percent(share.ghi)} of the long-term mean, and that of its "
+            "clearest days"
+        )
         problem += f" {_percent(share.clear_days)} of what a clean sky lets through"
         # Real records have 0.95 of a clean sky on such days.
         raise InputError(source, problem, name_factor(0.95 / share.clear_days, year.interval))
@@ -117,16 +124,24 @@ def _check_clear_sky(year, share, source):
         return
     found = _share_of_clear_shape(year)
     if found >= 0.95:
-        problem = f"{_percent(found)} of its sunny hours have the shape of a clear sky's, and no day is dull where the"
+        problem = (
+            f"{_percent(found)} of its sunny hours have the shape of a clear sky's, and no day is "
+            "dull where the"
+        )
         problem += f" climate has {share.dull_days_of_climate}: these are columns of a clear sky"
-        raise InputError(source, problem, "give those of the sky with its clouds (GHI, DHI, DNI without 'clear sky')")
+        raise InputError(
+            source,
+            problem,
+            "give those of the sky with its clouds (GHI, DHI, DNI without 'clear sky')",
+        )
 
 
 def _share_of_clear_shape(year):
     """Share of sunny hours whose GHI lies within 3 % of a clear sky's, scaled to the day.
 
-    Any of five will do, as services use other models: that of Ineichen and Perez with pvlib's monthly turbidity, with 2
-    and with 5, that of Haurwitz, and the simplified Solis. Sunny is an elevation above 10°. Real records show 0.16 to
+    Any of five will do, as services use other models: that of Ineichen and Perez with pvlib's
+    monthly turbidity, with 2 and with 5, that of Haurwitz, and the simplified Solis. Sunny is an
+    elevation above 10°. Real records show 0.16 to
     0.60, the last one in a desert; columns of a sixth model (Bird) 0.98 to 1.
     """
     middle = year.data.index + year.interval / 2
@@ -166,8 +181,13 @@ def _check_exchanged(year, share, usual, source):
     of_temp, of_wind = (_correlation(course, values) for values in (temp_air, wind_speed))
     if of_wind > of_temp + 0.2:
         names = year.columns["temp_air"], year.columns["wind_speed"]
-        problem = f"mean {names[0]} is {mean_temp:.1f} °C, {names[1]} {mean_wind:.1f} ms⁻¹ and follows the sun as a"
-        raise InputError(source, f"{problem} temperature does", f"exchange the columns {names[0]} and {names[1]}")
+        problem = (
+            f"mean {names[0]} is {mean_temp:.1f} °C, {names[1]} {mean_wind:.1f} ms⁻¹ and follows "
+            "the sun as a"
+        )
+        raise InputError(
+            source, f"{problem} temperature does", f"exchange the columns {names[0]} and {names[1]}"
+        )
 
 
 def _correlation(one, other):
@@ -176,11 +196,16 @@ def _correlation(one, other):
 
 
 def _describe_unusual(share, columns):
-    """What lies outside of what records show against the climate, with the likely cause: list of str."""
+    """What lies outside of what records show against the climate, with the likely cause: list of
+    str.
+    """
     notes = []
     if not 0.75 <= share.ghi <= 1.15:
         causes = "another unit, shade on the instrument, or columns of another place or sky"
-        notes.append(f"{columns['ghi']} is {_percent(share.ghi)} of the long-term mean: an unusual year, {causes}")
+        notes.append(
+            f"{columns['ghi']} is {_percent(share.ghi)} of the long-term mean: an unusual year, "
+            f"{causes}"
+        )
     if abs(share.temp_air) > 4.0:
         more = "above" if share.temp_air > 0 else "below"
         causes = "°F, another altitude, or columns exchanged"
@@ -190,12 +215,15 @@ def _describe_unusual(share, columns):
         cause = "another unit, or a sheltered instrument"
         if share.wind_speed > 1:
             cause = "km/h (3.6 times m/s), knots or mph"
-        notes.append(f"mean {columns['wind_speed']} is {share.wind_speed:.2g} times the climate's: {cause}")
+        notes.append(
+            f"mean {columns['wind_speed']} is {share.wind_speed:.2g} times the climate's: {cause}"
+        )
     return notes
 
 
 def label_of_shares(shares):
-    """Words for a label: "97 % of the long-term mean", of each of up to eight years, or their range.
+    """Words for a label: "97 % of the long-term mean", of each of up to eight years, or their
+    range.
 
     `shares` are ClimateShare by year, as text; "" where there are none.
     """
@@ -205,7 +233,10 @@ def label_of_shares(shares):
     if len(shares) == 1:
         return f"{_percent(next(iter(shares.values())).ghi)} {mean}"
     if len(shares) <= 8:
-        return ", ".join(f"{year}: {_percent(share.ghi)}" for year, share in shares.items()) + f" {mean}"
+        return (
+            ", ".join(f"{year}: {_percent(share.ghi)}" for year, share in shares.items())
+            + f" {mean}"
+        )
     least, most = (pick(share.ghi for share in shares.values()) for pick in (min, max))
     return f"{len(shares)} years, {show_number(100 * least, 0)} to {_percent(most)} {mean}"
 

@@ -1,4 +1,6 @@
-"""Complete a record that lacks whole columns: air temperature and wind from the climate, DHI and DNI from GHI."""
+"""Complete a record that lacks whole columns: air temperature and wind from the climate, DHI and
+DNI from GHI.
+"""
 
 from dataclasses import replace
 
@@ -14,7 +16,9 @@ FROM_CLIMATE = {"temp_air": "air temperature", "wind_speed": "wind speed"}
 
 
 def drop_empty_columns(record):
-    """The record without columns that have no value at all, as noted: their marks are those of missing values."""
+    """The record without columns that have no value at all, as noted: their marks are those of
+    missing values.
+    """
     empty = [name for name in record.data if record.data[name].isna().all()]
     if not empty or len(empty) == len(record.data.columns):
         return record
@@ -24,7 +28,8 @@ def drop_empty_columns(record):
 
 
 def fill_from_climate(record, interval):
-    """Take air temperature or wind speed from the built-in climate where the record has none at all.
+    """Take air temperature or wind speed from the built-in climate where the record has none at
+    all.
 
     Parameters
     ----------
@@ -50,7 +55,8 @@ def fill_from_climate(record, interval):
         problem = f"missing: {', '.join(missing)}; the built-in climate ends at 60° S"
         raise InputError(record.source, problem, "add these columns to the weather")
     usual = climate(record.latitude, (record.longitude + 180.0) % 360.0 - 180.0)
-    # Each interval has the climate's value of the same day and hour; 29 February has those of the 28th.
+    # Each interval has the climate's value of the same day and hour; 29 February has those of the
+    # 28th.
     middle = (record.data.index + interval / 2).tz_convert("UTC")
     day = middle.day_of_year - (middle.is_leap_year & (middle.day_of_year > 59)).astype(int)
     row = np.clip((day - 1) * 24 + middle.hour, 0, len(hours_of_year(2021)) - 1)
@@ -58,7 +64,9 @@ def fill_from_climate(record, interval):
     filled["temp_air"] += LAPSE * (usual.altitude - record.altitude)
     columns = record.columns | {name: f"{name} of the built-in climate" for name in missing}
     notes = [*record.notes, f"no {words} in the file: taken from the built-in climate"]
-    return replace(record, data=pd.concat([record.data, filled[missing]], axis=1), notes=notes, columns=columns)
+    return replace(
+        record, data=pd.concat([record.data, filled[missing]], axis=1), notes=notes, columns=columns
+    )
 
 
 def decompose_ghi(ghi, zenith, dni_extra):
@@ -80,8 +88,9 @@ def decompose_ghi(ghi, zenith, dni_extra):
 
     References
     ----------
-    A. Driesse, A. Jensen, R. Perez (2024), A continuous form of the Perez diffuse sky model for forward and reverse
-    transposition, Solar Energy 267, :doi:`10.1016/j.solener.2023.112093`; pvlib's `erbs_driesse`.
+    A. Driesse, A. Jensen, R. Perez (2024), A continuous form of the Perez diffuse sky model for
+    forward and reverse transposition, Solar Energy 267, :doi:`10.1016/j.solener.2023.112093`;
+    pvlib's `erbs_driesse`.
     """
     parts = pvlib.irradiance.erbs_driesse(ghi, zenith, dni_extra=dni_extra)
     return np.nan_to_num(np.asarray(parts["dhi"])), np.nan_to_num(np.asarray(parts["dni"]))

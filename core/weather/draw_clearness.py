@@ -1,7 +1,9 @@
-"""Draw days and hours of a climate: sunny and dull ones in the proportions that the months' sums tell.
+"""Draw days and hours of a climate: sunny and dull ones in the proportions that the months' sums
+tell.
 
-Everything is relative to the sky at its cleanest, which no hour exceeds. Arrays are (p, d, 24): place, local day, local
-hour; the numbers drawn are the same for all places, so that neighbours have the same days.
+Everything is relative to the sky at its cleanest, which no hour exceeds. Arrays are (p, d, 24):
+place, local day, local hour; the numbers drawn are the same for all places, so that neighbours have
+the same days.
 """
 
 import numpy as np
@@ -32,8 +34,9 @@ def draw_normals(seed, shape):
 def rank_days(normals, month):
     """Rank of each day within its month as a quantile, evenly spread over 0 to 1.
 
-    The set of quantiles of a month does not depend on the seed, only their order, which is that of an autoregressive
-    sequence of first order (Graham et al. 1988, :doi:`10.1016/0038-092X(88)90019-8`).
+    The set of quantiles of a month does not depend on the seed, only their order, which is that of
+    an autoregressive sequence of first order (Graham et al. 1988,
+    :doi:`10.1016/0038-092X(88)90019-8`).
 
     Parameters
     ----------
@@ -75,11 +78,13 @@ def draw_days(mean, cleanest, quantile, month):
 
     Notes
     -----
-    P. Bendt, M. Collares-Pereira, A. Rabl, :doi:`10.1016/0038-092X(81)90062-2`: a density proportional to exp(γK)
-    between the least and the largest clearness index, where γ follows from the mean. The largest one, which they take
-    from data, is that of the cleanest sky here.
+    P. Bendt, M. Collares-Pereira, A. Rabl, :doi:`10.1016/0038-092X(81)90062-2`: a density
+    proportional to exp(γK) between the least and the largest clearness index, where γ follows from
+    the mean. The largest one, which they take from data, is that of the cleanest sky here.
     """
-    largest = np.stack([cleanest[:, month == each].mean(axis=1) for each in range(12)], axis=1)  # (p, 12)
+    largest = np.stack(
+        [cleanest[:, month == each].mean(axis=1) for each in range(12)], axis=1
+    )  # (p, 12)
     share = np.clip(mean / np.maximum(largest, 1e-6), 0.0, 1.0)
     least = np.minimum(LEAST_DAY / np.maximum(largest, LEAST_DAY), 0.3 * share)
     gamma = solve_exponential((share - least) / (1 - least))
@@ -105,7 +110,9 @@ def solve_exponential(mean):
 
 
 def bisect(is_low, low, high):
-    """Numbers between two ends, arrays, below which `is_low` of such numbers is true, and above which it is false."""
+    """Numbers between two ends, arrays, below which `is_low` of such numbers is true, and above
+    which it is false.
+    """
     for _ in range(BISECTIONS):
         middle = (low + high) / 2
         below = is_low(middle)
@@ -139,16 +146,22 @@ def draw_hours(days, cleanest, sine, normals):
 
     Notes
     -----
-    R. Aguiar, M. Collares-Pereira, :doi:`10.1016/0038-092X(92)90068-L`: mean, standard deviation and autocorrelation of
-    a truncated normal distribution by day and elevation. It is truncated by its quantiles, without resampling, and
-    at the cleanest sky instead of a cosine of the hour.
+    R. Aguiar, M. Collares-Pereira, :doi:`10.1016/0038-092X(92)90068-L`: mean, standard deviation
+    and autocorrelation of a truncated normal distribution by day and elevation. It is truncated by
+    its quantiles, without resampling, and at the cleanest sky instead of a cosine of the hour.
     """
-    day = np.minimum(days, 1.0)[..., None]  # above 1 only by rounding, on days with the sun hardly above the horizon
+    day = np.minimum(days, 1.0)[
+        ..., None
+    ]  # above 1 only by rounding, on days with the sun hardly above the horizon
     offset = -0.19 + 1.12 * day + 0.24 * np.exp(-8 * day)  # λ
     height = 0.32 - 1.6 * (day - 0.5) ** 2  # ε
     depth = 0.19 + 2.27 * day**2 - 2.51 * day**3  # κ
     mean = offset + height * np.exp(-depth / np.maximum(sine, 1e-3))
-    spread = 0.14 * np.exp(-20 * (day - 0.35) ** 2) * np.exp((3 * (day - 0.45) ** 2 + 16 * day**5) * (1 - sine))
+    spread = (
+        0.14
+        * np.exp(-20 * (day - 0.35) ** 2)
+        * np.exp((3 * (day - 0.45) ** 2 + 16 * day**5) * (1 - sine))
+    )
     memory = 0.38 + 0.06 * np.cos(7.4 * days - 2.5)  # φ
     chain = np.empty(mean.shape)
     last = np.broadcast_to(normals[:, 0], days.shape)
@@ -176,11 +189,14 @@ def scale_to_sums(clearness, cleanest, outside, sums, starts):
     numpy.ndarray, (p, t)
     """
     length = np.diff(np.append(starts, clearness.shape[1]))
-    # Periods without any light are not scaled; those that were drawn completely dark get a small value to scale.
+    # Periods without any light are not scaled; those that were drawn completely dark get a small
+    # value to scale.
     clearness = np.minimum(np.maximum(clearness, 1e-3), cleanest)
 
     def scale(logarithm):
         return np.minimum(clearness * np.repeat(np.exp(logarithm), length, axis=1), cleanest)
 
     ends = np.full(sums.shape, -8.0), np.full(sums.shape, 8.0)
-    return scale(bisect(lambda one: np.add.reduceat(scale(one) * outside, starts, axis=1) < sums, *ends))
+    return scale(
+        bisect(lambda one: np.add.reduceat(scale(one) * outside, starts, axis=1) < sums, *ends)
+    )

@@ -12,7 +12,8 @@ CELL = 0.25  # [°] of ERA5; used where a grid has a single row or column
 
 
 def name_axes(source, dataset, cure):
-    """Give gridded weather the axes time, latitude and longitude, whatever they are called in its file.
+    """Give gridded weather the axes time, latitude and longitude, whatever they are called in its
+    file.
 
     Parameters
     ----------
@@ -30,24 +31,35 @@ def name_axes(source, dataset, cure):
     Raises
     ------
     InputError
-        An axis is missing or out of range, there are further dimensions, or the calendar is not the usual one.
+        An axis is missing or out of range, there are further dimensions, or the calendar is not the
+        usual one.
     """
     names = {"valid_time": "time", "lat": "latitude", "lon": "longitude"}
-    renamed = {old: new for old, new in names.items() if old in dataset.variables and new not in dataset}
+    renamed = {
+        old: new for old, new in names.items() if old in dataset.variables and new not in dataset
+    }
     dataset = dataset.rename(renamed)
     for name in AXES:
         if name not in dataset.variables:
             raise InputError(source, f"no coordinate {name}", cure)
     known = {*AXES, "expver"}
-    dataset = dataset.squeeze([name for name, size in dataset.sizes.items() if size == 1 and name not in known])
+    dataset = dataset.squeeze(
+        [name for name, size in dataset.sizes.items() if size == 1 and name not in known]
+    )
     # Members, steps of a forecast, lists of points.
     further = [f"{name} ({size})" for name, size in dataset.sizes.items() if name not in known]
     if further:
         problem = f"has values along {', '.join(further)}, not only along {', '.join(AXES)}"
-        raise InputError(source, problem, "give one value for each time, latitude and longitude of a regular grid")
+        raise InputError(
+            source,
+            problem,
+            "give one value for each time, latitude and longitude of a regular grid",
+        )
     dataset = dataset.expand_dims([name for name in AXES if name not in dataset.dims])
     if "valid_time" in dataset.variables:  # of a forecast: time is when it began
-        dataset = dataset.assign_coords(time=dataset["valid_time"].to_numpy()).drop_vars("valid_time")
+        dataset = dataset.assign_coords(time=dataset["valid_time"].to_numpy()).drop_vars(
+            "valid_time"
+        )
     _check_axes(source, dataset)
     if getattr(dataset["time"].dt, "calendar", None) in NO_LEAP_DAYS:
         dataset = dataset.convert_calendar("standard", use_cftime=False)
@@ -57,12 +69,18 @@ def name_axes(source, dataset, cure):
 
 
 def _check_axes(source, dataset):
-    """Refuse latitudes and longitudes that are missing, twice, or not on Earth, and times that are there twice."""
+    """Refuse latitudes and longitudes that are missing, twice, or not on Earth, and times that are
+    there twice.
+    """
     for name, most in (("latitude", 90.0), ("longitude", 360.0)):
         values = dataset[name].to_numpy().astype(float)
         outside = values[~(np.abs(values) <= most + SLACK)]
         if len(outside):
-            raise InputError(source, f"has a {name} of {outside[0]:g}°", f"give {name}s from -{most:g} to {most:g}")
+            raise InputError(
+                source,
+                f"has a {name} of {outside[0]:g}°",
+                f"give {name}s from -{most:g} to {most:g}",
+            )
     for name in AXES:
         values = pd.Index(dataset[name].to_numpy())
         if values.has_duplicates:
@@ -84,7 +102,8 @@ def weigh_lines(distance, point):
     Returns
     -------
     numpy.ndarray, (k,) float64, or None
-        Sums to 1; beyond the last line that one counts alone. None if the place is outside by more than half a cell.
+        Sums to 1; beyond the last line that one counts alone. None if the place is outside by more
+        than half a cell.
     """
     lines, away = np.unique(distance), np.abs(distance)
     cell = np.diff(lines).min() if len(lines) > 1 else CELL

@@ -1,4 +1,6 @@
-"""Weather as plain csv with the names of pvlib: what users write themselves, and what is kept of services."""
+"""Weather as plain csv with the names of pvlib: what users write themselves, and what is kept of
+services.
+"""
 
 import io
 import re
@@ -16,11 +18,13 @@ UTC_OFFSET = r"(?:Z|UTC|[+-]\d{2}(?::?\d{2})?)\s*$"
 
 
 def read_weather_csv(path, own):
-    """Read a csv whose first column is the start of each interval, with its UTC offset, and whose names are pvlib's.
+    """Read a csv whose first column is the start of each interval, with its UTC offset, and whose
+    names are pvlib's.
 
-    Columns: two or three of ghi, dhi, dni [Wm⁻²]; temp_air [°C]; wind_speed [ms⁻¹]; optionally pressure [Pa], or hPa,
-    which its size tells. Lines that start with # are skipped, but for "# latitude: 52.5", longitude and altitude.
-    Months of different years that make one typical year are put into one calendar year.
+    Columns: two or three of ghi, dhi, dni [Wm⁻²]; temp_air [°C]; wind_speed [ms⁻¹]; optionally
+    pressure [Pa], or hPa, which its size tells. Lines that start with # are skipped, but for "#
+    latitude: 52.5", longitude and altitude. Months of different years that make one typical year
+    are put into one calendar year.
 
     Parameters
     ----------
@@ -35,24 +39,37 @@ def read_weather_csv(path, own):
     """
     path = Path(path)
     text = read_text(path)
-    header = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
+    header = next(
+        (line for line in text.splitlines() if line.strip() and not line.startswith("#")), ""
+    )
     if header.count(",") < 2 and re.search(r"[;\t]", header):
         cure = "write commas between columns, and points in numbers"
         raise InputError(path, "its columns are separated by other signs than commas", cure)
     with parsing(path, "cannot be read as csv", DAMAGED):
-        table = pd.read_csv(io.StringIO(text), comment="#", skipinitialspace=True, dtype=str, header=None)
+        table = pd.read_csv(
+            io.StringIO(text), comment="#", skipinitialspace=True, dtype=str, header=None
+        )
     given = [str(name).strip() for name in table.iloc[0]]
     names = [name.lower() if name.lower() in NAMES else name for name in given]
     twice = [name for name in NAMES if names.count(name) > 1]
     if twice:
-        raise InputError(path, f"its header has {twice[0]} twice", "leave one of the two columns out")
+        raise InputError(
+            path, f"its header has {twice[0]} twice", "leave one of the two columns out"
+        )
     table = table.iloc[1:].reset_index(drop=True).set_axis(names, axis=1)
     names = [name for name in NAMES if name in table]
     if not names:
-        problem = f"no column of the header ({', '.join(map(str, table.columns[:8]))}) is a weather variable"
-        raise InputError(path, problem, "name the columns ghi, dhi, dni, temp_air, wind_speed, pressure")
+        problem = (
+            f"no column of the header ({', '.join(map(str, table.columns[:8]))}) is a weather "
+            "variable"
+        )
+        raise InputError(
+            path, problem, "name the columns ghi, dhi, dni, temp_air, wind_speed, pressure"
+        )
     times = _read_times(path, table.iloc[:, 0])
-    data = pd.DataFrame({name: read_numbers(path, table[name]) for name in names}).set_axis(times, axis=0)
+    data = pd.DataFrame({name: read_numbers(path, table[name]) for name in names}).set_axis(
+        times, axis=0
+    )
     notes, columns = [], dict(zip(table.columns, given, strict=True))
     if "pressure" in data and 300 < data["pressure"].median() < 1150:
         data["pressure"] *= 100.0
@@ -63,7 +80,9 @@ def read_weather_csv(path, own):
     if typical := _is_typical(local):
         data, _ = coerce_year(data.set_axis(local, axis=0))
         notes.append("months of different years, put into one")
-    head = dict(re.findall(r"^# *(latitude|longitude|altitude): *(-?[\d.]+)\s*$", text, re.MULTILINE))
+    head = dict(
+        re.findall(r"^# *(latitude|longitude|altitude): *(-?[\d.]+)\s*$", text, re.MULTILINE)
+    )
     place = [float(head.get(name, value)) for name, value in zip(PLACE, own, strict=True)]
     label = f"csv {path.name}{' (typical year)' if typical else ''}"
     return Record(data, *place, str(path), label, notes, columns)
@@ -90,7 +109,9 @@ def _read_times(path, column):
     if (row := first_true(times.isna() | ~zoned)) is not None:
         what = "is not a time" if zoned.iloc[row] else "has no time zone"
         problem = f"the time {column.iloc[row]!r} (row {row + 1}, column {column.name!r}) {what}"
-        raise InputError(path, problem, "write times with their UTC offset, such as 2021-01-01T00:00+01:00")
+        raise InputError(
+            path, problem, "write times with their UTC offset, such as 2021-01-01T00:00+01:00"
+        )
     return pd.DatetimeIndex(times)
 
 
@@ -101,7 +122,9 @@ def _zone_of(stamp):
 
 
 def _is_typical(times):
-    """Whether times, in the zone of their file, are one year whose months come from different years."""
+    """Whether times, in the zone of their file, are one year whose months come from different
+    years.
+    """
     if len(times) < 2 or len(set(times.year)) < 2:
         return False
     steps = (times[1:] - times[:-1]).to_series()

@@ -1,4 +1,6 @@
-"""Hourly weather of the German Weather Service (DWD): station tables and test reference years (TRY)."""
+"""Hourly weather of the German Weather Service (DWD): station tables and test reference years
+(TRY).
+"""
 
 import io
 import re
@@ -25,11 +27,13 @@ NUMBER = r"[-+]?\d+(?:[.,]\d+)?"
 
 
 def read_dwd(path, place=None):
-    """Read a table of a station's year: lines of ``#``, then hour, p, Ta, RH, G_Bh, G_Dh, N, FF, DD.
+    """Read a table of a station's year: lines of ``#``, then hour, p, Ta, RH, G_Bh, G_Dh, N, FF,
+    DD.
 
-    Hour 1 ends at 1:00 of UTC+1. G_Bh and G_Dh are the direct and the diffuse part on a horizontal plane. The header
-    has latitude and longitude in either order, distinguished by what is possible in Germany. Hours missing at the end
-    of the year are filled with the values of the last one, if the sun is below the horizon; a note reports it.
+    Hour 1 ends at 1:00 of UTC+1. G_Bh and G_Dh are the direct and the diffuse part on a horizontal
+    plane. The header has latitude and longitude in either order, distinguished by what is possible
+    in Germany. Hours missing at the end of the year are filled with the values of the last one, if
+    the sun is below the horizon; a note reports it.
 
     Parameters
     ----------
@@ -50,7 +54,11 @@ def read_dwd(path, place=None):
     table = _read_columns(path, names, rows, TABLE_COLUMNS | {"pressure": "p"})
     hours = _read_rows(path, rows)[0].to_numpy()
     if (first := first_true(hours != np.arange(1, len(hours) + 1))) is not None:
-        raise InputError(path, f"row {first + 1} is of hour {hours[first]}", "give every hour of the year in order")
+        raise InputError(
+            path,
+            f"row {first + 1} is of hour {hours[first]}",
+            "give every hour of the year in order",
+        )
     year = next((found for text in (*head, path.name) if (found := re.search(YEAR, text))), None)
     if year is None:
         raise InputError(path, "no year in its header or name", "put the year into the file's name")
@@ -58,7 +66,9 @@ def read_dwd(path, place=None):
     missing, notes = (8784 if pd.Timestamp(year, 1, 1).is_leap_year else 8760) - len(table), []
     if 0 < missing <= MOST_MISSING:
         if table["ghi"].iloc[-1] > 0:
-            raise InputError(path, f"the last {missing} hours of {year} are missing", "give the whole year")
+            raise InputError(
+                path, f"the last {missing} hours of {year} are missing", "give the whole year"
+            )
         table = pd.concat([table, table.iloc[[-1] * missing]], ignore_index=True)
         what = f"the last {missing} h of {year} (night) are missing in {path.name}"
         notes.append(f"{what}: filled with the hour before")
@@ -74,19 +84,29 @@ def _read_rows(path, rows, **options):
 
 
 def _read_columns(path, names, rows, columns):
-    """Table of our variables from rows of numbers: sums of the file's columns; pressure from hPa to Pa."""
-    table = _read_rows(path, [row.replace(",", ".") for row in rows], dtype=float).set_axis(names, axis=1)
-    missing = [part for parts in columns.values() for part in parts.split(" + ") if part not in names]
+    """Table of our variables from rows of numbers: sums of the file's columns; pressure from hPa to
+    Pa.
+    """
+    table = _read_rows(path, [row.replace(",", ".") for row in rows], dtype=float).set_axis(
+        names, axis=1
+    )
+    missing = [
+        part for parts in columns.values() for part in parts.split(" + ") if part not in names
+    ]
     if missing:
         raise InputError(path, f"has no column {', '.join(missing)}", DAMAGED)
     table = table.mask(table <= -99.0)  # marks of missing values are -99 and -999
-    sums = {name: sum(table[part] for part in parts.split(" + ")) for name, parts in columns.items()}
+    sums = {
+        name: sum(table[part] for part in parts.split(" + ")) for name, parts in columns.items()
+    }
     data = pd.DataFrame(sums)
     return data.assign(pressure=100.0 * data["pressure"])
 
 
 def _find_place(path, head):
-    """Latitude and longitude [°] and altitude [m] from the header line that contains numbers only."""
+    """Latitude and longitude [°] and altitude [m] from the header line that contains
+    numbers only.
+    """
     for line in head:
         numbers = [float(number.replace(",", ".")) for number in re.findall(NUMBER, line)]
         if len(numbers) < 3 or not re.fullmatch(rf"\s*(?:{NUMBER}\s*)+", line):
@@ -95,13 +115,17 @@ def _find_place(path, head):
             place = {"latitude": latitude, "longitude": longitude}
             if all(low <= place[name] <= high for name, (low, high) in GERMANY.items()):
                 return latitude, longitude, numbers[2]
-    raise InputError(path, "no place in Germany in its header", "give --weather-place LATITUDE LONGITUDE")
+    raise InputError(
+        path, "no place in Germany in its header", "give --weather-place LATITUDE LONGITUDE"
+    )
 
 
 def read_try(path, place=None):
-    """Read a test reference year of 2017: Rechtswert and Hochwert, then RW HW MM DD HH t p WR WG N x RF B D A E IL.
+    """Read a test reference year of 2017: Rechtswert and Hochwert, then RW HW MM DD HH t p WR WG N
+    x RF B D A E IL.
 
-    B and D are the direct and the diffuse part on a horizontal plane, in Central European Time (UTC+1): see `_lay_try`.
+    B and D are the direct and the diffuse part on a horizontal plane, in Central European Time
+    (UTC+1): see `_lay_try`.
 
     Parameters
     ----------
@@ -120,9 +144,14 @@ def read_try(path, place=None):
     if place is None:
         values = []
         for name in ("Rechtswert", "Hochwert", "Hoehenlage"):
-            found = next((re.search(rf":\s*({NUMBER})", line) for line in lines if line.startswith(name)), None)
+            found = next(
+                (re.search(rf":\s*({NUMBER})", line) for line in lines if line.startswith(name)),
+                None,
+            )
             if not found:
-                raise InputError(path, f"no line {name} in its header", "give --weather-place LATITUDE LONGITUDE")
+                raise InputError(
+                    path, f"no line {name} in its header", "give --weather-place LATITUDE LONGITUDE"
+                )
             values.append(float(found[1].replace(",", ".")))
         globe = pyproj.Transformer.from_crs(TRY_PLANE, "EPSG:4326", always_xy=True)
         longitude, latitude = globe.transform(*values[:2])
@@ -131,7 +160,8 @@ def read_try(path, place=None):
 
 
 def read_try_2010(path, place=None):
-    """Read a test reference year of 2010: RG IS MM DD HH N WR WG t p x RF W B D IK A E IL of one of 15 regions.
+    """Read a test reference year of 2010: RG IS MM DD HH N WR WG t p x RF W B D IK A E IL of one of
+    15 regions.
 
     As `read_try`; the place stands in the header's line Lage, in degrees and minutes.
     """
@@ -143,22 +173,34 @@ def read_try_2010(path, place=None):
         pattern = r"Lage\D*(\d+)\D+(\d+)\D*?N\D*?(\d+)\D+(\d+)\D*?[OE]\b\D*(\d+)?"
         found = re.search(pattern, "\n".join(lines[:40]))
         if not found:
-            raise InputError(path, "no place (Lage) in its header", "give --weather-place LATITUDE LONGITUDE")
+            raise InputError(
+                path, "no place (Lage) in its header", "give --weather-place LATITUDE LONGITUDE"
+            )
         numbers = [float(number or 0) for number in found.groups()]
-        place = round(numbers[0] + numbers[1] / 60, 5), round(numbers[2] + numbers[3] / 60, 5), numbers[4]
+        place = (
+            round(numbers[0] + numbers[1] / 60, 5),
+            round(numbers[2] + numbers[3] / 60, 5),
+            numbers[4],
+        )
     return _lay_try(path, table, place)
 
 
 def _read_try_table(path, lines, first_names):
     """Variables and hours of a test reference year, whose line of names begins with these."""
-    start = next((number for number, line in enumerate(lines) if line.split()[:2] == first_names), None)
+    start = next(
+        (number for number, line in enumerate(lines) if line.split()[:2] == first_names), None
+    )
     if start is None:
         problem = f"the line of column names ({' '.join(first_names)} MM DD HH …) is missing"
         raise InputError(path, problem, "download the file again; it may be cut")
     rows = [line for line in lines[start + 1 :] if re.match(r"\s*\d+\s+\d+\s", line)]
     if not rows:
-        raise InputError(path, "no hours below its column names", "download the file again; it may be cut")
-    table = _read_columns(path, lines[start].split(), rows, TRY_COLUMNS | {"pressure": "p", "hour": "HH", "day": "DD"})
+        raise InputError(
+            path, "no hours below its column names", "download the file again; it may be cut"
+        )
+    table = _read_columns(
+        path, lines[start].split(), rows, TRY_COLUMNS | {"pressure": "p", "hour": "HH", "day": "DD"}
+    )
     day, hour = table.pop("day").to_numpy(), table.pop("hour").to_numpy()
     table.index = pd.date_range(f"{TYPICAL_YEAR}-01-01", periods=len(table), freq="h", tz="UTC")
     if (first := first_true((day != table.index.day) | (hour != table.index.hour + 1))) is not None:
@@ -170,8 +212,8 @@ def _read_try_table(path, lines, first_names):
 def _lay_try(path, table, place):
     """Record of a test reference year, put on the calendar of 2021.
 
-    Radiation of hour 1 is that of 0:00 to 1:00, or, in files of 2017, centred at 1:00. The sun tells which one it is,
-    to some minutes: half an hour lies between them.
+    Radiation of hour 1 is that of 0:00 to 1:00, or, in files of 2017, centred at 1:00. The sun
+    tells which one it is, to some minutes: half an hour lies between them.
     """
     half_hour, notes = pd.Timedelta(minutes=30), []
     data = table.set_axis(table.index - ZONE, axis=0)
@@ -181,4 +223,6 @@ def _lay_try(path, table, place):
     if shift is not None and 15 <= shift <= 45:
         data.index += half_hour
         notes.append("radiation of hour 1 is that of 0:30 to 1:30, by the sun")
-    return Record(data, *place, str(path), f"DWD TRY {path.name} (typical year)", notes, TRY_COLUMNS)
+    return Record(
+        data, *place, str(path), f"DWD TRY {path.name} (typical year)", notes, TRY_COLUMNS
+    )

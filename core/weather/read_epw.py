@@ -1,4 +1,6 @@
-"""EnergyPlus weather (EPW): typical and real years of stations, hourly or with several records an hour."""
+"""EnergyPlus weather (EPW): typical and real years of stations, hourly or with several records an
+hour.
+"""
 
 import io
 import re
@@ -25,7 +27,14 @@ EPW = {
     "pressure": "Atmospheric Station Pressure",
 }
 # Missing values are at or above these numbers.
-EPW_MISSING = {"ghi": 9999, "dhi": 9999, "dni": 9999, "temp_air": 99.9, "wind_speed": 999, "pressure": 999999}
+EPW_MISSING = {
+    "ghi": 9999,
+    "dhi": 9999,
+    "dni": 9999,
+    "temp_air": 99.9,
+    "wind_speed": 999,
+    "pressure": 999999,
+}
 HOTTEST = 140.0  # [°F] above which a temperature is another mark of a missing value
 HOUR = pd.Timedelta(hours=1)
 HEADER_LINES, EPW_COLUMNS = 8, 35
@@ -35,22 +44,26 @@ OFFSET = re.compile(r"irradiance time offset \(h\)\s*:\s*([-+]?\d*\.?\d+)", re.I
 def read_epw(path):
     """Read an EPW file of a station.
 
-    Hour 1 covers 0:00 to 1:00 of local standard time, and pvlib's index is the start of that hour. A typical year is
-    put into one calendar year. Temperature, wind and pressure are those of the record's own hour. Several records an
-    hour are equal parts of it, in their order.
+    Hour 1 covers 0:00 to 1:00 of local standard time, and pvlib's index is the start of that hour.
+    A typical year is put into one calendar year. Temperature, wind and pressure are those of the
+    record's own hour. Several records an hour are equal parts of it, in their order.
 
-    In files of PVGIS the irradiance is that of satellite images. PVGIS gives their time in the header of its csv, in
-    hours after the stamp, and one hour less in COMMENTS of its EPW (0.1761 and -0.8239 for 45° N, 8° E). The row of
-    hour h in EPW has the image stamped h, so the image was taken one hour plus the offset after h.
+    In files of PVGIS the irradiance is that of satellite images. PVGIS gives their time in the
+    header of its csv, in hours after the stamp, and one hour less in COMMENTS of its EPW (0.1761
+    and -0.8239 for 45° N, 8° E). The row of hour h in EPW has the image stamped h, so the image was
+    taken one hour plus the offset after h.
     """
     path = Path(path)
     lines = read_text(path).splitlines()
-    # EnergyPlus does without the last columns (albedo, rain), which are not used here; pvlib wants them in one row.
+    # EnergyPlus does without the last columns (albedo, rain), which are not used here; pvlib wants
+    # them in one row.
     if len(lines) > HEADER_LINES:
         lines[HEADER_LINES] += "," * (EPW_COLUMNS - 1 - lines[HEADER_LINES].count(","))
     with parsing(path, "cannot be read as epw", DAMAGED):
         table, place = pvlib.iotools.read_epw(io.StringIO("\n".join(lines)))
-    table = table.rename(columns=EPW | {"atmospheric_pressure": EPW["pressure"]})  # as pvlib calls them
+    table = table.rename(
+        columns=EPW | {"atmospheric_pressure": EPW["pressure"]}
+    )  # as pvlib calls them
     if table.empty:
         raise InputError(path, "has no hours", DAMAGED)
     starts, parts = _split_hours(path, table)
@@ -61,11 +74,14 @@ def read_epw(path):
         raise InputError(path, problem, f"give °C, which are K − 273.15 ({kelvin - 273.15:.0f} °C)")
     hot = data["temp_air"].between(EPW_MISSING["temp_air"], HOTTEST, inclusive="neither")
     if hot.any():
-        problem = f"{EPW['temp_air']} is {data['temp_air'][hot].iloc[0]:g}, which no place has in °C"
+        problem = (
+            f"{EPW['temp_air']} is {data['temp_air'][hot].iloc[0]:g}, which no place has in °C"
+        )
         raise InputError(path, problem, "give °C, which are (°F − 32) / 1.8")
     for name, mark in EPW_MISSING.items():
         data[name] = data[name].mask(data[name] >= mark)
-    # Pressure can be computed from the altitude of the station; the other variables have no substitute.
+    # Pressure can be computed from the altitude of the station; the other variables have no
+    # substitute.
     if data["pressure"].isna().any():
         data["pressure"] = data["pressure"].fillna(pvlib.atmosphere.alt2pres(place["altitude"]))
     (data, typical), notes = coerce_year(data), []
@@ -77,7 +93,9 @@ def read_epw(path):
     found = OFFSET.search("\n".join(lines[:HEADER_LINES]))
     if found:
         offset = float(found[1])
-        after = offset + 1.0  # [h] from the end of the hour to the image, which is the middle of the interval
+        after = (
+            offset + 1.0
+        )  # [h] from the end of the hour to the image, which is the middle of the interval
         data.index += pd.Timedelta(seconds=round((after + 0.5) * 3600.0))
         words = f"irradiance of images {after:+.4f} h from the end of the hour"
         notes.append(f"{words} (Irradiance Time Offset {offset:g} h)")
@@ -113,9 +131,11 @@ def _split_hours(path, table):
 
 
 def _factor_of_unit(path, data, parts, place):
-    """Factor of irradiance to W/m²: 1, or the records an hour where they are Wh/m², as the format defines it.
+    """Factor of irradiance to W/m²: 1, or the records an hour where they are Wh/m², as the format
+    defines it.
 
-    The clearest days against a clear sky tell: files of both kinds are about, and they differ by a factor.
+    The clearest days against a clear sky tell: files of both kinds are about, and they differ by a
+    factor.
 
     Parameters
     ----------
@@ -145,6 +165,9 @@ def _factor_of_unit(path, data, parts, place):
         return 1
     factor = min((1, parts), key=lambda number: abs(np.log(clearest * number)))
     if abs(np.log(clearest * factor)) > 0.45 * np.log(parts):
-        problem = f"its clearest days have {clearest:.2f} of a clear sky, neither W/m² nor Wh/m² per interval"
+        problem = (
+            f"its clearest days have {clearest:.2f} of a clear sky, neither W/m² nor Wh/m² per "
+            "interval"
+        )
         raise InputError(path, problem, "give irradiance in W/m²")
     return factor

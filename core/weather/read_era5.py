@@ -1,4 +1,6 @@
-"""ERA5 and ERA5-Land in NetCDF, as delivered by the Climate Data Store or saved by other programs."""
+"""ERA5 and ERA5-Land in NetCDF, as delivered by the Climate Data Store or saved by other
+programs.
+"""
 
 import tempfile
 import zipfile
@@ -46,9 +48,17 @@ WIND = {"u10", "v10"}
 HOUR = pd.Timedelta(hours=1)
 SAME_PLACE = 0.01  # [°]
 ROUNDING = 6  # decimals of coordinates [°]
-COLUMNS = {"ghi": "ssrd", "dhi": "ssrd - fdir", "temp_air": "t2m", "wind_speed": "wind", "pressure": "sp"}
+COLUMNS = {
+    "ghi": "ssrd",
+    "dhi": "ssrd - fdir",
+    "temp_air": "t2m",
+    "wind_speed": "wind",
+    "pressure": "sp",
+}
 AGAIN = "download the file again; it may be cut"
-CURE = "download ERA5 hourly data on single levels with ssrd, fdir, t2m, u10, v10 (and sp) as NetCDF"
+CURE = (
+    "download ERA5 hourly data on single levels with ssrd, fdir, t2m, u10, v10 (and sp) as NetCDF"
+)
 
 
 @dataclass
@@ -66,9 +76,9 @@ class _Era5Grid:
 def read_era5(paths, latitude, longitude, altitude, point):
     """Read ERA5 weather of one place.
 
-    Radiation is accumulated (Jm⁻²), or averaged (Wm⁻²), over the interval that ends at the stamp (UTC). Temperature,
-    wind and pressure are those of the stamp, half an hour after mid-interval; means with the stamp before would raise
-    the full load hours of Berlin 2017 by 0.05 to 0.17 %.
+    Radiation is accumulated (Jm⁻²), or averaged (Wm⁻²), over the interval that ends at the stamp
+    (UTC). Temperature, wind and pressure are those of the stamp, half an hour after mid-interval;
+    means with the stamp before would raise the full load hours of Berlin 2017 by 0.05 to 0.17 %.
 
     Parameters
     ----------
@@ -84,7 +94,8 @@ def read_era5(paths, latitude, longitude, altitude, point):
     Returns
     -------
     Record
-        ghi [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹] and, if available, dhi [Wm⁻²] and pressure [Pa].
+        ghi [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹] and, if available, dhi [Wm⁻²] and pressure
+        [Pa].
     """
     if point not in ("nearest", "bilinear"):
         raise InputError("--weather-point", f"{point!r} is unknown", "give nearest or bilinear")
@@ -102,12 +113,19 @@ def read_era5(paths, latitude, longitude, altitude, point):
             raise InputError(grid.source, problem, "give weather of the city's own place")
         block = read_block(grid, np.flatnonzero(rows), np.flatnonzero(columns))
     corners = product(enumerate(rows[rows > 0]), enumerate(columns[columns > 0]))
-    table = sum(a * b * block.isel(latitude=row, longitude=column) for (row, a), (column, b) in corners).to_dataframe()
+    table = sum(
+        a * b * block.isel(latitude=row, longitude=column) for (row, a), (column, b) in corners
+    ).to_dataframe()
     # The values are those of the grid; the sun is that of the requested place.
     place = f"{round(latitude + rows @ north, 5):g}°, {round(longitude + columns @ east, 5):g}°"
     table, notes = _undo_sums(table)
-    label = f"ERA5{'-Land' if notes else ''} {', '.join(path.name for path in paths)} ({point}: {place})"
-    return Record(convert_era5(table), latitude, longitude, altitude, grid.source, label, notes, COLUMNS)
+    label = (
+        f"ERA5{'-Land' if notes else ''} {', '.join(path.name for path in paths)} ({point}: "
+        f"{place})"
+    )
+    return Record(
+        convert_era5(table), latitude, longitude, altitude, grid.source, label, notes, COLUMNS
+    )
 
 
 def open_era5_grid(paths, stack, needed=NEEDED):
@@ -116,8 +134,8 @@ def open_era5_grid(paths, stack, needed=NEEDED):
     Parameters
     ----------
     paths : list of path-like
-        NetCDF files, or zips or folders of such files: one for each year, month, variable or group of variables. Files
-        without any of these variables are ignored.
+        NetCDF files, or zips or folders of such files: one for each year, month, variable or group
+        of variables. Files without any of these variables are ignored.
     stack : contextlib.ExitStack
         Closes them.
     needed : tuple of str
@@ -153,7 +171,9 @@ def open_era5_grid(paths, stack, needed=NEEDED):
     if missing:
         raise InputError(source, f"the variables {', '.join(missing)} are missing", CURE)
     latitude, longitude = axes[0], np.round((axes[1] + 180.0) % 360.0 - 180.0, ROUNDING)
-    west, columns = np.unique(longitude, return_index=True)  # the same meridian may be there twice, as -180 and 180°
+    west, columns = np.unique(
+        longitude, return_index=True
+    )  # the same meridian may be there twice, as -180 and 180°
     rows = np.argsort(latitude, kind="stable")
     return _Era5Grid(source, files, np.round(latitude[rows], ROUNDING), west, rows, columns)
 
@@ -179,25 +199,40 @@ def read_block(grid, rows, columns):
 def _read_block(grid, rows, columns):
     parts = []
     for dataset, scales in grid.files:
-        part = dataset.isel(latitude=grid.rows[rows], longitude=grid.columns[columns]).drop_vars(AXES[1:])
+        part = dataset.isel(latitude=grid.rows[rows], longitude=grid.columns[columns]).drop_vars(
+            AXES[1:]
+        )
         # Final and preliminary data are stored along expver, with gaps in each.
-        versions = [part.isel(expver=k) for k in range(part.sizes["expver"])] if "expver" in part.dims else [part]
+        versions = (
+            [part.isel(expver=k) for k in range(part.sizes["expver"])]
+            if "expver" in part.dims
+            else [part]
+        )
         for version in versions:
-            values = {name: version[name].astype(float) * factor + offset for name, (factor, offset) in scales.items()}
+            values = {
+                name: version[name].astype(float) * factor + offset
+                for name, (factor, offset) in scales.items()
+            }
             parts.append(version.assign(values).reset_coords(drop=True))
     # A later file fills what earlier ones lack.
     return reduce(lambda one, other: one.combine_first(other), parts).sortby("time")
 
 
 def _list_files(path, stack):
-    """NetCDF files of a file, a folder or a zip, which is unpacked until the stack closes: list of paths."""
+    """NetCDF files of a file, a folder or a zip, which is unpacked until the stack closes: list of
+    paths.
+    """
     files = sorted(path.glob("*.nc")) if path.is_dir() else [path]
     if not path.is_dir() and zipfile.is_zipfile(path):
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         with parsing(path, "cannot be unpacked", AGAIN), zipfile.ZipFile(path) as archive:
             size = sum(member.file_size for member in archive.infolist())
             if size > FREE_BYTES + LARGEST_GAIN * path.stat().st_size:
-                raise InputError(path, f"unpacks to {size / 1e9:.1f} GB, an implausible ratio", "unpack it yourself")
+                raise InputError(
+                    path,
+                    f"unpacks to {size / 1e9:.1f} GB, an implausible ratio",
+                    "unpack it yourself",
+                )
             members = [member for member in archive.namelist() if member.endswith(".nc")]
             files = [folder / f"{number}.nc" for number in range(len(members))]  # under new names
             for file, member in zip(files, members, strict=True):
@@ -228,16 +263,21 @@ def _open_file(path, file, stack):
     """
     try:
         with parsing(path, "cannot be read as NetCDF", AGAIN):
-            # A truncated file in the classic format is found out before xarray, which would leave it open.
+            # A truncated file in the classic format is found out before xarray, which would leave
+            # it open.
             with file.open("rb") as stream:
                 if stream.read(4) in (b"CDF\x01", b"CDF\x02"):
                     stream.seek(0)
-                    classic = netcdf_file(stream, "r", mmap=True)  # mapping the arrays fails if bytes are missing
+                    classic = netcdf_file(
+                        stream, "r", mmap=True
+                    )  # mapping the arrays fails if bytes are missing
                     classic.variables.clear()
             dataset = stack.enter_context(open_netcdf(file, drop_variables=["number"]))
     except InputError as error:
         raise InputError(path, error.problem, error.cure) from error
-    names = {ours: name for ours, known in NAMES.items() for name in known if name in dataset.data_vars}
+    names = {
+        ours: name for ours, known in NAMES.items() for name in known if name in dataset.data_vars
+    }
     if not names:
         return None
     dataset = name_axes(path, dataset[list(names.values())], CURE)
@@ -251,7 +291,9 @@ def _open_file(path, file, stack):
             unit = unit.replace(other, own)
         if unit not in UNITS[ours]:
             known = " or ".join(UNITS[ours])
-            raise InputError(path, f"{name} is in {dataset[name].attrs['units']!r}, not in {known}", CURE)
+            raise InputError(
+                path, f"{name} is in {dataset[name].attrs['units']!r}, not in {known}", CURE
+            )
         factor, offset = UNITS[ours][unit]
         summed = ours in ACCUMULATED and unit != "Wm-2"
         scales[ours] = factor / interval.total_seconds() if summed else factor, offset
@@ -259,10 +301,11 @@ def _open_file(path, file, stack):
 
 
 def _undo_sums(table):
-    """Hourly radiation from sums since 0 UTC, as ERA5-Land has them, and what was done: pandas.DataFrame, list of str.
+    """Hourly radiation from sums since 0 UTC, as ERA5-Land has them, and what was done:
+    pandas.DataFrame, list of str.
 
-    Only such sums never fall from 1 to 24 UTC of any day. The first stamp of a file that begins at 0 UTC is the sum of
-    a day before it: there the same hour of the next day is taken.
+    Only such sums never fall from 1 to 24 UTC of any day. The first stamp of a file that begins at
+    0 UTC is the sum of a day before it: there the same hour of the next day is taken.
 
     Parameters
     ----------
@@ -289,12 +332,14 @@ def convert_era5(table):
     Parameters
     ----------
     table : pandas.DataFrame
-        ssrd, perhaps fdir [Wm⁻²], t2m [°C], u10 and v10 or ws10 [ms⁻¹], perhaps sp [Pa]; stamps end the interval, UTC.
+        ssrd, perhaps fdir [Wm⁻²], t2m [°C], u10 and v10 or ws10 [ms⁻¹], perhaps sp [Pa]; stamps end
+        the interval, UTC.
 
     Returns
     -------
     pandas.DataFrame
-        ghi, perhaps dhi [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹], perhaps pressure [Pa]; stamps start the interval.
+        ghi, perhaps dhi [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹], perhaps pressure [Pa]; stamps
+        start the interval.
     """
     steps = table.index[1:] - table.index[:-1]
     interval = steps.to_series().mode().iloc[0] if len(steps) else HOUR

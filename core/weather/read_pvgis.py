@@ -1,7 +1,8 @@
 """Weather of PVGIS (European Commission, Joint Research Centre): typical years and hourly series.
 
-Irradiance is that of one satellite image per hour: the interval is centred on its time, which in typical years is
-"Irradiance Time Offset" hours after the stamp (UTC), and in hourly series the stamp itself.
+Irradiance is that of one satellite image per hour: the interval is centred on its time, which in
+typical years is "Irradiance Time Offset" hours after the stamp (UTC), and in hourly series the
+stamp itself.
 """
 
 import io
@@ -16,12 +17,27 @@ from ..read.open_input import read_text
 from ..settings.errors import InputError, parsing
 from .weather import DAMAGED, Record, coerce_year, read_numbers
 
-COLUMNS = {"ghi": "G(h)", "dhi": "Gd(h)", "dni": "Gb(n)", "temp_air": "T2m", "wind_speed": "WS10m", "pressure": "SP"}
-PLACE = ("Latitude (decimal degrees)", "Longitude (decimal degrees)", "Elevation (m)", "Irradiance Time Offset (h)")
+COLUMNS = {
+    "ghi": "G(h)",
+    "dhi": "Gd(h)",
+    "dni": "Gb(n)",
+    "temp_air": "T2m",
+    "wind_speed": "WS10m",
+    "pressure": "SP",
+}
+PLACE = (
+    "Latitude (decimal degrees)",
+    "Longitude (decimal degrees)",
+    "Elevation (m)",
+    "Irradiance Time Offset (h)",
+)
 HALF_HOUR = pd.Timedelta(minutes=30)
 LEVEL = 0.01  # [°] slope up to which a plane counts as horizontal
 TYPICAL_HOURS = 8760
-CURE = "download from PVGIS the typical meteorological year (TMY), or hourly data with slope 0 and radiation components"
+CURE = (
+    "download from PVGIS the typical meteorological year (TMY), or hourly data with slope 0 and "
+    "radiation components"
+)
 
 
 def read_pvgis(path):
@@ -45,7 +61,9 @@ def read_pvgis(path):
         try:
             tree = json.loads(text)
         except json.JSONDecodeError as error:
-            raise InputError(path, f"line {error.lineno} is not JSON ({error.msg})", CURE) from error
+            raise InputError(
+                path, f"line {error.lineno} is not JSON ({error.msg})", CURE
+            ) from error
         outputs = tree.get("outputs", {}) if isinstance(tree, dict) else {}
         hourly, typical = "hourly" in outputs, "tmy_hourly" in outputs
     if not (hourly or typical):
@@ -54,14 +72,18 @@ def read_pvgis(path):
 
 
 def _read_typical(path, text, file_format):
-    """Record of a typical year: path, text and format as in `read_pvgis`; files before version 5.3 have no offset."""
+    """Record of a typical year: path, text and format as in `read_pvgis`; files before version 5.3
+    have no offset.
+    """
     if file_format == "csv":
         lines = text.splitlines()
         rows = [line for line in lines if re.match(r"\d{8}:", line)]
         if len(rows) != TYPICAL_HOURS:
             problem = f"{len(rows)} hours instead of {TYPICAL_HOURS}"
             raise InputError(path, problem, "download the file again; it may be cut")
-        fields = dict(line.split(":", 1) for line in lines[:12] if ":" in line and not line[0].isdigit())
+        fields = dict(
+            line.split(":", 1) for line in lines[:12] if ":" in line and not line[0].isdigit()
+        )
         place = [fields.get(name, 0.0) for name in PLACE]
         header = next(line for line in lines if line.startswith("time(UTC)"))
         with parsing(path, "cannot be read as pvgis-csv", DAMAGED):
@@ -74,7 +96,9 @@ def _read_typical(path, text, file_format):
             raise InputError(path, "its hours have no time(UTC)", CURE)
         place = place_of_inputs(path, tree.get("inputs"))
     latitude, longitude, altitude, offset = map(float, place)
-    table = pd.DataFrame({ours: read_numbers(path, cells[name]) for ours, name in COLUMNS.items() if name in cells})
+    table = pd.DataFrame(
+        {ours: read_numbers(path, cells[name]) for ours, name in COLUMNS.items() if name in cells}
+    )
     times = pd.to_datetime(cells["time(UTC)"], format="%Y%m%d:%H%M", utc=True)
     data = lay_intervals(table.set_axis(pd.DatetimeIndex(times), axis=0), offset)
     label = f"PVGIS {path.name} (typical year)"
@@ -82,7 +106,8 @@ def _read_typical(path, text, file_format):
 
 
 def place_of_inputs(source, inputs):
-    """Latitude, longitude [°], elevation [m] and time offset [h] that the inputs of PVGIS' JSON name.
+    """Latitude, longitude [°], elevation [m] and time offset [h] that the inputs of PVGIS' JSON
+    name.
 
     Elevation and offset are 0 where they are not told.
 
@@ -94,7 +119,10 @@ def place_of_inputs(source, inputs):
     location = inputs.get("location") if isinstance(inputs, dict) else None
     if not isinstance(location, dict) or not {"latitude", "longitude"} <= set(location):
         raise InputError(source, "its inputs have no location with latitude and longitude", CURE)
-    values = [location.get(name, 0.0) for name in ("latitude", "longitude", "elevation", "irradiance_time_offset")]
+    values = [
+        location.get(name, 0.0)
+        for name in ("latitude", "longitude", "elevation", "irradiance_time_offset")
+    ]
     for value in values:
         if not isinstance(value, int | float):
             raise InputError(source, f"its location has {value!r} instead of a number", CURE)
@@ -102,7 +130,9 @@ def place_of_inputs(source, inputs):
 
 
 def lay_intervals(table, offset):
-    """Weather of one calendar year, by the start of each interval, from PVGIS' table and its time offset [h]."""
+    """Weather of one calendar year, by the start of each interval, from PVGIS' table and its time
+    offset [h].
+    """
     data = table[[name for name in COLUMNS if name in table]].astype(float)
     data, _ = coerce_year(data)
     data.index = data.index + pd.Timedelta(seconds=round(offset * 3600.0)) - HALF_HOUR
@@ -110,7 +140,9 @@ def lay_intervals(table, offset):
 
 
 def _read_hourly(path, text, file_format):
-    """Record of an hourly series on the horizontal plane: path, text and format as in `read_pvgis`."""
+    """Record of an hourly series on the horizontal plane: path, text and format as in
+    `read_pvgis`.
+    """
     with parsing(path, f"cannot be read as pvgis-{file_format}", DAMAGED):
         table, meta = pvlib.iotools.read_pvgis_hourly(io.StringIO(text), pvgis_format=file_format)
     if file_format == "json":
@@ -119,7 +151,9 @@ def _read_hourly(path, text, file_format):
         for name in ("mounting_system", "fixed", "slope", "value"):
             slope = slope.get(name) if isinstance(slope, dict) else None
     else:
-        latitude, longitude, altitude = (float(meta["inputs"][name]) for name in ("latitude", "longitude", "elevation"))
+        latitude, longitude, altitude = (
+            float(meta["inputs"][name]) for name in ("latitude", "longitude", "elevation")
+        )
         slope = re.search(r"^slope:\s*(-?[\d.]+)", text, re.IGNORECASE | re.MULTILINE)
         slope = slope and float(slope[1])
     if not isinstance(slope, int | float) or abs(slope) > LEVEL:
@@ -130,12 +164,18 @@ def _read_hourly(path, text, file_format):
         raise InputError(path, "temperature and wind, T2m and WS10m, are missing", CURE)
     data, columns = convert_hourly(table)
     label = f"PVGIS {path.name} (hourly series)"
-    return Record(data.astype(float), latitude, longitude, altitude, str(path), label, columns=columns)
+    return Record(
+        data.astype(float), latitude, longitude, altitude, str(path), label, columns=columns
+    )
 
 
 def convert_hourly(table):
-    """Our variables by the start of each interval, and their names, of an hourly series as pvlib reads it."""
-    data = pd.DataFrame({"ghi": table["poa_direct"] + table["poa_sky_diffuse"], "dhi": table["poa_sky_diffuse"]})
+    """Our variables by the start of each interval, and their names, of an hourly series as pvlib
+    reads it.
+    """
+    data = pd.DataFrame(
+        {"ghi": table["poa_direct"] + table["poa_sky_diffuse"], "dhi": table["poa_sky_diffuse"]}
+    )
     data[["temp_air", "wind_speed"]] = table[["temp_air", "wind_speed"]]
     data.index = pd.DatetimeIndex(table.index).tz_convert("UTC") - HALF_HOUR
     return data, COLUMNS | {"ghi": "Gb(i) + Gd(i)", "dhi": "Gd(i)"}

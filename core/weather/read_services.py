@@ -1,7 +1,8 @@
-"""Hourly weather as services send it: Open-Meteo, NASA POWER, Solcast, CAMS and point series of the Climate Data Store.
+"""Hourly weather as services send it: Open-Meteo, NASA POWER, Solcast, CAMS and point series of the
+Climate Data Store.
 
-Each reader takes the path of a file, which may be gz-compressed, and returns a Record with what the file has: some have
-neither temperature nor wind, or global irradiance only.
+Each reader takes the path of a file, which may be gz-compressed, and returns a Record with what the
+file has: some have neither temperature nor wind, or global irradiance only.
 """
 
 import csv
@@ -37,13 +38,23 @@ POWER = {
     "pressure": ("PS",),
 }
 SOLCAST = {name: (name,) for name in ("ghi", "dhi", "dni")}
-SOLCAST |= {"temp_air": ("airtemp",), "wind_speed": ("windspeed10m",), "pressure": ("surfacepressure",)}
+SOLCAST |= {
+    "temp_air": ("airtemp",),
+    "wind_speed": ("windspeed10m",),
+    "pressure": ("surfacepressure",),
+}
 
 # Unit as services write it -> factor and offset to ours.
 UNITS = {
     "irradiance": {"W/m²": (1, 0), "W/m^2": (1, 0), "Wh/m^2": (1, 0), "MJ/hr": (1e6 / 3600, 0)},
     "temp_air": {"°C": (1, 0), "C": (1, 0), "°F": (1 / 1.8, -32 / 1.8), "K": (1, -273.15)},
-    "wind_speed": {"m/s": (1, 0), "km/h": (1 / 3.6, 0), "mp/h": (0.44704, 0), "mph": (0.44704, 0), "kn": (0.514444, 0)},
+    "wind_speed": {
+        "m/s": (1, 0),
+        "km/h": (1 / 3.6, 0),
+        "mp/h": (0.44704, 0),
+        "mph": (0.44704, 0),
+        "kn": (0.514444, 0),
+    },
     "pressure": {"Pa": (1, 0), "hPa": (100, 0), "kPa": (1000, 0)},
 }
 AGAIN = "download it again"
@@ -52,8 +63,9 @@ AGAIN = "download it again"
 def read_open_meteo(path, lies):
     """Read csv or json of Open-Meteo, hourly or by quarters of an hour.
 
-    Radiation is the mean of the interval that ends at the stamp; temperature and wind are those of the stamp. Times
-    are in a zone of a fixed offset that the file gives, also where that place has summer time.
+    Radiation is the mean of the interval that ends at the stamp; temperature and wind are those of
+    the stamp. Times are in a zone of a fixed offset that the file gives, also where that place has
+    summer time.
     """
     path = Path(path)
     data, columns, head = parse_open_meteo(path, read_text(path), lies)
@@ -62,7 +74,9 @@ def read_open_meteo(path, lies):
 
 
 def parse_open_meteo(path, text, lies="ends"):
-    """Our variables by the start of each interval, what the answer calls them, and its head, of a text."""
+    """Our variables by the start of each interval, what the answer calls them, and its head, of a
+    text.
+    """
     is_json = text.lstrip()[:1] in ("{", "[")
     head, table, units = (_parse_open_meteo_json if is_json else _parse_open_meteo_csv)(path, text)
     for name in ("latitude", "longitude", "elevation", "utc_offset_seconds"):
@@ -82,23 +96,30 @@ def parse_power(path, table, units):
 
 
 def read_nasa_power(path, lies):
-    """Read hourly csv or json of NASA POWER: UTC, or local solar time, which is whole hours by the longitude."""
+    """Read hourly csv or json of NASA POWER: UTC, or local solar time, which is whole hours by the
+    longitude.
+    """
     path = Path(path)
     text = read_text(path)
     parse = _parse_power_json if text.lstrip().startswith("{") else _parse_power_csv
     (latitude, longitude, altitude), zone, table, units = parse(path, text)
     data, columns = _take_columns(path, table, POWER, units, missing=-900.0)
-    hours = pd.DataFrame({"year": table["YEAR"], "month": table["MO"], "day": table["DY"], "hour": table["HR"]})
+    hours = pd.DataFrame(
+        {"year": table["YEAR"], "month": table["MO"], "day": table["DY"], "hour": table["HR"]}
+    )
     with parsing(path, "its YEAR, MO, DY and HR are no times", DAMAGED):
         times = pd.DatetimeIndex(pd.to_datetime(hours.astype(int))).tz_localize("UTC")
     data.index = times - pd.Timedelta(hours=0 if zone == "UTC" else round(longitude / 15))
     notes = ["wind is that of 2 m"] if columns.get("wind_speed") == "WS2M" else []
     label = f"NASA POWER {path.name}"
-    return Record(lay_intervals(data, lies), latitude, longitude, altitude, str(path), label, notes, columns)
+    return Record(
+        lay_intervals(data, lies), latitude, longitude, altitude, str(path), label, notes, columns
+    )
 
 
 def read_solcast(path, own, lies):
-    """Read a time series of Solcast, csv: its names are written with or without underscores and capitals.
+    """Read a time series of Solcast, csv: its names are written with or without underscores and
+    capitals.
 
     Parameters
     ----------
@@ -133,12 +154,17 @@ def read_cams(path):
     columns = {"ghi": "GHI", "dhi": "DHI", "dni": "BNI"}
     data = table[[name for name in columns if name in table]].astype(float)
     if data.empty or not len(data.columns):
-        raise InputError(path, "is McClear, a sky without clouds", "ask CAMS for all-sky radiation (cams_radiation)")
+        raise InputError(
+            path,
+            "is McClear, a sky without clouds",
+            "ask CAMS for all-sky radiation (cams_radiation)",
+        )
     return Record(data, *place, str(path), f"CAMS {path.name}", columns=columns)
 
 
 def read_point_series(path):
-    """Read a point of ERA5 as the Climate Data Store sends it: csv, or a zip of csv files of the same times.
+    """Read a point of ERA5 as the Climate Data Store sends it: csv, or a zip of csv files of the
+    same times.
 
     Radiation [J/m²] is summed over the hour that ends at the stamp.
     """
@@ -149,7 +175,9 @@ def read_point_series(path):
                 size = sum(member.file_size for member in archive.infolist())
                 if size > FREE_BYTES + LARGEST_GAIN * path.stat().st_size:
                     raise InputError(
-                        path, f"unpacks to {size / 1e9:.1f} GB, an implausible ratio", "unpack it yourself"
+                        path,
+                        f"unpacks to {size / 1e9:.1f} GB, an implausible ratio",
+                        "unpack it yourself",
                     )
                 names = sorted(name for name in archive.namelist() if name.lower().endswith(".csv"))
                 tables = [pd.read_csv(archive.open(name)) for name in names]
@@ -157,11 +185,19 @@ def read_point_series(path):
             tables = [pd.read_csv(io.StringIO(read_text(path)))]
     for table in tables:
         if not {"valid_time", "latitude", "longitude"} <= set(table):
-            raise InputError(path, "no columns valid_time, latitude and longitude", "download a point series of ERA5")
+            raise InputError(
+                path,
+                "no columns valid_time, latitude and longitude",
+                "download a point series of ERA5",
+            )
         if table.empty:
             raise InputError(path, "has no hours", AGAIN)
     first, *others = (table.set_index("valid_time") for table in tables)
-    table = first.join([other.drop(columns=[n for n in other if n in first]) for other in others]) if others else first
+    table = (
+        first.join([other.drop(columns=[n for n in other if n in first]) for other in others])
+        if others
+        else first
+    )
     place = table[["latitude", "longitude"]].to_numpy(float)
     if np.ptp(place, axis=0).max() > 1e-6:
         raise InputError(path, "has several places", "download one point")
@@ -172,10 +208,20 @@ def read_point_series(path):
 
 
 def convert_points(table, stamps):
-    """Our variables, by the start of each hour, and their names, from ERA5's [J/m², K, m/s, Pa] and its stamps."""
+    """Our variables, by the start of each hour, and their names, from ERA5's [J/m², K, m/s, Pa] and
+    its stamps.
+    """
     data = pd.DataFrame(index=range(len(table)))
-    names = {"ghi": "ssrd", "dhi": "ssrd - fdir", "temp_air": "t2m", "wind_speed": "u10, v10", "pressure": "sp"}
-    values = {name: table[name].to_numpy(float) for name in table if name not in ("latitude", "longitude")}
+    names = {
+        "ghi": "ssrd",
+        "dhi": "ssrd - fdir",
+        "temp_air": "t2m",
+        "wind_speed": "u10, v10",
+        "pressure": "sp",
+    }
+    values = {
+        name: table[name].to_numpy(float) for name in table if name not in ("latitude", "longitude")
+    }
     if "ssrd" in values:
         data["ghi"] = values["ssrd"] / 3600.0
         if "fdir" in values:
@@ -186,11 +232,15 @@ def convert_points(table, stamps):
         data["wind_speed"] = np.hypot(values["u10"], values["v10"])
     if "sp" in values:
         data["pressure"] = values["sp"]
-    return lay_intervals(data.set_axis(stamps, axis=0), "ends"), {name: names[name] for name in data}
+    return lay_intervals(data.set_axis(stamps, axis=0), "ends"), {
+        name: names[name] for name in data
+    }
 
 
 def lay_intervals(data, lies):
-    """The same rows by the start of their interval, which `begins`, `ends` or is `centred` at its stamp."""
+    """The same rows by the start of their interval, which `begins`, `ends` or is `centred` at its
+    stamp.
+    """
     if len(data) < 2 or lies == "begins":
         return data
     interval = (data.index[1:] - data.index[:-1]).to_series().mode().iloc[0]
@@ -198,7 +248,9 @@ def lay_intervals(data, lies):
 
 
 def _take_columns(path, table, names, units, missing=-np.inf):
-    """Our variables in our units, and what the file calls them; numbers at or below `missing` are missing values."""
+    """Our variables in our units, and what the file calls them; numbers at or below `missing` are
+    missing values.
+    """
     data, columns = {}, {}
     for ours, theirs in names.items():
         if (name := next((name for name in theirs if name in table), None)) is None:
@@ -209,14 +261,23 @@ def _take_columns(path, table, names, units, missing=-np.inf):
             raise InputError(path, f"{name} is in {unit!r}", f"ask for {', '.join(UNITS[kind])}")
         factor, offset = UNITS[kind][unit]
         values = read_numbers(path, table[name])
-        data[ours], columns[ours] = np.where(values <= missing, np.nan, values) * factor + offset, name
+        data[ours], columns[ours] = (
+            np.where(values <= missing, np.nan, values) * factor + offset,
+            name,
+        )
     if not data:
-        raise InputError(path, "has no column of weather", f"ask for {', '.join(name[0] for name in names.values())}")
+        raise InputError(
+            path,
+            "has no column of weather",
+            f"ask for {', '.join(name[0] for name in names.values())}",
+        )
     return pd.DataFrame(data), columns
 
 
 def _parse_times(path, column, zone=None):
-    """Times of a column in UTC: of ISO 8601 or seconds since 1970, in a zone of this offset where they name none."""
+    """Times of a column in UTC: of ISO 8601 or seconds since 1970, in a zone of this offset where
+    they name none.
+    """
     text = column.astype(str).str.strip()
     if text.str.fullmatch(r"\d{6,}").all():
         return pd.DatetimeIndex(pd.to_datetime(text.astype("int64"), unit="s", utc=True))
@@ -233,14 +294,22 @@ def _parse_open_meteo_json(path, text):
     try:
         tree = json.loads(text)
     except json.JSONDecodeError as error:
-        raise InputError(path, f"line {error.lineno} is not JSON ({error.msg})", f"{AGAIN}; it may be cut") from error
+        raise InputError(
+            path, f"line {error.lineno} is not JSON ({error.msg})", f"{AGAIN}; it may be cut"
+        ) from error
     if isinstance(tree, list):
         raise InputError(path, f"has {len(tree)} places", "ask for one place")
     if tree.get("error"):
         raise InputError(path, f"is a refusal ({tree.get('reason', 'without a reason')})", AGAIN)
-    step = next((name for name in ("hourly", "minutely_15") if isinstance(tree.get(name), dict)), None)
+    step = next(
+        (name for name in ("hourly", "minutely_15") if isinstance(tree.get(name), dict)), None
+    )
     if step is None or not all(isinstance(values, list) for values in tree[step].values()):
-        raise InputError(path, "no hourly values", "ask for hourly=" + ",".join(n[0] for n in OPEN_METEO.values()))
+        raise InputError(
+            path,
+            "no hourly values",
+            "ask for hourly=" + ",".join(n[0] for n in OPEN_METEO.values()),
+        )
     lengths = {name: len(values) for name, values in tree[step].items()}
     if len(set(lengths.values())) > 1:
         raise InputError(path, f"its columns have different lengths ({lengths})", AGAIN)
@@ -250,9 +319,13 @@ def _parse_open_meteo_json(path, text):
 
 
 def _parse_open_meteo_csv(path, text):
-    """The same of csv: names and values of the place, an empty line, the table; units in brackets behind its names."""
+    """The same of csv: names and values of the place, an empty line, the table; units in brackets
+    behind its names.
+    """
     rows = list(csv.reader(io.StringIO(text)))
-    start = next((number for number, row in enumerate(rows) if row and row[0].strip() == "time"), None)
+    start = next(
+        (number for number, row in enumerate(rows) if row and row[0].strip() == "time"), None
+    )
     if start is None or len(rows[start:]) < 2:
         raise InputError(path, "no hourly table", AGAIN)
     places = [row for row in rows[1:start] if any(field.strip() for field in row)]
@@ -260,11 +333,21 @@ def _parse_open_meteo_csv(path, text):
         raise InputError(path, f"has {len(places)} places", "ask for one place")
     head = dict(zip(rows[0], places[0], strict=False))
     # A table of days may follow the hourly one, behind an empty line.
-    end = next((number for number, row in enumerate(rows) if number > start and not any(row)), len(rows))
+    end = next(
+        (number for number, row in enumerate(rows) if number > start and not any(row)), len(rows)
+    )
     parts = [re.fullmatch(r"(.*?)(?:\s+\((.*)\))?", name.strip()) for name in rows[start]]
     names, units = [part[1] for part in parts], {part[1]: part[2] for part in parts}
-    table = pd.DataFrame(rows[start + 1 : end]).reindex(columns=range(len(names))).set_axis(names, axis=1)
-    return head, table.replace({"": np.nan, "NaN": np.nan}), {"wind_speed": "km/h", "pressure": "hPa"} | units
+    table = (
+        pd.DataFrame(rows[start + 1 : end])
+        .reindex(columns=range(len(names)))
+        .set_axis(names, axis=1)
+    )
+    return (
+        head,
+        table.replace({"": np.nan, "NaN": np.nan}),
+        {"wind_speed": "km/h", "pressure": "hPa"} | units,
+    )
 
 
 def _parse_power_csv(path, text):
@@ -292,7 +375,11 @@ def _parse_power_json(path, text):
         table = pd.DataFrame(tree["properties"]["parameter"])
         stamps = table.index.astype(str)
         zone = tree["header"].get("time_standard", "LST")
-        units = {name: about["units"] for name, about in tree.get("parameters", {}).items() if "units" in about}
+        units = {
+            name: about["units"]
+            for name, about in tree.get("parameters", {}).items()
+            if "units" in about
+        }
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         problem = f"is no answer of NASA POWER ({type(error).__name__})"
         raise InputError(path, problem, f"{AGAIN}; it may be cut") from error

@@ -13,8 +13,8 @@ from ..read.open_input import open_text
 from ..settings.errors import InputError, first_true, parsing
 from .weather import DAMAGED, Record, coerce_year, read_numbers
 
-# Our variable, and column of the file; units of the TMY3 stand in its names. Years of other sources in that format have
-# a subset of its columns.
+# Our variable, and column of the file; units of the TMY3 stand in its names. Years of other sources
+# in that format have a subset of its columns.
 TMY3 = {
     "ghi": "GHI (W/m^2)",
     "dhi": "DHI (W/m^2)",
@@ -23,7 +23,13 @@ TMY3 = {
     "wind_speed": "Wspd (m/s)",
     "pressure": "Pressure (mbar)",
 }
-PSM = {"ghi": "GHI", "dhi": "DHI", "dni": "DNI", "temp_air": "Temperature", "wind_speed": "Wind Speed"}
+PSM = {
+    "ghi": "GHI",
+    "dhi": "DHI",
+    "dni": "DNI",
+    "temp_air": "Temperature",
+    "wind_speed": "Wind Speed",
+}
 PSM |= {"pressure": "Pressure"}
 
 # Missing values are at or below these numbers.
@@ -32,27 +38,39 @@ TMY3_MISSING, PSM_MISSING = -9000.0, -990.0
 HOUR = pd.Timedelta(hours=1)
 DATE, TIME = "Date (MM/DD/YYYY)", "Time (HH:MM)"  # of TMY3
 PASCALS = {"mbar": 100.0, "millibar": 100.0, "hpa": 100.0, "pa": 1.0}
-HEADER = ("Time Zone", "Local Time Zone", "Latitude", "Longitude", "Elevation")  # fields of the first line of PSM
+HEADER = (
+    "Time Zone",
+    "Local Time Zone",
+    "Latitude",
+    "Longitude",
+    "Elevation",
+)  # fields of the first line of PSM
 STAMP = ("Year", "Month", "Day", "Hour", "Minute")
-CURE = "give a csv of NSRDB, or one with times, ghi, dhi, dni, temp_air and wind_speed (docs/reference/weather.md)"
+CURE = (
+    "give a csv of NSRDB, or one with times, ghi, dhi, dni, temp_air and wind_speed "
+    "(docs/reference/weather.md)"
+)
 
 
 def take_columns(path, table, names, missing=None):
-    """Those of our variables that a table has, by `names` (ours -> the file's name); pressure in the file's unit.
+    """Those of our variables that a table has, by `names` (ours -> the file's name); pressure in
+    the file's unit.
 
     Numbers at or below `missing` are missing values; a column without any value is as good as none.
     """
-    data = pd.DataFrame({ours: read_numbers(path, table[name]) for ours, name in names.items() if name in table})
+    data = pd.DataFrame(
+        {ours: read_numbers(path, table[name]) for ours, name in names.items() if name in table}
+    )
     return data if missing is None else data.dropna(axis=1, how="all").mask(data <= missing)
 
 
 def read_tmy3(path):
     """Read a TMY3 csv of a station, or a year of another source in this format.
 
-    Stamps are at the end of the interval, in local standard time. Months come from different years and are put into one
-    calendar year. Files saved by other programs may quote their whole first line as one field, and begin with a copy of
-    the last row, to start at midnight: a row that repeats another in time and all values is dropped, as noted in the
-    label.
+    Stamps are at the end of the interval, in local standard time. Months come from different years
+    and are put into one calendar year. Files saved by other programs may quote their whole first
+    line as one field, and begin with a copy of the last row, to start at midnight: a row that
+    repeats another in time and all values is dropped, as noted in the label.
     """
     path = Path(path)
     with open_text(path) as file:
@@ -75,23 +93,33 @@ def read_tmy3(path):
         data["pressure"] *= 100.0  # mbar to Pa
     data.index = _read_starts(path, table).tz_localize(int(3600 * zone))
     data, typical = coerce_year(data)
-    notes = ["typical year"] * typical + [f"{copies.sum()} repeated row left out"] * bool(copies.any())
+    notes = ["typical year"] * typical + [f"{copies.sum()} repeated row left out"] * bool(
+        copies.any()
+    )
     label = f"TMY3 {path.name} ({', '.join([name, *notes])})"
     return Record(data, latitude, longitude, altitude, str(path), label, columns=TMY3)
 
 
 def _read_starts(path, table):
-    """Start of each interval in the file's time zone, from date and time of its end; 24:00 is midnight after the date.
+    """Start of each interval in the file's time zone, from date and time of its end; 24:00 is
+    midnight after the date.
 
-    Typical years have no 29 February, but February may come from a leap year: then a stamp of 0:00 on 1 March ends the
-    28th. A real leap year has more of the 29th than its last hour.
+    Typical years have no 29 February, but February may come from a leap year: then a stamp of 0:00
+    on 1 March ends the 28th. A real leap year has more of the 29th than its last hour.
     """
     days = pd.to_datetime(table[DATE], format="%m/%d/%Y", errors="coerce")
     parts = table[TIME].astype(str).str.extract(r"^\s*(\d{1,2}):(\d{2})").astype(float)
     ends = days + pd.to_timedelta(60.0 * parts[0] + parts[1], unit="min")
     if (row := first_true(ends.isna())) is not None:
-        problem = f"{table[DATE].iloc[row]!r}, {table[TIME].iloc[row]!r} (row {row + 1}) is not a date and a time"
-        raise InputError(path, problem, "write them as MM/DD/YYYY and HH:MM; or download the file again if it is cut")
+        problem = (
+            f"{table[DATE].iloc[row]!r}, {table[TIME].iloc[row]!r} (row {row + 1}) is not a date "
+            "and a time"
+        )
+        raise InputError(
+            path,
+            problem,
+            "write them as MM/DD/YYYY and HH:MM; or download the file again if it is cut",
+        )
     ends = pd.DatetimeIndex(ends)
     steps = ends[1:] - ends[:-1]
     starts = ends - (steps.to_series().mode().iloc[0] if len(steps) else HOUR)
@@ -102,18 +130,21 @@ def _read_starts(path, table):
 
 
 def read_psm(path):
-    """Read a PSM csv in SAM's format: two header lines, the column names, one row for each interval.
+    """Read a PSM csv in SAM's format: two header lines, the column names, one row for each
+    interval.
 
-    Values are instantaneous at their stamps (satellite images; at half past in hourly files): the interval is centred
-    on the stamp. A typical year (TMY) is put into one calendar year. Files of other sources that SAM reads, too, are
-    refused: their stamps and columns have other meanings.
+    Values are instantaneous at their stamps (satellite images; at half past in hourly files): the
+    interval is centred on the stamp. A typical year (TMY) is put into one calendar year. Files of
+    other sources that SAM reads, too, are refused: their stamps and columns have other meanings.
     """
     path = Path(path)
     with open_text(path) as file:
         head = [next(csv.reader([file.readline()]), []) for _ in range(3)]
         place = dict(zip((name.strip() for name in head[0]), head[1], strict=False))
         names = [name.strip() for name in head[2]]
-        missing = [name for name in HEADER if name not in place] + [name for name in STAMP if name not in names]
+        missing = [name for name in HEADER if name not in place] + [
+            name for name in STAMP if name not in names
+        ]
         if missing:
             raise InputError(path, f"is not of NSRDB: its header has no {', '.join(missing)}", CURE)
         # Programs that save the file fill its rows up with empty fields.
@@ -127,13 +158,19 @@ def read_psm(path):
     if "pressure" in data:
         unit = place.get("Pressure Units", "mbar").strip().lower()
         if unit not in PASCALS:
-            raise InputError(path, f"its pressure is in {unit!r}", f"give it in {', '.join(PASCALS)}")
+            raise InputError(
+                path, f"its pressure is in {unit!r}", f"give it in {', '.join(PASCALS)}"
+            )
         data["pressure"] *= PASCALS[unit]
     parts = pd.DataFrame({name: read_numbers(path, table[name]) for name in STAMP})
-    data.index = pd.DatetimeIndex(pd.to_datetime(parts)).tz_localize(int(3600 * float(place["Time Zone"])))
+    data.index = pd.DatetimeIndex(pd.to_datetime(parts)).tz_localize(
+        int(3600 * float(place["Time Zone"]))
+    )
     data, typical = coerce_year(data)
     interval = (data.index[1:] - data.index[:-1]).to_series().mode().iloc[0]
     data.index -= interval / 2
     label = f"NSRDB PSM {path.name}{' (typical year)' if typical else ''}"
-    latitude, longitude, altitude = (float(place[name]) for name in ("Latitude", "Longitude", "Elevation"))
+    latitude, longitude, altitude = (
+        float(place[name]) for name in ("Latitude", "Longitude", "Elevation")
+    )
     return Record(data, latitude, longitude, altitude, str(path), label, columns=PSM)

@@ -26,7 +26,9 @@ class Reading:
     year: int = 2021  # of the clear sky and the built-in climate
     seed: int = 0  # of the days of the built-in climate
     time_shift: float = 0.0  # [min] added to the times of files
-    place: tuple | None = None  # latitude and longitude [°] of the weather, instead of the site's and its files'
+    place: tuple | None = (
+        None  # latitude and longitude [°] of the weather, instead of the site's and its files'
+    )
     without: str = "none"  # column that is not to be used: ghi, dhi or dni
     horizon_cut: str = "measured"  # or neglect: see add_sun
     keep: tuple = ()  # folders of answers of services: see ask_weather
@@ -38,10 +40,10 @@ def read_weather(source, latitude, longitude, altitude=0.0, **settings):
     Parameters
     ----------
     source : str or path-like, or list of them
-        "climate", the built-in climate of the place; "clear-sky"; a service with years, such as "nasa-power:2015-2023",
-        or "pvgis", its typical year (sources.py); or
-        files of the table in formats.py, recognised by their content; text files may be gz-compressed. Several files
-        of ERA5 are read as one, others are put end to end.
+        "climate", the built-in climate of the place; "clear-sky"; a service with years, such as
+        "nasa-power:2015-2023", or "pvgis", its typical year (sources.py); or files of the table in
+        formats.py, recognised by their content; text files may be gz-compressed. Several files of
+        ERA5 are read as one, others are put end to end.
     latitude, longitude : float
         Requested place [°]. Files of one station keep the place of the station.
     altitude : float, optional
@@ -71,16 +73,21 @@ def read_weather(source, latitude, longitude, altitude=0.0, **settings):
     if (asked := parse_asked(sources[0])) and len(sources) == 1:
         records = [ask_weather(asked, latitude, longitude, altitude, reading.keep)]
     else:
-        records = read_files([Path(one) for one in sources], (latitude, longitude, altitude), reading)
+        records = read_files(
+            [Path(one) for one in sources], (latitude, longitude, altitude), reading
+        )
     record = join_records(records)
     try:
-        return check_record(change_record(record, reading.time_shift, reading.without), reading.horizon_cut)
+        return check_record(
+            change_record(record, reading.time_shift, reading.without), reading.horizon_cut
+        )
     except TimesError as error:
         raise _try_cure(record, reading, error) from error
 
 
 def _try_cure(record, reading, error):
-    """The error with a cure that was tried: the options with which the whole record passes all checks, if there are.
+    """The error with a cure that was tried: the options with which the whole record passes all
+    checks, if there are.
 
     Parameters
     ----------
@@ -94,9 +101,13 @@ def _try_cure(record, reading, error):
     InputError
     """
     time_shift = reading.time_shift + error.time_shift
-    time_shift = time_shift if abs(time_shift) >= 10 else 0.0  # what daylight tells is known to some minutes
+    time_shift = (
+        time_shift if abs(time_shift) >= 10 else 0.0
+    )  # what daylight tells is known to some minutes
     without = reading.without if error.without == "none" else error.without
-    options = f" --weather-without {without}" * (without != "none") + f" --time-shift {time_shift:g}" * bool(time_shift)
+    options = f" --weather-without {without}" * (
+        without != "none"
+    ) + f" --time-shift {time_shift:g}" * bool(time_shift)
     try:
         if not options or abs(time_shift) > 720 or reading.without not in ("none", without):
             raise InputError(record.source, error.problem, error.cure)
@@ -123,8 +134,12 @@ def check_record(record, horizon_cut="measured"):
     check_values(record.data, record.columns, record.source)
     notes = weather.notes + describe_checks(record, interval, checks)
     if not {"dhi", "dni"} & set(record.data):
-        notes.append("DHI and DNI follow from GHI alone (Erbs-Driesse): see the errors in the reference")
-    shares = {year: times.share_of_climate for year, times in checks.items() if times.share_of_climate}
+        notes.append(
+            "DHI and DNI follow from GHI alone (Erbs-Driesse): see the errors in the reference"
+        )
+    shares = {
+        year: times.share_of_climate for year, times in checks.items() if times.share_of_climate
+    }
     label = ", ".join(filter(None, (weather.label, label_of_shares(shares))))
     found = {year: asdict(times) for year, times in checks.items()}
     return replace(weather, label=label, notes=notes, checks=found)
@@ -171,7 +186,9 @@ def read_files(paths, own, reading):
     for path in paths:
         if kinds[path].key != "era5":
             record = read_file(path, kinds[path], own, place)
-            records.append(record if place is None else replace(record, latitude=place[0], longitude=place[1]))
+            records.append(
+                record if place is None else replace(record, latitude=place[0], longitude=place[1])
+            )
     return records
 
 

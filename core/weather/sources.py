@@ -1,4 +1,5 @@
-"""Sources of weather that are no files, by their words: climate, clear-sky, and services with their years.
+"""Sources of weather that are no files, by their words: climate, clear-sky, and services with their
+years.
 
 Loads nothing heavy: words are checked before anything long begins.
 """
@@ -25,15 +26,36 @@ class _Service:
 
 
 SERVICES = (
-    _Service("pvgis", "PVGIS", 2005, "CC BY 4.0, European Commission, Joint Research Centre",
-            "satellites and ERA5; a typical year with the horizon of distant terrain, years without it", typical=True),
-    _Service("nasa-power", "NASA POWER", 2001, "public domain, NASA Langley Research Center POWER",
-            "satellites (CERES, 1°) and MERRA-2, all over the world"),
-    _Service("era5", "ERA5", 1940, "CC BY 4.0, Copernicus Climate Change Service",
-            "reanalysis, 0.25°; needs a key of the Climate Data Store"),
-    _Service("open-meteo", "Open-Meteo", 1940, "CC BY 4.0, Open-Meteo.com; free for uses without profit",
-            "reanalyses (ERA5, ERA5-Land, IFS) at the nearest point"),
-)  # fmt: skip
+    _Service(
+        "pvgis",
+        "PVGIS",
+        2005,
+        "CC BY 4.0, European Commission, Joint Research Centre",
+        "satellites and ERA5; a typical year with the horizon of distant terrain, years without it",
+        typical=True,
+    ),
+    _Service(
+        "nasa-power",
+        "NASA POWER",
+        2001,
+        "public domain, NASA Langley Research Center POWER",
+        "satellites (CERES, 1°) and MERRA-2, all over the world",
+    ),
+    _Service(
+        "era5",
+        "ERA5",
+        1940,
+        "CC BY 4.0, Copernicus Climate Change Service",
+        "reanalysis, 0.25°; needs a key of the Climate Data Store",
+    ),
+    _Service(
+        "open-meteo",
+        "Open-Meteo",
+        1940,
+        "CC BY 4.0, Open-Meteo.com; free for uses without profit",
+        "reanalyses (ERA5, ERA5-Land, IFS) at the nearest point",
+    ),
+)
 
 ASKED_BY_KEY = {one.key: one for one in SERVICES}
 

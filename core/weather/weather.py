@@ -1,4 +1,6 @@
-"""One or several years of weather at one place, as read from files and as used; how far that place is from the city."""
+"""One or several years of weather at one place, as read from files and as used; how far that place
+is from the city.
+"""
 
 from dataclasses import dataclass, field, replace
 from datetime import timezone
@@ -29,14 +31,21 @@ class Weather:
     altitude: float  # [m]
     label: str  # shown with the results: "ERA5 era5_berlin_2017.nc", "clear sky (upper bound)"
     notes: list = field(default_factory=list)  # of str: findings on the file, for the user
-    checks: dict = field(default_factory=dict)  # year -> fields of SunTimes: how well the irradiance fits the sun
-    columns: dict = field(default_factory=dict)  # column of data -> what its file calls it, or what it follows from
-    zone: timezone | None = None  # offset of the calendar of sums and series; None: the times of data
+    checks: dict = field(
+        default_factory=dict
+    )  # year -> fields of SunTimes: how well the irradiance fits the sun
+    columns: dict = field(
+        default_factory=dict
+    )  # column of data -> what its file calls it, or what it follows from
+    zone: timezone | None = (
+        None  # offset of the calendar of sums and series; None: the times of data
+    )
 
     # Columns of data, all float64:
     # ghi, dhi, dni [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹], pressure [Pa]
     # and, of the sun at mid-interval, solar_zenith, apparent_zenith, solar_azimuth [°].
-    # Below 2° of apparent elevation dni is the measured one, or 0 if it would have to be derived; see add_sun.
+    # Below 2° of apparent elevation dni is the measured one, or 0 if it would have to be derived;
+    # see add_sun.
 
     @property
     def axis(self):
@@ -45,9 +54,13 @@ class Weather:
 
 
 def darken_hours(weather, dark):
-    """The same weather with night in some hours, (t,) bool: no irradiance, and the sun at the nadir."""
+    """The same weather with night in some hours, (t,) bool: no irradiance, and the sun at the
+    nadir.
+    """
     night = {"ghi": 0.0, "dni": 0.0, "dhi": 0.0, "apparent_zenith": 180.0}
-    data = weather.data.assign(**{name: weather.data[name].mask(dark, value) for name, value in night.items()})
+    data = weather.data.assign(
+        **{name: weather.data[name].mask(dark, value) for name, value in night.items()}
+    )
     return replace(weather, data=data)
 
 
@@ -55,14 +68,18 @@ def darken_hours(weather, dark):
 class Record:
     """The values of one file at one place, as they were read."""
 
-    data: pd.DataFrame  # index: UTC start of each interval; any of ghi, dhi, dni, temp_air, wind_speed, pressure
+    data: (
+        pd.DataFrame
+    )  # index: UTC start of each interval; any of ghi, dhi, dni, temp_air, wind_speed, pressure
     latitude: float  # [°]
     longitude: float  # [°]
     altitude: float  # [m]
     source: str  # the file, for messages
     label: str  # shown with the results
     notes: list = field(default_factory=list)  # of str: what the user should know about the file
-    columns: dict = field(default_factory=dict)  # column of data -> what the file calls it, where that is another name
+    columns: dict = field(
+        default_factory=dict
+    )  # column of data -> what the file calls it, where that is another name
 
 
 def join_records(records):
@@ -85,13 +102,24 @@ def join_records(records):
     if len(records) == 1:
         return first
     for other in records[1:]:
-        if max(abs(other.latitude - first.latitude), abs(other.longitude - first.longitude)) > SAME_PLACE:
-            problem = f"its place {other.latitude:g}°, {other.longitude:g}° is not that of {first.source}"
+        if (
+            max(abs(other.latitude - first.latitude), abs(other.longitude - first.longitude))
+            > SAME_PLACE
+        ):
+            problem = (
+                f"its place {other.latitude:g}°, {other.longitude:g}° is not that of {first.source}"
+            )
             problem += f" ({first.latitude:g}°, {first.longitude:g}°)"
-            raise InputError(other.source, problem, "give years of one place, or --weather-place LATITUDE LONGITUDE")
+            raise InputError(
+                other.source,
+                problem,
+                "give years of one place, or --weather-place LATITUDE LONGITUDE",
+            )
         if set(other.data) != set(first.data):
             differing = ", ".join(sorted(set(other.data) ^ set(first.data)))
-            raise InputError(other.source, f"not all files have {differing}", "give files with the same columns")
+            raise InputError(
+                other.source, f"not all files have {differing}", "give files with the same columns"
+            )
     records = sorted(records, key=lambda record: record.data.index[0])
     return replace(
         first,
@@ -190,8 +218,8 @@ def check_distance(weather, site, allowed=None, suns=None):
     allowed : float, optional
         [km] Default 150.
     suns : Suns, optional
-        Suns of a Transfer, which can be used with any weather of about the same latitude, or of any place if they are a
-        sky grid.
+        Suns of a Transfer, which can be used with any weather of about the same latitude, or of any
+        place if they are a sky grid.
 
     Raises
     ------
@@ -200,15 +228,26 @@ def check_distance(weather, site, allowed=None, suns=None):
     if suns is not None and suns.sampling.startswith("sky-grid"):
         return
     if suns is None:
-        away, words = distance_of_weather(weather, site), f"city ({site.latitude:.2f}°, {site.longitude:.2f}°)"
+        away, words = (
+            distance_of_weather(weather, site),
+            f"city ({site.latitude:.2f}°, {site.longitude:.2f}°)",
+        )
         cure = "give weather of the city's own place"
     else:
-        away, words = KM_PER_DEGREE * abs(weather.latitude - site.latitude), f"latitude {site.latitude:.2f}°"
+        away, words = (
+            KM_PER_DEGREE * abs(weather.latitude - site.latitude),
+            f"latitude {site.latitude:.2f}°",
+        )
         words += " that was traced"
         cure = "give weather of that latitude, trace --suns sky-grid:N"
     if away > (FARTHEST if allowed is None else allowed):
-        problem = f"its place ({weather.latitude:.2f}°, {weather.longitude:.2f}°) is {away:,.0f} km from the {words}"
-        raise InputError(weather.label, problem, f"{cure}, or --allow-distance {int(np.ceil(away / 10) * 10)}")
+        problem = (
+            f"its place ({weather.latitude:.2f}°, {weather.longitude:.2f}°) is {away:,.0f} km from "
+            f"the {words}"
+        )
+        raise InputError(
+            weather.label, problem, f"{cure}, or --allow-distance {int(np.ceil(away / 10) * 10)}"
+        )
 
 
 def describe_distance(weather, site):

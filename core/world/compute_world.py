@@ -1,11 +1,13 @@
 """Full load hours of environments at every place: the second half of the paper. Read this first.
 
     transfer.nc (sky grid) ─► Environment ─┐
-                                           ├─► capacity factor of each hour and group ─► World ─► world.nc, pictures
+                                           ├─► capacity factor of each hour and group ─► World ─►
+                                           world.nc, pictures
     weather of many places ─► PlaceHours ──┘
 
-One sky grid serves every latitude: the sun of each place and hour is looked up in it. Nothing is averaged before the
-module's model: each surface, place and hour is computed, as by `energy.compute_energy`.
+One sky grid serves every latitude: the sun of each place and hour is looked up in it. Nothing is
+averaged before the module's model: each surface, place and hour is computed, as by
+`energy.compute_energy`.
 """
 
 from dataclasses import dataclass
@@ -22,7 +24,9 @@ from .place_hours import HOURS, MONTHS, match_hours, match_shifted, prepare_plac
 from .sources import Places
 from .sum_groups import sum_groups
 
-PERIODS = 1 + MONTHS + 2 * HOURS  # annual, months, hours of the day by UTC and by local mean solar time
+PERIODS = (
+    1 + MONTHS + 2 * HOURS
+)  # annual, months, hours of the day by UTC and by local mean solar time
 PLAIN_PERIODS = 1 + MONTHS
 
 
@@ -36,8 +40,12 @@ class World:
     groups: list  # (g,) of (kind, orientation)
     group_count: np.ndarray  # (e, g) surfaces; 0 where an environment lacks a group
     group_area: np.ndarray  # (e, g) [m²] counted area
-    full_load_hours: np.ndarray  # (p, e, g, 61) float32 [h]: annual, 12 months, 24 hours UTC, 24 solar hours; NaN: none
-    standard_error: np.ndarray  # (p, e, g, 13) float32 [h] of the year and months, by what the Transfers know
+    full_load_hours: (
+        np.ndarray
+    )  # (p, e, g, 61) float32 [h]: annual, 12 months, 24 hours UTC, 24 solar hours; NaN: none
+    standard_error: (
+        np.ndarray
+    )  # (p, e, g, 13) float32 [h] of the year and months, by what the Transfers know
     gain_error: np.ndarray  # (p, e, g) float32, standard error of the year's gain by reflections
     without_reflections: np.ndarray  # (p, e, g, 13) float32 [h]: annual and months
     weather: np.ndarray  # (p,) int8, a key of sources.MEANINGS
@@ -47,7 +55,9 @@ class World:
     years: float  # that the weather covers
 
 
-def compute_world(environments, source, system, way="exact", *, sky="isotropic", threads=None, progress=silent):
+def compute_world(
+    environments, source, system, way="exact", *, sky="isotropic", threads=None, progress=silent
+):
     """Full load hours of all groups of some environments at the places of a source of weather.
 
     Parameters
@@ -71,7 +81,10 @@ def compute_world(environments, source, system, way="exact", *, sky="isotropic",
     world, model, done = empty_world(environments, source, way, sky), tabulate_power(system), 0
     own = [find_groups(world, number) for number in range(len(environments))]
     computed = map_in_order(
-        lambda chunk: [_compute_place(environments, *found, system, model, (way, sky)) for found in source.read(chunk)],
+        lambda chunk: [
+            _compute_place(environments, *found, system, model, (way, sky))
+            for found in source.read(chunk)
+        ],
         source.chunks,
         usable_threads(threads),
     )
@@ -85,7 +98,9 @@ def compute_world(environments, source, system, way="exact", *, sky="isotropic",
                 world.standard_error[place, number, own[number]] = errors[:PLAIN_PERIODS].T
                 world.gain_error[place, number, own[number]] = errors[PLAIN_PERIODS]
                 world.full_load_hours[place, number, own[number]] = values[:, :count].T
-                world.without_reflections[place, number, own[number]] = values[:PLAIN_PERIODS, count:].T
+                world.without_reflections[place, number, own[number]] = values[
+                    :PLAIN_PERIODS, count:
+                ].T
         done += len(chunk)
         progress("world", done, len(source.places), "places")
     return world
@@ -114,7 +129,10 @@ def empty_world(environments, source, way, sky):
     )
     for number, one in enumerate(environments):
         own = [groups.index(pair) for pair in one.groups]  # in the same order
-        world.group_count[number, own], world.group_area[number, own] = one.group_count, one.group_area
+        world.group_count[number, own], world.group_area[number, own] = (
+            one.group_count,
+            one.group_area,
+        )
     return world
 
 
@@ -124,7 +142,9 @@ def find_groups(world, number):
 
 
 def _compute_place(environments, weather, code, system, model, ways):  # noqa: PLR0917
-    """What the weather is, its years, and for each environment hours of periods, (61, 2 g), and errors, (14, g)."""
+    """What the weather is, its years, and for each environment hours of periods, (61, 2 g), and
+    errors, (14, g).
+    """
     if weather is None:
         return code, None, []
     years = count_years(weather)
@@ -134,10 +154,14 @@ def _compute_place(environments, weather, code, system, model, ways):  # noqa: P
     for one in environments:
         if one.sky.count not in matched:
             exact = way == "exact"
-            matched[one.sky.count] = match_hours(one.sky, hours) if exact else match_shifted(one.sky, hours, weather)
+            matched[one.sky.count] = (
+                match_hours(one.sky, hours) if exact else match_shifted(one.sky, hours, weather)
+            )
         sunlight = matched[one.sky.count]
         values = hours.length * (hours.share @ sum_groups(one, hours, sunlight, model))
         count = len(one.groups)
-        errors = carry_to_place(one.errors, hours, sunlight, values[:PLAIN_PERIODS, :count], values[0, count:])
+        errors = carry_to_place(
+            one.errors, hours, sunlight, values[:PLAIN_PERIODS, :count], values[0, count:]
+        )
         found.append((values, np.vstack(errors)))
     return code, years, found

@@ -1,4 +1,6 @@
-"""The pictures of a world from world.nc: maps (paper, Fig. 6 and 7), months and hours of the day (Fig. 8 and 9)."""
+"""The pictures of a world from world.nc: maps (paper, Fig. 6 and 7), months and hours of the day
+(Fig. 8 and 9).
+"""
 
 from functools import partial
 
@@ -32,12 +34,18 @@ SHOWN = ("weather", "full_load_hours", *(f"full_load_hours_{part}" for part in P
 KINDS = ("facade", "roof")
 SIDES = ("east", "south")
 DAY_LATITUDES = (20.0, 60.0)
-DAY_GROUPS = {"roof_east": "-", "roof_west": "-", "facade_east": (0, (5, 2)), "facade_west": (0, (5, 2))}
+DAY_GROUPS = {
+    "roof_east": "-",
+    "roof_west": "-",
+    "facade_east": (0, (5, 2)),
+    "facade_west": (0, (5, 2)),
+}
 FURTHEST = 4.0  # [°] of latitude between a picture and the place it shows
 
 
 def _draw_world_months(dataset):
-    """Draw full load hours by month and latitude in the first traced environment: facades and roofs, east and south.
+    """Draw full load hours by month and latitude in the first traced environment: facades and
+    roofs, east and south.
 
     Parameters
     ----------
@@ -47,13 +55,17 @@ def _draw_world_months(dataset):
     Returns
     -------
     matplotlib.figure.Figure or None
-        None where there are fewer than two latitudes with weather on the northern hemisphere, or none of the groups.
+        None where there are fewer than two latitudes with weather on the northern hemisphere, or
+        none of the groups.
     """
     environment = choose_environment(dataset)
     values = dataset["full_load_hours_by_month"].sel(environment=environment)
     there = values.dropna("group", how="all")["group"].to_numpy()
     east = (dataset["longitude"].to_numpy() - MERIDIAN + 180.0) % 360.0 - 180.0
-    along = {"longitude": int(np.abs(east).argmin()), "latitude": dataset["latitude"].to_numpy() >= 0}
+    along = {
+        "longitude": int(np.abs(east).argmin()),
+        "latitude": dataset["latitude"].to_numpy() >= 0,
+    }
     values, clear = values.isel(along), (dataset["weather"].isel(along) == CLEAR).to_numpy()
     wanted = [[f"{kind}_{side}" for side in SIDES if f"{kind}_{side}" in there] for kind in KINDS]
     if len(clear) < 2 or not any(wanted) or not np.isfinite(values).any():
@@ -83,7 +95,13 @@ def _draw_world_months(dataset):
 def _draw_panel(axes, values, top):
     """One group: months to the right, latitudes upwards; blank without weather."""
     months, table = np.arange(1, 13), values.transpose("latitude", "month").to_numpy()
-    style = {"cmap": colour_scale("viridis"), "vmin": 0, "vmax": top, "shading": "nearest", "rasterized": True}
+    style = {
+        "cmap": colour_scale("viridis"),
+        "vmin": 0,
+        "vmax": top,
+        "shading": "nearest",
+        "rasterized": True,
+    }
     mesh = axes.pcolormesh(months, values["latitude"], table, **style)
     axes.set_xticks(months, [name[0] for name in MONTHS], fontsize=9)
     axes.set_title(title_of_group(values["group"].item()))
@@ -93,7 +111,8 @@ def _draw_panel(axes, values, top):
 
 
 def _draw_world_day(dataset):
-    """Draw full load hours by hour of local solar time: a row for each latitude, a column for each environment.
+    """Draw full load hours by hour of local solar time: a row for each latitude, a column for each
+    environment.
 
     Parameters
     ----------
@@ -107,7 +126,11 @@ def _draw_world_day(dataset):
     """
     values = dataset["full_load_hours_by_solar_hour"]
     near = [(latitude, nearest_place(values, latitude, MERIDIAN)) for latitude in DAY_LATITUDES]
-    places = [values[at] for wanted, at in near if at and abs(values["latitude"][at[0]] - wanted) <= FURTHEST]
+    places = [
+        values[at]
+        for wanted, at in near
+        if at and abs(values["latitude"][at[0]] - wanted) <= FURTHEST
+    ]
     names = [name for name in dataset["environment"].to_numpy() if name != UNSHADED] or [UNSHADED]
     if not places:
         return None
@@ -135,7 +158,13 @@ def _draw_lines(axes, values):
     for group, style in DAY_GROUPS.items():
         if group in values["group"].to_numpy() and np.isfinite(values.sel(group=group)).all():
             hours, colour = values.sel(group=group), LINES[group.split("_")[1]]["color"]
-            axes.plot(hours["solar_hour"] + 0.5, hours, color=colour, linestyle=style, label=title_of_group(group))
+            axes.plot(
+                hours["solar_hour"] + 0.5,
+                hours,
+                color=colour,
+                linestyle=style,
+                label=title_of_group(group),
+            )
     axes.set(xticks=np.arange(0, 25, 3), xlim=(0, 24))
 
 

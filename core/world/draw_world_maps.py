@@ -1,6 +1,8 @@
-"""World maps of full load hours and of what reflected light adds to them (paper, Fig. 6 and 7), with coast lines.
+"""World maps of full load hours and of what reflected light adds to them (paper, Fig. 6 and 7),
+with coast lines.
 
-Beside them what all pictures of a world share: which environment and place they show, and how places are written.
+Beside them what all pictures of a world share: which environment and place they show, and how
+places are written.
 """
 
 from pathlib import Path
@@ -34,7 +36,8 @@ def choose_environment(dataset):
 
 
 def map_of(values, environment):
-    """What a map of an environment shows, and its title: facades that face the equator, else the first group it has.
+    """What a map of an environment shows, and its title: facades that face the equator, else the
+    first group it has.
 
     Parameters
     ----------
@@ -49,7 +52,11 @@ def map_of(values, environment):
     """
     own, north = values.sel(environment=environment), values["latitude"] >= 0
     names = own.dropna("group", how="all")["group"].to_numpy().tolist()
-    sides = [side for side, there in zip(TOWARDS_EQUATOR, (north.any(), not north.all()), strict=True) if there]
+    sides = [
+        side
+        for side, there in zip(TOWARDS_EQUATOR, (north.any(), not north.all()), strict=True)
+        if there
+    ]
     if not set(sides) <= set(names):
         group = next(iter([*names, *sides]))
         return own.sel(group=group), f"{title_of_group(group)}, {environment}"
@@ -126,12 +133,17 @@ def _draw_map(axes, values, **style):
 
 def _shape_of_map(values):
     """Width over height of the map of a grid, with half a cell around its points."""
-    width, height = (np.ptp(values[name].values) / (1 - 1 / values.sizes[name]) for name in ("longitude", "latitude"))
+    width, height = (
+        np.ptp(values[name].values) / (1 - 1 / values.sizes[name])
+        for name in ("longitude", "latitude")
+    )
     return width / height
 
 
 def hatch_clear(axes, x, y, clear):
-    """Hatch where the weather is a clear sky, (y, x) bool, if it is not everywhere; whether there is any of it."""
+    """Hatch where the weather is a clear sky, (y, x) bool, if it is not everywhere; whether there
+    is any of it.
+    """
     hatched = clear.any() and not clear.all()
     if hatched:
         axes.contourf(x, y, clear, levels=[0.5, 1.5], colors="none", hatches=["////"])
@@ -139,7 +151,8 @@ def hatch_clear(axes, x, y, clear):
 
 
 def join_at_date_line(dataset):
-    """A grid on both sides of the date line with its western part beyond 180°, so that the widest gap lies outside.
+    """A grid on both sides of the date line with its western part beyond 180°, so that the widest
+    gap lies outside.
 
     Parameters
     ----------
@@ -175,7 +188,9 @@ def write_longitude(value):
 
 
 def describe_source(dataset, width):
-    """A line on the weather, for below a picture of some width [inch]; two or more below a narrow one."""
+    """A line on the weather, for below a picture of some width [inch]; two or more below a narrow
+    one.
+    """
     label = dataset.attrs["weather_label"]
     way = "" if dataset.attrs["way"] == "exact" else "; suns of Greenwich shifted in time"
     words = (label if len(label) <= 150 else label[:147] + "…") + way + "; DC without losses"
@@ -183,7 +198,8 @@ def describe_source(dataset, width):
 
 
 def draw_world_map(dataset):
-    """Draw full load hours of facades towards the equator: a map for each environment, with one scale.
+    """Draw full load hours of facades towards the equator: a map for each environment, with one
+    scale.
 
     Parameters
     ----------
@@ -208,7 +224,13 @@ def draw_world_map(dataset):
         mesh = _draw_map(axes, values, cmap=colour_scale("viridis"), vmin=low, vmax=high)
         axes.set_title(title)
         if hatch_clear(axes, dataset["longitude"], dataset["latitude"], clear):
-            axes.text(0.01, 0.02, "hatched: clear sky, an upper bound", transform=axes.transAxes, fontsize=8)
+            axes.text(
+                0.01,
+                0.02,
+                "hatched: clear sky, an upper bound",
+                transform=axes.transAxes,
+                fontsize=8,
+            )
     for axes in panels[len(maps) :]:
         axes.set_axis_off()
     style = {"shrink": 0.75 / rows**0.5, "extend": "both", "pad": 0.015}
@@ -235,12 +257,16 @@ def draw_world_gain(dataset):
     -------
     matplotlib.figure.Figure
     """
-    share = float(np.clip(1.2 * _shape_of_map(dataset), 0.7, 2.6))  # widths of the map and of the lines
+    share = float(
+        np.clip(1.2 * _shape_of_map(dataset), 0.7, 2.6)
+    )  # widths of the map and of the lines
     width = 12 * (1 + share) / 3.6  # [inch]
     figure = make_figure(width, 4.1)
     profile, axes = figure.subplots(1, 2, width_ratios=(1, share))
     # Increase of the mean hours along each parallel.
-    gain = find_gain(dataset[["full_load_hours", "full_load_hours_without_reflections"]].mean("longitude"))
+    gain = find_gain(
+        dataset[["full_load_hours", "full_load_hours_without_reflections"]].mean("longitude")
+    )
     groups = [group for group in GAIN_GROUPS if group in gain["group"].to_numpy()]
     for number, name in enumerate(gain["environment"].to_numpy()):
         for group, style in zip(groups, STYLES, strict=False):

@@ -1,4 +1,6 @@
-"""Environments: the eligible surfaces of traced cities, or unshaded planes, ready to be placed anywhere on Earth."""
+"""Environments: the eligible surfaces of traced cities, or unshaded planes, ready to be placed
+anywhere on Earth.
+"""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -31,7 +33,9 @@ CURE = "give NAME=transfer.nc, a result folder, or unshaded"
 
 @dataclass
 class _Environment:
-    """The n eligible surfaces of a city in the order of their g groups, traced for the s directions of a sky grid."""
+    """The n eligible surfaces of a city in the order of their g groups, traced for the s directions
+    of a sky grid.
+    """
 
     name: str
     source: str  # file, or "closed form"
@@ -41,13 +45,16 @@ class _Environment:
     first: np.ndarray  # (g + 1,) int64, first surface of each group, and n
     weight: np.ndarray  # (n,) float64, open area over the counted area of the group
     block: Block  # of the n surfaces, float32
-    sources: np.ndarray  # (2 k + 1, n) float32: view of k traced sources, their reflected light; sky view factor
+    sources: (
+        np.ndarray
+    )  # (2 k + 1, n) float32: view of k traced sources, their reflected light; sky view factor
     sky: SkyTriangles
     errors: GroupErrors | None = None  # of all surfaces, also where they are merged
 
 
 def build_environment(name, source, transfer, system, sky_model="isotropic"):
-    """Prepare the surfaces of a Transfer that the paper takes: facades and pitched roofs near four main directions.
+    """Prepare the surfaces of a Transfer that the paper takes: facades and pitched roofs near four
+    main directions.
 
     Parameters
     ----------
@@ -65,8 +72,8 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
     Raises
     ------
     InputError
-        If the Transfer was traced for other suns, was interrupted, has no eligible surfaces, or holds at its own place
-        only.
+        If the Transfer was traced for other suns, was interrupted, has no eligible surfaces, or
+        holds at its own place only.
     """
     _check_portable(source, transfer)
     check_transfer(transfer)
@@ -76,7 +83,9 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
     counted = find_counted_area(transfer, system)
     groups = find_groups(counted, transfer.surfaces.area)
     if not groups.names:
-        raise InputError(source, "has no eligible roof or facade", "give an environment with buildings")
+        raise InputError(
+            source, "has no eligible roof or facade", "give an environment with buildings"
+        )
     rows = np.flatnonzero(counted.eligible)
     member = groups.weight[rows].argmax(axis=1)
     order = np.argsort(member, kind="stable")
@@ -86,7 +95,9 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
         transfer,
         rows,
         group_weight=np.zeros((len(rows), 0)),
-        iam=diffuse_incidence_factors(transfer.surfaces.surface_tilt[rows], system, sources).astype(SINGLE),
+        iam=diffuse_incidence_factors(transfer.surfaces.surface_tilt[rows], system, sources).astype(
+            SINGLE
+        ),
         mounting=np.zeros(len(rows), int),
         lit_share=lit,
     )
@@ -96,7 +107,9 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
     light = (np.stack([*views, *reflected, transfer.sky_view_factor[rows]]) / lit).astype(SINGLE)
     weight = groups.weight[rows, member] * lit
     first = np.searchsorted(member, np.arange(len(groups.names) + 1)).astype(np.int64)
-    found = _Environment(name, source, groups.names, groups.count, groups.area, first, weight, block, light, sky)
+    found = _Environment(
+        name, source, groups.names, groups.count, groups.area, first, weight, block, light, sky
+    )
     return replace(found, errors=find_group_errors(transfer, found, rows, traced))
 
 
@@ -112,7 +125,10 @@ def _check_portable(source, transfer):
         problem = f"was traced with --suns {way}, which holds for one latitude only"
         cure = "trace it again: citypv simulate CITY --suns sky-grid:673 --out DIR"
     elif way != f"sky-grid:{count}":
-        problem, cure = f"holds {count} directions of {way}: its run was interrupted", "trace it again to the end"
+        problem, cure = (
+            f"holds {count} directions of {way}: its run was interrupted",
+            "trace it again to the end",
+        )
     elif transfer.terrain is not None:
         problem = "was traced with --horizon: distant terrain belongs to one place"
         cure = "trace it again without --horizon"
@@ -143,7 +159,9 @@ def unshaded_transfer(ground_albedo=0.25):
     suns, count = sky_grid_suns(FEWEST), len(tilt)
     sky, ground = sky_view_of_tilt(normal), ground_view_of_tilt(normal)
     zero, no_id = np.zeros(count), [""] * count
-    surfaces = Surfaces(names, names, no_id, kind, orientation, zero == 0, zero + 10.0, tilt, azimuth, normal)
+    surfaces = Surfaces(
+        names, names, no_id, kind, orientation, zero == 0, zero + 10.0, tilt, azimuth, normal
+    )
     views = {name: source.unshaded(normal) for name, source in SOURCES.items()}
     return Transfer(
         surfaces=surfaces,
@@ -158,7 +176,9 @@ def unshaded_transfer(ground_albedo=0.25):
         visible_share=np.ones((count, len(suns)), np.float32),
         direct_reflected=np.zeros((count, len(suns)), np.float32),
         direct_annual_standard_error=zero,
-        sources={name: SourceLight(view, view, zero) for name, view in views.items()},  # beyond, the ground is dark
+        sources={
+            name: SourceLight(view, view, zero) for name, view in views.items()
+        },  # beyond, the ground is dark
     )
 
 
@@ -168,8 +188,8 @@ def read_environments(texts, system, sky="isotropic"):
     Parameters
     ----------
     texts : list of str
-        "unshaded", a transfer.nc, or the folder of a run; "NAME=" before it gives a name, which is else that of the
-        folder.
+        "unshaded", a transfer.nc, or the folder of a run; "NAME=" before it gives a name, which is
+        else that of the folder.
     system : PvSystem
     sky : {"isotropic", "perez", "auto"}
         Model of the sky; "auto": the one that all were traced for.
@@ -205,5 +225,7 @@ def read_environments(texts, system, sky="isotropic"):
     names = [one.name for one in found]
     double = sorted({name for name in names if names.count(name) > 1})
     if double:
-        raise InputError("ENVIRONMENT", f"two are called {double[0]!r}", "name them: NAME=transfer.nc")
+        raise InputError(
+            "ENVIRONMENT", f"two are called {double[0]!r}", "name them: NAME=transfer.nc"
+        )
     return found, sky

@@ -1,9 +1,11 @@
-"""Standard errors of the groups' full load hours at any place, from what a Transfer knows of its own; mixes of cities.
+"""Standard errors of the groups' full load hours at any place, from what a Transfer knows of its
+own; mixes of cities.
 
-The arithmetic is that of `energy.standard_errors`, with one difference: full load hours per irradiance are those of the
-group, not of each surface, so that a place costs a few products of groups, for the year and each of its months. Noise
-of light from the sun is taken as independent between directions of the grid: a month has fewer of them than the year,
-and more noise in proportion to its light.
+The arithmetic is that of `energy.standard_errors`, with one difference: full load hours per
+irradiance are those of the group, not of each surface, so that a place costs a few products of
+groups, for the year and each of its months. Noise of light from the sun is taken as independent
+between directions of the grid: a month has fewer of them than the year, and more noise in
+proportion to its light.
 """
 
 from dataclasses import dataclass, replace
@@ -28,15 +30,24 @@ BRIGHTEST = 0.9  # of what rays meet that miss the sky, over the sky
 class GroupErrors:
     """Relative irradiance of g groups, and the parts of its error."""
 
-    own: np.ndarray  # (3 + k, g) own variance of direct and diffuse light, covariance, sources'; of the group's mean
-    points: np.ndarray  # (g,) the part of the own variance of direct light that is from shadow points
+    # (3 + k, g) own variance of direct and diffuse light, covariance, sources'; of the group's mean
+    own: np.ndarray
+    points: (
+        np.ndarray
+    )  # (g,) the part of the own variance of direct light that is from shadow points
     brightness: np.ndarray  # (g,) of what rays meet that miss the sky, over the sky
-    direct_passed_on: np.ndarray  # (g, r) deviations of replicates of light that other surfaces re-emit
+    direct_passed_on: (
+        np.ndarray
+    )  # (g, r) deviations of replicates of light that other surfaces re-emit
     diffuse_passed_on: np.ndarray  # (g, r)
     discretisation: np.ndarray  # (2, g) signed, of direct and of diffuse light
     sun_sampling: np.ndarray  # (g,) share of full load hours
-    direct: np.ndarray  # (s, g) mean relative irradiance by the sun in each direction of the grid; far ground apart
-    shared: np.ndarray  # (2 + k, g) mean relative irradiance by dome, k traced sources and sunlit far ground
+    direct: (
+        np.ndarray
+    )  # (s, g) mean relative irradiance by the sun in each direction of the grid; far ground apart
+    shared: (
+        np.ndarray
+    )  # (2 + k, g) mean relative irradiance by dome, k traced sources and sunlit far ground
 
 
 def find_group_errors(transfer, environment, rows, traced=()):
@@ -58,7 +69,9 @@ def find_group_errors(transfer, environment, rows, traced=()):
     """
     parts = transfer.error_parts or no_parts(len(transfer.surfaces))
     first, weight = environment.first, environment.weight
-    of_whole = weight / environment.block.lit_share  # weights of what a Transfer tells: means over whole surfaces
+    of_whole = (
+        weight / environment.block.lit_share
+    )  # weights of what a Transfer tells: means over whole surfaces
     own = [own_direct(transfer)[rows], own_diffuse(transfer)[rows], parts.covariance[rows]]
     own += [light.standard_error[rows] ** 2 for light in traced]
     discretisation = parts.direct_discretisation[rows], parts.diffuse_discretisation[rows]
@@ -80,7 +93,9 @@ def find_group_errors(transfer, environment, rows, traced=()):
         direct_passed_on=_mean_of_groups(parts.direct_passed_on[rows].T, first, of_whole).T,
         diffuse_passed_on=_mean_of_groups(parts.diffuse_passed_on[rows].T, first, of_whole).T,
         discretisation=_mean_of_groups(np.stack(discretisation), first, of_whole),
-        sun_sampling=np.array([sun_sampling_share(transfer.record, name, "bias") for name in environment.groups]),
+        sun_sampling=np.array(
+            [sun_sampling_share(transfer.record, name, "bias") for name in environment.groups]
+        ),
         direct=np.stack(direct, axis=1),
         shared=_mean_of_groups(light, first, weight),
     )
@@ -114,24 +129,33 @@ def carry_to_place(errors, hours, sunlight, full_load_hours, plain):
     light, poa, spread = _sum_light(errors, hours, sunlight)
     per_poa = np.divide(full_load_hours, poa, out=np.zeros_like(poa), where=poa > 0)
     direct, diffuse, *sources = per_poa * light.T[:, :, None]  # (13, g) [h] per relative irradiance
-    passed_on = direct[..., None] * errors.direct_passed_on + diffuse[..., None] * errors.diffuse_passed_on
+    passed_on = (
+        direct[..., None] * errors.direct_passed_on + diffuse[..., None] * errors.diffuse_passed_on
+    )
     discretisation = direct * errors.discretisation[0] + diffuse * errors.discretisation[1]
     common = variance_of_mean(passed_on) + discretisation**2
     for hours_of_source, variance in zip(sources, errors.own[3:], strict=True):
         common = common + hours_of_source**2 * variance
     suns = errors.sun_sampling * full_load_hours
     own = join_own(direct, diffuse, *errors.own[:3])
-    growth = np.maximum(spread[0] / spread - 1, 0)[:, None] * direct**2  # a month's suns are fewer than the year's
+    growth = (
+        np.maximum(spread[0] / spread - 1, 0)[:, None] * direct**2
+    )  # a month's suns are fewer than the year's
     fewer = growth * (errors.own[0] + variance_of_mean(errors.direct_passed_on))
-    gain = np.divide(full_load_hours[0], plain, out=np.full_like(plain, np.nan), where=plain > 0) - 1
-    # The surfaces' own rays: what is seen of sky and sun counts in both, so its noise is multiplied by the gain only. A
-    # ray that misses the sky meets faces that send m of what the sky would, so that noise δ of the visible sky is noise
-    # (1 - m) δ of diffuse light, all of whose own noise is taken to be of this kind.
+    gain = (
+        np.divide(full_load_hours[0], plain, out=np.full_like(plain, np.nan), where=plain > 0) - 1
+    )
+    # The surfaces' own rays: what is seen of sky and sun counts in both, so its noise is multiplied
+    # by the gain only. A ray that misses the sky meets faces that send m of what the sky would, so
+    # that noise δ of the visible sky is noise (1 - m) δ of diffuse light, all of whose own noise is
+    # taken to be of this kind.
     share = (errors.brightness + gain) / (1 - errors.brightness)
     own_direct = errors.own[0] - (1 - gain**2) * errors.points
     split = join_own(direct[0], -share * diffuse[0], own_direct, *errors.own[1:3])
     reflected = common[0] + split + (gain * suns[0]) ** 2
-    return np.sqrt(own + common + fewer + suns**2), np.sqrt(reflected) / np.where(plain > 0, plain, np.nan)
+    return np.sqrt(own + common + fewer + suns**2), np.sqrt(reflected) / np.where(
+        plain > 0, plain, np.nan
+    )
 
 
 def _sum_light(errors, hours, sunlight):
@@ -150,11 +174,17 @@ def _sum_light(errors, hours, sunlight):
     scale, count, months = hours.length / KILO, len(errors.direct), hours.share[: 1 + MONTHS]
     weight = sunlight.weight * hours.light[:, :1, None]  # (h, m, 3) [Wm⁻²]
     cell = months[1:].argmax(axis=0)[:, None, None] * count + sunlight.index
-    suns = np.bincount(cell.ravel(), weight.ravel(), minlength=MONTHS * count).reshape(MONTHS, count)
+    suns = np.bincount(cell.ravel(), weight.ravel(), minlength=MONTHS * count).reshape(
+        MONTHS, count
+    )
     suns = scale * np.concatenate([suns.sum(axis=0, keepdims=True), suns])
     light, ground = scale * months @ hours.light, scale * months @ sunlight.level[:, None]
     spread = np.maximum(suns.sum(axis=1) ** 2, 1e-12) / np.maximum((suns**2).sum(axis=1), 1e-12)
-    return light, suns @ errors.direct + ground * errors.shared[-1] + light[:, 1:] @ errors.shared[:-1], spread
+    return (
+        light,
+        suns @ errors.direct + ground * errors.shared[-1] + light[:, 1:] @ errors.shared[:-1],
+        spread,
+    )
 
 
 def parse_mix(text, names):
@@ -173,10 +203,13 @@ def parse_mix(text, names):
     Raises
     ------
     InputError
-        If a name is unknown, twice, or that of the mix, a weight is no number above 0, or they do not add up to 1.
+        If a name is unknown, twice, or that of the mix, a weight is no number above 0, or they do
+        not add up to 1.
     """
     if NAME in names:
-        raise InputError(OPTION, f"an environment is called {NAME!r}", "give it another name: NAME=transfer.nc")
+        raise InputError(
+            OPTION, f"an environment is called {NAME!r}", "give it another name: NAME=transfer.nc"
+        )
     weights = {}
     for part in filter(None, text.split(",")):
         name, _, number = (piece.strip() for piece in part.partition("="))
@@ -185,9 +218,15 @@ def parse_mix(text, names):
             raise InputError(OPTION, problem, f"give some of {', '.join(names)}, each once")
         weights[name] = pd.to_numeric(number, errors="coerce")
         if not 0 < weights[name] <= 1:  # NaN: it is no number
-            raise InputError(OPTION, f"the weight {number!r} of {name} is not above 0 and at most 1", "give NAME=SHARE")
+            raise InputError(
+                OPTION,
+                f"the weight {number!r} of {name} is not above 0 and at most 1",
+                "give NAME=SHARE",
+            )
     if abs(sum(weights.values()) - 1.0) > EXACT:
-        raise InputError(OPTION, f"the weights add up to {sum(weights.values()):g}", "let them add up to 1")
+        raise InputError(
+            OPTION, f"the weights add up to {sum(weights.values()):g}", "let them add up to 1"
+        )
     return weights
 
 
@@ -209,18 +248,32 @@ def add_mix(world, weights):
     share = np.array(list(weights.values()))
 
     def mean(values):
-        return np.concatenate([values, np.einsum("e,pe...->p...", share, values[:, members])[:, None]], axis=1)
+        return np.concatenate(
+            [values, np.einsum("e,pe...->p...", share, values[:, members])[:, None]], axis=1
+        )
 
     whole = (world.group_count[members] > 0).all(axis=0)
     plain = world.without_reflections[..., 0].astype(float)
-    hours, plain = _join_errors(world.gain_error * plain, share, members)[:, -1:], mean(plain)[:, -1:]
-    gain = np.divide(hours, plain, out=np.full_like(plain, np.nan), where=plain > 0).astype(np.float32)
+    hours, plain = (
+        _join_errors(world.gain_error * plain, share, members)[:, -1:],
+        mean(plain)[:, -1:],
+    )
+    gain = np.divide(hours, plain, out=np.full_like(plain, np.nan), where=plain > 0).astype(
+        np.float32
+    )
     return replace(
         world,
         environments=[*world.environments, NAME],
-        sources=[*world.sources, ", ".join(f"{weight:g} {name}" for name, weight in weights.items())],
-        group_count=np.concatenate([world.group_count, [world.group_count[members].sum(axis=0) * whole]]),
-        group_area=np.concatenate([world.group_area, [world.group_area[members].sum(axis=0) * whole]]),
+        sources=[
+            *world.sources,
+            ", ".join(f"{weight:g} {name}" for name, weight in weights.items()),
+        ],
+        group_count=np.concatenate(
+            [world.group_count, [world.group_count[members].sum(axis=0) * whole]]
+        ),
+        group_area=np.concatenate(
+            [world.group_area, [world.group_area[members].sum(axis=0) * whole]]
+        ),
         full_load_hours=mean(world.full_load_hours).astype(np.float32),
         standard_error=_join_errors(world.standard_error, share, members),
         gain_error=np.concatenate([world.gain_error, gain], axis=1),
@@ -229,6 +282,8 @@ def add_mix(world, weights):
 
 
 def _join_errors(values, share, members):
-    """Standard errors, with that of a mix of environments whose errors are independent: (p, e + 1, g, …)."""
+    """Standard errors, with that of a mix of environments whose errors are independent: (p, e + 1,
+    g, …).
+    """
     mix = np.sqrt(np.einsum("e,pe...->p...", share**2, values[:, members].astype(float) ** 2))
     return np.concatenate([values, mix[:, None].astype(np.float32)], axis=1)

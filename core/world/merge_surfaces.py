@@ -1,4 +1,6 @@
-"""Fewer surfaces for large maps: those of a group that get much the same light are merged into one."""
+"""Fewer surfaces for large maps: those of a group that get much the same light are merged
+into one.
+"""
 
 import heapq
 from dataclasses import replace
@@ -17,9 +19,9 @@ SEED = 0
 def merge_surfaces(environment, most):
     """An environment of at most some surfaces, with the same groups and areas.
 
-    The mean direct light of a merged surface is exact for the directions of the grid, and so is everything that is
-    linear: sky, far ground, reflections. What is lost is the spread of irradiance within it, on which the module's
-    efficiency depends.
+    The mean direct light of a merged surface is exact for the directions of the grid, and so is
+    everything that is linear: sky, far ground, reflections. What is lost is the spread of
+    irradiance within it, on which the module's efficiency depends.
 
     Parameters
     ----------
@@ -36,15 +38,25 @@ def merge_surfaces(environment, most):
     block, weight = environment.block, environment.weight
     # What decides on the light of each surface, in few numbers: (n, k).
     count = len(block.visible_share)
-    mixer = np.random.default_rng(SEED).normal(size=(count, FEATURES)).astype(SINGLE) / np.sqrt(count)
-    light = [block.visible_share.T @ mixer, block.diffuse[:, None], block.reflected.mean(axis=0)[:, None]]
+    mixer = np.random.default_rng(SEED).normal(size=(count, FEATURES)).astype(SINGLE) / np.sqrt(
+        count
+    )
+    light = [
+        block.visible_share.T @ mixer,
+        block.diffuse[:, None],
+        block.reflected.mean(axis=0)[:, None],
+    ]
     features = np.concatenate([*light, TURN * block.normal.T], axis=1)
     pieces = _split_surfaces(features, weight, environment.first, most)
-    group = np.array([np.searchsorted(environment.first, rows[0], side="right") - 1 for rows in pieces])
+    group = np.array(
+        [np.searchsorted(environment.first, rows[0], side="right") - 1 for rows in pieces]
+    )
     pieces = [pieces[k] for k in np.argsort(group, kind="stable")]
     return replace(
         environment,
-        first=np.searchsorted(np.sort(group), np.arange(len(environment.groups) + 1)).astype(np.int64),
+        first=np.searchsorted(np.sort(group), np.arange(len(environment.groups) + 1)).astype(
+            np.int64
+        ),
         weight=np.array([weight[rows].sum() for rows in pieces]),
         sources=_mean_of_pieces(environment.sources, weight, pieces).astype(SINGLE),
         block=_merge_block(block, weight, pieces, environment.sky.direction),
@@ -52,7 +64,8 @@ def merge_surfaces(environment, most):
 
 
 def _split_surfaces(features, share, first, most):
-    """Split the groups at the mean of their widest feature until there are as many pieces as wanted.
+    """Split the groups at the mean of their widest feature until there are as many pieces as
+    wanted.
 
     Parameters
     ----------
@@ -91,19 +104,32 @@ def _split_surfaces(features, share, first, most):
 
 def _mean_of_pieces(values, weight, pieces):
     """Weighted means of the last axis over each piece."""
-    return np.stack([np.average(values[..., rows], axis=-1, weights=weight[rows]) for rows in pieces], axis=-1)
+    return np.stack(
+        [np.average(values[..., rows], axis=-1, weights=weight[rows]) for rows in pieces], axis=-1
+    )
 
 
 def _merge_block(block, weight, pieces, direction):
-    """Weighted means of surfaces; the normals' mean is not of unit length, so that mean cosines are exact."""
+    """Weighted means of surfaces; the normals' mean is not of unit length, so that mean cosines are
+    exact.
+    """
     seen = []  # visible shares that give the mean direct light
     for rows in pieces:
-        share, visible, normal = weight[rows] / weight[rows].sum(), block.visible_share[:, rows], block.normal[:, rows]
+        share, visible, normal = (
+            weight[rows] / weight[rows].sum(),
+            block.visible_share[:, rows],
+            block.normal[:, rows],
+        )
         projection = np.maximum(direction @ (normal @ share), 0.0)
-        exact = ((visible * np.maximum(direction @ normal, 0.0)) @ share) / np.maximum(projection, GRAZING)
+        exact = ((visible * np.maximum(direction @ normal, 0.0)) @ share) / np.maximum(
+            projection, GRAZING
+        )
         seen.append(np.where(projection > GRAZING, exact, visible @ share))
     linear = ("normal", "diffuse", "far_ground", "sky", "iam", "reflected", "lit_share")
-    means = {name: _mean_of_pieces(getattr(block, name), weight, pieces).astype(SINGLE) for name in linear}
+    means = {
+        name: _mean_of_pieces(getattr(block, name), weight, pieces).astype(SINGLE)
+        for name in linear
+    }
     return replace(
         block,
         **means,

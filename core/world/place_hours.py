@@ -1,5 +1,5 @@
-"""The lit hours of one place, as the loop over surfaces needs them: sun, weather, and the directions of the sky grid
-that stand for the sun, exactly or as in the paper (section 2.4).
+"""The lit hours of one place, as the loop over surfaces needs them: sun, weather, and the
+directions of the sky grid that stand for the sun, exactly or as in the paper (section 2.4).
 """
 
 from dataclasses import dataclass
@@ -26,13 +26,18 @@ class _PlaceHours:
 
     interval: np.ndarray  # (h,) int, index into the weather's time axis
     direction: np.ndarray  # (h, 3) float64, towards the sun at mid-interval
-    light: np.ndarray  # (h, 2 + k) float32: from the sun's place (normal), the dome, and k traced sources [Wm⁻²]
+    light: (
+        np.ndarray
+    )  # (h, 2 + k) float32: from the sun's place (normal), the dome, and k traced sources [Wm⁻²]
     dni: np.ndarray  # (h,) [Wm⁻²]
     ground: np.ndarray  # (h,) [Wm⁻²] of unshaded ground by circumsolar light
     caps: np.ndarray  # (k,) of `SkyParts`
-    heating: np.ndarray  # (h, 2) float32: cell temperature per POA irradiance, and without any; both on -1 to 1
+    heating: (
+        np.ndarray
+    )  # (h, 2) float32: cell temperature per POA irradiance, and without any; both on -1 to 1
     spectral_factor: np.ndarray  # (h,) float32
-    share: np.ndarray  # (61, h) of `share_periods`: year, months, hours of the day (UTC) and of local mean solar time
+    # (61, h) of `share_periods`: year, months, hours of the day (UTC) and of local mean solar time
+    share: np.ndarray
     length: float  # of an interval, over the number of years [h]
 
 
@@ -63,7 +68,8 @@ def prepare_place(weather, system, years, sky="isotropic"):
         interval=lit,
         direction=sun_direction(column["apparent_zenith"], column["solar_azimuth"]),
         light=np.stack(
-            [column["dni"] + parts.circumsolar[lit], parts.dome[lit], *parts.of_sources[lit].T], axis=1
+            [column["dni"] + parts.circumsolar[lit], parts.dome[lit], *parts.of_sources[lit].T],
+            axis=1,
         ).astype(SINGLE),
         dni=column["dni"],
         ground=parts.circumsolar_horizontal[lit],
@@ -93,14 +99,21 @@ def match_hours(sky, hours):
     bright = (hours.light[:, 0] > 0) & (hours.direction[:, 2] >= 0)
     index, weight = _match_some(sky, hours.direction, bright)
     level = hours.dni * np.maximum(hours.direction[:, 2], 0.0) + hours.ground
-    return Sunlight(index[:, None], weight[:, None], hours.direction[:, None].astype(SINGLE), level.astype(SINGLE))
+    return Sunlight(
+        index[:, None],
+        weight[:, None],
+        hours.direction[:, None].astype(SINGLE),
+        level.astype(SINGLE),
+    )
 
 
 def match_shifted(sky, hours, weather):
-    """Suns of Greenwich at the nearest whole degree of latitude, shifted in time (paper, section 2.4 and Fig. 3).
+    """Suns of Greenwich at the nearest whole degree of latitude, shifted in time (paper, section
+    2.4 and Fig. 3).
 
-    What each surface gets relative to DNI is taken at Greenwich, longitude/15 hours later, from a parabola through the
-    three nearest intervals. Below 2° of elevation it is zero there. The year is cyclic.
+    What each surface gets relative to DNI is taken at Greenwich, longitude/15 hours later, from a
+    parabola through the three nearest intervals. Below 2° of elevation it is zero there. The year
+    is cyclic.
 
     Parameters
     ----------
@@ -123,7 +136,9 @@ def match_shifted(sky, hours, weather):
     middle = int(np.floor(later + 0.5))
     nodes = (hours.interval[:, None] + middle + np.array([-1, 0, 1])) % len(direction)  # (h, 3)
     place = later - middle  # between -0.5 and 0.5
-    share = np.array([place * (place - 1) / 2, 1 - place**2, place * (place + 1) / 2])  # parabola through -1, 0 and 1
+    share = np.array(
+        [place * (place - 1) / 2, 1 - place**2, place * (place + 1) / 2]
+    )  # parabola through -1, 0 and 1
     suns = direction[nodes]
     used = share * weight[nodes].any(axis=2)  # suns that are too low have no light
     level = hours.dni * (used * np.maximum(suns[:, :, 2], 0.0)).sum(axis=1) + hours.ground
@@ -132,7 +147,9 @@ def match_shifted(sky, hours, weather):
 
 
 def _match_some(sky, direction, chosen):
-    """Grid directions around some suns, index and weight 0 for the others: (t, 3) int64, (t, 3) float32."""
+    """Grid directions around some suns, index and weight 0 for the others: (t, 3) int64, (t, 3)
+    float32.
+    """
     index, weight = np.zeros((len(direction), 3), np.int64), np.zeros((len(direction), 3), SINGLE)
     index[chosen], weight[chosen] = match_triangles(sky, direction[chosen])
     return index, weight

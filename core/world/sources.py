@@ -9,7 +9,14 @@ from ..settings.errors import InputError
 from ..sun.solar_position import geocentric_sun, sun_of_place
 from ..weather.add_sun import add_sun
 from ..weather.check_weather import check_weather, check_years
-from ..weather.climate import INTERVAL, LABEL, clear_sky, hours_of_year, look_up_altitude, make_climates
+from ..weather.climate import (
+    INTERVAL,
+    LABEL,
+    clear_sky,
+    hours_of_year,
+    look_up_altitude,
+    make_climates,
+)
 from ..weather.climate_grid import LEAST_LATITUDE, is_land
 from ..weather.read_era5 import NEEDED, convert_era5, read_block
 from ..weather.weather import Record
@@ -17,10 +24,15 @@ from ..weather.weather import Record
 SOUTH, NORTH, WEST, EAST = -60.0, 90.0, -180.0, 180.0  # the paper's band
 NOTHING, CLIMATE, CLEAR, FILES = 0, 1, 2, 3  # what the weather of a place is
 MEANINGS = {NOTHING: "none", CLIMATE: "built_in_climate", CLEAR: "clear_sky", FILES: "files"}
-STAMPS = "check latitudes and longitudes, and that times are UTC and end the interval of each sum, as in ERA5"
+STAMPS = (
+    "check latitudes and longitudes, and that times are UTC and end the interval of each sum, as "
+    "in ERA5"
+)
 AT_ONCE = 8  # places of a task
 MOST = 100e6  # [bytes] of a grid that are read at once, about
-CHECKED = 60.0  # [°] of latitude up to which a place stands for its files in the check against the sun, if there is one
+# [°] of latitude up to which a place stands for its files in the check against the sun, if there is
+# one
+CHECKED = 60.0
 
 
 @dataclass
@@ -60,7 +72,8 @@ def regular_axes(step, latitudes=None, longitudes=None):
     step : float
         [°]
     latitudes, longitudes : tuple of float, optional
-        First and last [°]; by default 60° S to 90° N, and all around. Longitudes from east to west cross the date line.
+        First and last [°]; by default 60° S to 90° N, and all around. Longitudes from east to west
+        cross the date line.
 
     Returns
     -------
@@ -80,10 +93,15 @@ def regular_axes(step, latitudes=None, longitudes=None):
 def check_region(latitudes=None, longitudes=None):
     """Refuse a region that is empty or not on Earth; parameters as of `regular_axes`."""
     ordered = longitudes and sorted(longitudes)  # 170 to -170° is across the date line
-    for option, limits, most in (("--latitudes", latitudes, 90.0), ("--longitudes", ordered, 180.0)):
+    for option, limits, most in (
+        ("--latitudes", latitudes, 90.0),
+        ("--longitudes", ordered, 180.0),
+    ):
         if limits and not (-most <= limits[0] <= limits[1] <= most):
             problem = f"{limits[0]:g} to {limits[1]:g} is no range"
-            raise InputError(option, problem, f"give two ascending numbers from -{most:g} to {most:g}")
+            raise InputError(
+                option, problem, f"give two ascending numbers from -{most:g} to {most:g}"
+            )
 
 
 def thin_axis(axis, step, limits):
@@ -147,18 +165,30 @@ def model_source(places, name, request, off_land="blank"):
         at = [(places.latitude[one], places.longitude[one]) for one in chunk]
         suns = [sun_of_place(sun, *place) for place in at]
         asked = enumerate(at if name == "climate" else [])
-        known = [k for k, one in asked if one[0] >= LEAST_LATITUDE and (off_land == "climate" or is_land(*one))]
+        known = [
+            k
+            for k, one in asked
+            if one[0] >= LEAST_LATITUDE and (off_land == "climate" or is_land(*one))
+        ]
         records, clear = {}, "clear-sky" in (name, off_land)
         if known:
             zenith = np.stack([suns[k]["apparent_zenith"].to_numpy() for k in known])
             axes = map(list, zip(*(at[k] for k in known), strict=True))
-            records = dict(zip(known, make_climates(*axes, request.year, request.weather_seed, zenith), strict=True))
+            records = dict(
+                zip(
+                    known,
+                    make_climates(*axes, request.year, request.weather_seed, zenith),
+                    strict=True,
+                )
+            )
         found = []
         for k, (place, own) in enumerate(zip(at, suns, strict=True)):
             code = CLIMATE if k in records else CLEAR if clear else NOTHING
             if code == CLEAR:
                 records[k] = clear_sky(*place, look_up_altitude(*place), request.year, sun=own)
-            weather = add_sun(records[k], INTERVAL, request.horizon_cut, own) if code != NOTHING else None
+            weather = (
+                add_sun(records[k], INTERVAL, request.horizon_cut, own) if code != NOTHING else None
+            )
             found.append((weather, code))
         return found
 
@@ -189,14 +219,20 @@ def grid_source(grid, places, picked, request, years=None):
     rows, columns = picked
     width = len(columns)
     suns, checked, nearest = [], [], max(CHECKED, np.abs(places.latitude).min())
-    stamps = pd.DatetimeIndex(np.unique(np.concatenate([one["time"].to_numpy() for one, _ in grid.files])))
+    stamps = pd.DatetimeIndex(
+        np.unique(np.concatenate([one["time"].to_numpy() for one, _ in grid.files]))
+    )
     if missing := sorted(set(years or ()) - set(stamps.year)):
-        raise InputError("--years", f"{', '.join(map(str, missing))} not in the weather files", "leave them out")
+        raise InputError(
+            "--years", f"{', '.join(map(str, missing))} not in the weather files", "leave them out"
+        )
     kept = np.flatnonzero(stamps.year.isin(years)) if years else slice(None)
 
     def read(chunk):
         row = chunk[0] // width
-        block = read_block(grid, rows[[row]], columns[[one % width for one in chunk]]).isel(latitude=0, time=kept)
+        block = read_block(grid, rows[[row]], columns[[one % width for one in chunk]]).isel(
+            latitude=0, time=kept
+        )
         found = []
         for number, one in enumerate(chunk):
             table = block.isel(longitude=number).to_dataframe()
@@ -210,10 +246,14 @@ def grid_source(grid, places, picked, request, years=None):
             suns[:] = suns or [geocentric_sun(record.data.index, interval)]  # once for all places
             own = sun_of_place(suns[0], *place)
             if not checked and abs(latitude) <= nearest:
-                checked.append(one)  # the first place stands for the files: the check takes longer than a place
+                checked.append(
+                    one
+                )  # the first place stands for the files: the check takes longer than a place
                 try:
                     check_years(record, interval, own)
-                except InputError as error:  # times and places of a grid cannot be changed by options
+                except (
+                    InputError
+                ) as error:  # times and places of a grid cannot be changed by options
                     cure = STAMPS if "--" in error.cure else error.cure
                     raise InputError(error.source, error.problem, cure) from error
             found.append((add_sun(record, interval, request.horizon_cut, own), FILES))
@@ -241,7 +281,9 @@ def station_source(weathers, names):
     longitude = np.array([(one.longitude + 180.0) % 360.0 - 180.0 for one in weathers])
     places = Places(latitude, longitude, names=names)
     label = "; ".join(one.label for one in weathers)
-    notes = [f"{name}: {note}" for name, one in zip(names, weathers, strict=True) for note in one.notes]
+    notes = [
+        f"{name}: {note}" for name, one in zip(names, weathers, strict=True) for note in one.notes
+    ]
 
     def read(chunk):
         return [(weathers[one], FILES) for one in chunk]

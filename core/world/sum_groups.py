@@ -1,6 +1,7 @@
 """Capacity factors of the groups of an environment at each hour: the loop over hours and surfaces.
 
-The arithmetic is that of `energy.sum_block` with `energy.power`, in one pass without arrays of hours × surfaces.
+The arithmetic is that of `energy.sum_block` with `energy.power`, in one pass without arrays of
+hours × surfaces.
 """
 
 from dataclasses import dataclass
@@ -18,10 +19,14 @@ HALF_NODE, ONE, NONE = np.float32(0.5), np.float32(1), np.float32(0)
 
 @dataclass
 class Sunlight:
-    """Which grid directions stand for the sun of each of h hours: those of m suns, of three directions each."""
+    """Which grid directions stand for the sun of each of h hours: those of m suns, of three
+    directions each.
+    """
 
     index: np.ndarray  # (h, m, 3) int64 into the grid
-    weight: np.ndarray  # (h, m, 3) float32; over m and 3 they sum to 1, or to 0 without direct light
+    weight: (
+        np.ndarray
+    )  # (h, m, 3) float32; over m and 3 they sum to 1, or to 0 without direct light
     direction: np.ndarray  # (h, m, 3) float32, towards each sun
     level: np.ndarray  # (h,) float32 [Wm⁻²] of unshaded ground by DNI and circumsolar light
 
@@ -50,7 +55,9 @@ def sum_groups(environment, hours, sunlight, model):
     dark = np.minimum(view, hours.caps[:, None].astype(np.float32) * environment.sources[-1])
     sources = np.stack([view, dark]), reflected  # views of bright, and of dark sources
     surfaces = block.diffuse, block.far_ground, block.sky, block.iam, sources
-    powers = tuple(model.efficiency[::-1])  # of temperature; a tuple, so that the loop over them is vectorised
+    powers = tuple(
+        model.efficiency[::-1]
+    )  # of temperature; a tuple, so that the loop over them is vectorised
     tables = model.incidence, powers, model.diffuse_share
     _loop(suns, place, seen, surfaces, tables, (environment.first, environment.weight), found)
     return found
@@ -58,7 +65,9 @@ def sum_groups(environment, hours, sunlight, model):
 
 @njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
 def _loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
-    """Fill `found`, (h, 2 g), hour by hour; see `sum_groups`. Inner loops are plain, so that they are vectorised."""
+    """Fill `found`, (h, 2 g), hour by hour; see `sum_groups`. Inner loops are plain, so that they
+    are vectorised.
+    """
     index, weight, sun, level = suns
     direction, light, heating, spectral = place
     diffuse, far_ground, sky, iam, (views, reflected) = surfaces
@@ -72,7 +81,14 @@ def _loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
         direct[:], beam[:], scattered[:], low[:], caught_low[:] = NONE, NONE, NONE, NONE, NONE
         if sunward > NONE:
             for node in range(index.shape[1]):
-                _add_sunlight(sun[hour, node], index[hour, node], weight[hour, node] * sunward, seen, direct, scattered)
+                _add_sunlight(
+                    sun[hour, node],
+                    index[hour, node],
+                    weight[hour, node] * sunward,
+                    seen,
+                    direct,
+                    scattered,
+                )
             # Direct sunlight after the modules' incidence angle modifier.
             x, y, z = direction[hour]
             for i in range(count):
@@ -81,7 +97,8 @@ def _loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
             for i in range(count):
                 beam[i] = incidence[np.uint32(beam[i])] * direct[i]
         for source in range(light.shape[1] - 2):
-            # What comes from a traced source, before and after the modules' glass, and what is reflected of it.
+            # What comes from a traced source, before and after the modules' glass, and what is
+            # reflected of it.
             bright = light[hour, 2 + source]
             view = views[0, source] if bright > NONE else views[1, source]
             back, passed = reflected[source], iam[2 + source]
@@ -93,15 +110,20 @@ def _loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
         for i in range(count):
             straight = dome * sky[i]
             rest = scattered[i] + ground * far_ground[i] + dome * diffuse[i] + low[i]
-            # Diffuse light after its incidence angle modifiers: of the dome, reflected, and of the sources.
-            caught = (rest - low[i]) * iam[1, i] + straight * (iam[0, i] - iam[1, i]) + caught_low[i]
+            # Diffuse light after its incidence angle modifiers: of the dome, reflected, and of the
+            # sources.
+            caught = (
+                (rest - low[i]) * iam[1, i] + straight * (iam[0, i] - iam[1, i]) + caught_low[i]
+            )
             effective[i] = passing * (beam[i] + diffuse_share * caught)
             total[i] = (direct[i] + rest) * hot + cold
         _convert(effective, total, efficiency)
         _add_groups(effective, area, first, found[hour, :group_count])
         for i in range(count):
             straight = dome * sky[i]
-            effective[i] = passing * (beam[i] + diffuse_share * (straight * iam[0, i] + caught_low[i]))
+            effective[i] = passing * (
+                beam[i] + diffuse_share * (straight * iam[0, i] + caught_low[i])
+            )
             total[i] = (direct[i] + straight + low[i]) * hot + cold
         _convert(effective, total, efficiency)
         _add_groups(effective, area, first, found[hour, group_count:])
@@ -124,7 +146,9 @@ def _add_sunlight(sun, index, weight, seen, direct, scattered):  # noqa: PLR0917
 
 @njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
 def _convert(effective, temperature, efficiency):
-    """Replace effective irradiance by capacity factors, at scaled cell temperatures; the highest power comes first."""
+    """Replace effective irradiance by capacity factors, at scaled cell temperatures; the highest
+    power comes first.
+    """
     for i in range(len(effective)):
         bright = max(effective[i], NONE)
         node = np.uint32(min(np.sqrt(bright) * ROOT_SCALE + HALF_NODE, LAST_NODE))

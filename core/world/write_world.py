@@ -12,24 +12,52 @@ from .sources import MEANINGS
 
 FILL = {"zlib": True, "complevel": 1, "_FillValue": np.float32(np.nan)}
 BY_MONTH = slice(1, 1 + MONTHS)
-BY_HOUR, BY_SOLAR_HOUR = (slice(BY_MONTH.stop + HOURS * day, BY_MONTH.stop + HOURS * (day + 1)) for day in (0, 1))
-YEAR, MONTH, DARK = "full load hours of a year", "full load hours of each month", "without any reflected light"
-GAIN, ERROR = "full load hours of a year over those without reflected light, minus one", "standard error by tracing"
+BY_HOUR, BY_SOLAR_HOUR = (
+    slice(BY_MONTH.stop + HOURS * day, BY_MONTH.stop + HOURS * (day + 1)) for day in (0, 1)
+)
+YEAR, MONTH, DARK = (
+    "full load hours of a year",
+    "full load hours of each month",
+    "without any reflected light",
+)
+GAIN, ERROR = (
+    "full load hours of a year over those without reflected light, minus one",
+    "standard error by tracing",
+)
 SOLAR = "hour of local mean solar time"
 PARTS = {  # name -> values, their periods, dimension of these, long name
     "full_load_hours": ("full_load_hours", 0, (), YEAR),
     "full_load_hours_standard_error": ("standard_error", 0, (), f"{ERROR}: {YEAR}"),
     "full_load_hours_by_month": ("full_load_hours", BY_MONTH, ("month",), MONTH),
-    "full_load_hours_by_month_standard_error": ("standard_error", BY_MONTH, ("month",), f"{ERROR}: {MONTH}"),
-    "full_load_hours_by_hour": ("full_load_hours", BY_HOUR, ("hour",), f"{YEAR}, by hour of the day (UTC)"),
-    "full_load_hours_by_solar_hour": ("full_load_hours", BY_SOLAR_HOUR, ("solar_hour",), f"{YEAR}, by {SOLAR}"),
+    "full_load_hours_by_month_standard_error": (
+        "standard_error",
+        BY_MONTH,
+        ("month",),
+        f"{ERROR}: {MONTH}",
+    ),
+    "full_load_hours_by_hour": (
+        "full_load_hours",
+        BY_HOUR,
+        ("hour",),
+        f"{YEAR}, by hour of the day (UTC)",
+    ),
+    "full_load_hours_by_solar_hour": (
+        "full_load_hours",
+        BY_SOLAR_HOUR,
+        ("solar_hour",),
+        f"{YEAR}, by {SOLAR}",
+    ),
     "full_load_hours_without_reflections": ("without_reflections", 0, (), f"{YEAR} {DARK}"),
-    "full_load_hours_without_reflections_by_month":
-        ("without_reflections", BY_MONTH, ("month",), f"{MONTH}, {DARK}"),
+    "full_load_hours_without_reflections_by_month": (
+        "without_reflections",
+        BY_MONTH,
+        ("month",),
+        f"{MONTH}, {DARK}",
+    ),
     "gain_by_reflections": ("gain", 0, (), GAIN),
     "gain_by_reflections_standard_error": ("gain_error", 0, (), f"{ERROR}: {GAIN}"),
     "capacity_factor": ("mean", 0, (), "mean of the year: full load hours over 8760 h"),
-}  # fmt: skip
+}
 
 
 def _dataset_of_world(world):
@@ -47,7 +75,9 @@ def _dataset_of_world(world):
     grid = places.rows is not None
     at = ("latitude", "longitude") if grid else ("station",)
     shape = (len(places.rows), len(places.columns)) if grid else (len(places),)
-    annual, plain = (one[..., 0].astype(float) for one in (world.full_load_hours, world.without_reflections))
+    annual, plain = (
+        one[..., 0].astype(float) for one in (world.full_load_hours, world.without_reflections)
+    )
     gain = np.divide(annual, plain, out=np.full_like(annual, np.nan), where=plain > 0) - 1
     yearly = {"gain": gain, "gain_error": world.gain_error, "mean": annual / 8760}
     values = vars(world) | {name: one[..., None].astype(np.float32) for name, one in yearly.items()}
@@ -67,7 +97,11 @@ def _dataset_of_world(world):
     variables["weather"] = (at, world.weather.reshape(shape), flags)
     owner = ("environment", "group")
     variables["area"] = (owner, world.group_area, {"units": "m2", "long_name": "area that counts"})
-    variables["surface_count"] = (owner, world.group_count, {"units": "1", "long_name": "number of eligible surfaces"})
+    variables["surface_count"] = (
+        owner,
+        world.group_count,
+        {"units": "1", "long_name": "number of eligible surfaces"},
+    )
     return xarray.Dataset(variables, coordinates(world, grid), attributes(world))
 
 
@@ -80,27 +114,56 @@ def coordinates(world, grid):
         ("longitude", "east", "X", places.columns),
     ):
         about = {"units": f"degrees_{sign}", "standard_name": name}
-        where[name] = (name, along, about | {"axis": axis}) if grid else ("station", getattr(places, name), about)
+        where[name] = (
+            (name, along, about | {"axis": axis})
+            if grid
+            else ("station", getattr(places, name), about)
+        )
     if not grid:
-        where["station"] = "station", np.array(places.names, dtype=object), {"long_name": "name of the station"}
+        where["station"] = (
+            "station",
+            np.array(places.names, dtype=object),
+            {"long_name": "name of the station"},
+        )
     names = np.array([name_group(*pair) for pair in world.groups], dtype=object)
     return where | {
-        "environment": ("environment", np.array(world.environments, dtype=object), {"long_name": "traced city"}),
+        "environment": (
+            "environment",
+            np.array(world.environments, dtype=object),
+            {"long_name": "traced city"},
+        ),
         "group": ("group", names, {"long_name": "kind and orientation of the surfaces"}),
-        "month": ("month", np.arange(1, 13), {"units": "1", "long_name": "month of the year (UTC)"}),
-        "hour": ("hour", np.arange(24), {"units": "1", "long_name": "hour of the day (UTC), from its start"}),
-        "solar_hour": ("solar_hour", np.arange(24), {"units": "1", "long_name": f"{SOLAR}, from its start"}),
+        "month": (
+            "month",
+            np.arange(1, 13),
+            {"units": "1", "long_name": "month of the year (UTC)"},
+        ),
+        "hour": (
+            "hour",
+            np.arange(24),
+            {"units": "1", "long_name": "hour of the day (UTC), from its start"},
+        ),
+        "solar_hour": (
+            "solar_hour",
+            np.arange(24),
+            {"units": "1", "long_name": f"{SOLAR}, from its start"},
+        ),
     }
 
 
 def attributes(world):
     """Global attributes of the dataset."""
-    named = (f"{name}: {source}" for name, source in zip(world.environments, world.sources, strict=True))
+    named = (
+        f"{name}: {source}" for name, source in zip(world.environments, world.sources, strict=True)
+    )
     return {
         "Conventions": "CF-1.11",
         "title": "Full load hours of roofs and facades of the world",
         "source": f"CityPV {__version__}: ray-traced irradiance, module models of pvlib",
-        "comment": f"weather: {world.label}; {world.years:g} year{'s' * (world.years != 1)}; DC without losses",
+        "comment": (
+            f"weather: {world.label}; {world.years:g} year{'s' * (world.years != 1)}; DC without "
+            "losses"
+        ),
         "weather_label": world.label,
         "way": world.way,
         "sky": world.sky,
@@ -117,7 +180,9 @@ def write_world(path, world):
     world : World
     """
     dataset = _dataset_of_world(world)
-    encoding = {name: FILL for name, values in dataset.data_vars.items() if values.dtype == np.float32}
+    encoding = {
+        name: FILL for name, values in dataset.data_vars.items() if values.dtype == np.float32
+    }
     # Coordinates and areas have no missing values.
     encoding |= {name: {"_FillValue": None} for name in ("latitude", "longitude", "area")}
     with netcdf_file(path) as stream:

@@ -13,7 +13,8 @@ TURN = PREFIX + "turn"  # property of what holds cities, of `renew_holders`
 
 
 def build_meshes(scene, name="City"):
-    """Build the objects of a scene, with the face attributes `citypv_surface` and, on the city, `citypv_building`.
+    """Build the objects of a scene, with the face attributes `citypv_surface` and, on the city,
+    `citypv_building`.
 
     Parameters
     ----------
@@ -38,7 +39,9 @@ def build_meshes(scene, name="City"):
 
 
 def build_city(scene, name):
-    """Build the city's object of a scene without its ground, as `build_meshes` does: bpy.types.Object."""
+    """Build the city's object of a scene without its ground, as `build_meshes` does:
+    bpy.types.Object.
+    """
     own = scene.triangle_surface >= 0  # undersides and edges of racks have no results to show
     city = _build_object(name, "city", scene, own)
     # The names are stored on the object; the faces store their index into that list.
@@ -50,12 +53,15 @@ def build_city(scene, name):
 
 
 def _build_object(name, part, scene, chosen):
-    # Only vertices in use, in scene order; what is unknown of the place of the local axes is omitted.
+    # Only vertices in use, in scene order; what is unknown of the place of the local axes is
+    # omitted.
     used, corners = np.unique(scene.triangles[chosen], return_inverse=True)
     corners = np.ascontiguousarray(corners.ravel(), dtype=np.int32)
     mesh = bpy.data.meshes.new(name)
     mesh.vertices.add(len(used))
-    mesh.vertices.foreach_set("co", np.ascontiguousarray(scene.vertices[used], dtype=np.float32).ravel())
+    mesh.vertices.foreach_set(
+        "co", np.ascontiguousarray(scene.vertices[used], dtype=np.float32).ravel()
+    )
     mesh.loops.add(len(corners))
     mesh.loops.foreach_set("vertex_index", corners)
     mesh.polygons.add(len(corners) // 3)
@@ -72,13 +78,17 @@ def _build_object(name, part, scene, chosen):
 
 
 def site_of(item):
-    """Origin of the mesh of a city, and the direction of its axes, in the system of its files: core.city.scene.Site."""
+    """Origin of the mesh of a city, and the direction of its axes, in the system of its files:
+    core.city.scene.Site.
+    """
     origin = [float(value) for value in item[PREFIX + "origin"]]
     return Site(None, None, 0.0, float(item.get(PREFIX + "convergence", 0.0)), None, origin)
 
 
 def show_objects(stage, *items):
-    """Link objects to the collection "CityPV" of a Blender scene, created if missing; None is skipped."""
+    """Link objects to the collection "CityPV" of a Blender scene, created if missing; None is
+    skipped.
+    """
     target = _open_collection(stage)
     for item in filter(None, items):
         target.objects.link(item)
@@ -97,10 +107,11 @@ def is_held():
 
 
 def hold_cities(stage, message):
-    """Make the collection "CityPV" a step of undo, where a scene has none, before a city is shown in it.
+    """Make the collection "CityPV" a step of undo, where a scene has none, before a city is shown
+    in it.
 
-    Else undo keeps the scene as it is, with a city that it frees (see `renew_holders`). A step of which this is undone
-    has nothing to show its city in, and ends.
+    Else undo keeps the scene as it is, with a city that it frees (see `renew_holders`). A step of
+    which this is undone has nothing to show its city in, and ends.
     """
     if not is_held():
         _open_collection(stage)
@@ -111,9 +122,10 @@ def hold_cities(stage, message):
 def renew_holders():
     """Change what holds the objects of cities, so that undo reads it anew.
 
-    Undo keeps an ID that is the same in the last two steps as it is now. Cities are replaced between steps (by what a
-    step shows while it runs, by an update): a scene or collection kept so would hold objects that undo has freed, and
-    Blender crashes. So these must differ from step to step: this is called in between.
+    Undo keeps an ID that is the same in the last two steps as it is now. Cities are replaced
+    between steps (by what a step shows while it runs, by an update): a scene or collection kept so
+    would hold objects that undo has freed, and Blender crashes. So these must differ from step to
+    step: this is called in between.
     """
     group = bpy.data.collections.get(COLLECTION)
     if group is not None:
@@ -123,11 +135,15 @@ def renew_holders():
 
 def remove_objects(*items):
     """Remove objects with their data; None is skipped."""
-    bpy.data.batch_remove([part for item in items if item is not None for part in (item, item.data)])
+    bpy.data.batch_remove(
+        [part for item in items if item is not None for part in (item, item.data)]
+    )
 
 
 def suggest_buildings(operator, context, text):
-    """Names of a city's buildings that have a text in them, for a property's search: list of str."""
+    """Names of a city's buildings that have a text in them, for a property's search: list
+    of str.
+    """
     names = (find_city(context.scene)[0] or {}).get(BUILDINGS, ())
     return [name for name in names if text.lower() in name.lower()]
 

@@ -11,7 +11,15 @@ from ..attributes import write_classes
 from ..edits.read_seen import read_seen
 from ..in_place import ADDED, TAKEN, WEARERS, is_in_place, put_in_place
 from ..job import COMPILING, compile_loops
-from ..members import DESIGN, LINEAGE, OF_CITY, check_unedited, describe_design, has_edits, remember_design
+from ..members import (
+    DESIGN,
+    LINEAGE,
+    OF_CITY,
+    check_unedited,
+    describe_design,
+    has_edits,
+    remember_design,
+)
 from ..picture.colour_user_meshes import uncolour_user_meshes
 from ..picture.show_result import show_result
 from ..result.keep_report import keep_report
@@ -26,7 +34,7 @@ CLASSIFYING = "classifying"  # name of the stage
 
 
 class ClassifyCity(OfCity, Step, bpy.types.Operator):
-    """Classify surfaces as facades, roofs and others by tilt and orientation, and put the city on its ground"""
+    """Classify surfaces as facades, roofs and others by shape, and put the city on its ground"""
 
     bl_idname, bl_label = "citypv.classify", "Classify surfaces"
     needs = "city"
@@ -45,7 +53,9 @@ class ClassifyCity(OfCity, Step, bpy.types.Operator):
 
     @staticmethod
     def work(task, progress):
-        """Put the city on its ground, once its place on Earth is known: axes, triangles, kinds, covered surfaces."""
+        """Put the city on its ground, once its place on Earth is known: axes, triangles, kinds,
+        covered surfaces.
+        """
         from ...core.results.list_findings import list_findings
         from ...core.study import stand_city
 
@@ -54,9 +64,16 @@ class ClassifyCity(OfCity, Step, bpy.types.Operator):
             cure = "enable Own location in step Classify, and give latitude and longitude"
             raise InputError("City", "its location on Earth is unknown", cure)
         imported, city = seen.make() if seen else (session.imported, session.city)
-        scene = stand_city(city, request, partial(report_polygons, progress, CLASSIFYING, len(city)))
+        scene = stand_city(
+            city, request, partial(report_polygons, progress, CLASSIFYING, len(city))
+        )
         compile_loops(progress)
-        return session, Session(city, imported, scene), seen, list_findings(scene, progress=progress)
+        return (
+            session,
+            Session(city, imported, scene),
+            seen,
+            list_findings(scene, progress=progress),
+        )
 
     def finish(self, context, result):
         """Show the scene in place of the imported mesh, coloured by kind."""
@@ -64,7 +81,10 @@ class ClassifyCity(OfCity, Step, bpy.types.Operator):
         show_kinds(context, before, session, findings, seen)
         remember_step(find_own_city(context.scene, session)[0], "classify", context.scene.citypv)
         surfaces = session.scene.surfaces
-        return f"{count_of(len(surfaces), 'surface')}, {surfaces.eligible.sum()} of them eligible for photovoltaics"
+        return (
+            f"{count_of(len(surfaces), 'surface')}, {surfaces.eligible.sum()} of them eligible for "
+            "photovoltaics"
+        )
 
 
 def show_kinds(context, before, session, findings, seen=None):
@@ -85,10 +105,14 @@ def show_kinds(context, before, session, findings, seen=None):
 
     scene, (old, old_ground) = session.scene, find_own_city(context.scene, before)
     item, ground = build_meshes(scene)
-    same = seen is not None and describe_design(old, seen.lineage) == seen.design  # not edited meanwhile
+    same = (
+        seen is not None and describe_design(old, seen.lineage) == seen.design
+    )  # not edited meanwhile
     uncolour_user_meshes(old)
     earlier = scene.site if seen is None else seen.site
-    shift = turn_to_true_north(np.subtract([scene.site.origin], [earlier.origin]), earlier.convergence)[0]  # [m]
+    shift = turn_to_true_north(
+        np.subtract([scene.site.origin], [earlier.origin]), earlier.convergence
+    )[0]  # [m]
     item.location = np.array(old.location) + shift
     for key in (*OF_CITY, *(ASKED + step for step in STEPS)):
         if key in old:
@@ -104,7 +128,9 @@ def show_kinds(context, before, session, findings, seen=None):
         item[LINEAGE] = seen.lineage
         item[DESIGN] = describe_design(item) if same else seen.design
         there = find_objects(uid for uid, _ in seen.taken)
-        remember_wearers(item, [(there[uid], building) for uid, building in seen.taken if uid in there])
+        remember_wearers(
+            item, [(there[uid], building) for uid, building in seen.taken if uid in there]
+        )
     if is_in_place(item):
         put_in_place(item, scene.site)
     write_sources(item, scene.surfaces.surface_id)

@@ -1,4 +1,6 @@
-"""Properties of Blender's panel from the settings that `core.request.Request` declares, and switches of effects."""
+"""Properties of Blender's panel from the settings that `core.request.Request` declares, and
+switches of effects.
+"""
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
@@ -10,17 +12,25 @@ from ..run_step import Action
 LARGEST = 2**31 - 1  # Blender keeps whole numbers in 32 bits
 AUTO = "auto_"  # + setting: switch of one that may be left to the program
 START = 3  # number that the user begins with
-UNSET = -1  # stands for None in whole numbers that may be left to the program, as Blender has no None
+UNSET = (
+    -1
+)  # stands for None in whole numbers that may be left to the program, as Blender has no None
 MOST = 100  # suggestions
 SUBTYPES = {"m": "DISTANCE", "%": "PERCENTAGE"}  # of numbers with these units
-STATES = (("auto", "Auto", "As the plan decides for the city"), ("on", "On", "Always"), ("off", "Off", "Never"))
+STATES = (
+    ("auto", "Auto", "As the plan decides for the city"),
+    ("on", "On", "Always"),
+    ("off", "Off", "Never"),
+)
 ELECTRIC = ("aoi", "spectrum", "temperature")  # effects of the step Energy
 OF_LIGHT = tuple(key for key in TABLE if key not in ELECTRIC)  # of the step Trace
 
 
 def _list_titled():
     """Settings that the panel shows: list of (name, default, details)."""
-    return [(name, default, details) for name, default, details in declared_settings() if details.title]
+    return [
+        (name, default, details) for name, default, details in declared_settings() if details.title
+    ]
 
 
 def settings_of_panel(panel):
@@ -34,7 +44,9 @@ def _left_to_program(details):
 
 
 def build_properties():
-    """Properties of all settings that have a title, by the names of the settings, and switches of effects: dict."""
+    """Properties of all settings that have a title, by the names of the settings, and switches of
+    effects: dict.
+    """
     found = {}
     for name, default, details in _list_titled():
         found[name] = _build_property(default, details)
@@ -82,22 +94,36 @@ def _build_property(default, details):
     if details.kind in ("switch", "flag"):
         return BoolProperty(**named, default=default)
     if details.kind == "text":
-        search = {"search": _suggest_modules, "search_options": {"SUGGESTION"}} if details.title == "Module" else {}
+        search = (
+            {"search": _suggest_modules, "search_options": {"SUGGESTION"}}
+            if details.title == "Module"
+            else {}
+        )
         return StringProperty(**named, default=default or "", **search)
     limits = {"min": details.least, "max": details.most}
-    named |= {"default": default} | {key: limit for key, limit in limits.items() if limit is not None}
+    named |= {"default": default} | {
+        key: limit for key, limit in limits.items() if limit is not None
+    }
     if _left_to_program(details):
         named |= {"default": UNSET if default is None else default, "min": UNSET}
         named["description"] += f" ({UNSET}: {details.none})"
     if details.kind == "integer":
-        return IntProperty(**{**named, "max": int(named.get("max", LARGEST)), "min": int(named.get("min", -LARGEST))})
+        return IntProperty(
+            **{
+                **named,
+                "max": int(named.get("max", LARGEST)),
+                "min": int(named.get("min", -LARGEST)),
+            }
+        )
     lowest = {"min": details.above + 10**-3} if details.above is not None else {}
     precision = 1 if details.unit in ("%", "km") else 3
     return FloatProperty(**named, **lowest, subtype=subtype, precision=precision)
 
 
 def read_properties(settings):
-    """Values of these properties, by the names of the settings, with the effects that are switched on or off: dict."""
+    """Values of these properties, by the names of the settings, with the effects that are switched
+    on or off: dict.
+    """
     states = {key: getattr(settings, name_switch(key)) for key in TABLE}
     found = {"effects": {key: state == "on" for key, state in states.items() if state != "auto"}}
     for name, default, details in _list_titled():
@@ -106,7 +132,9 @@ def read_properties(settings):
         value = float(f"{value:.6g}") if isinstance(value, float) else value
         if details.kind == "text" and not details.none:
             value = value or default  # what was cleared
-        unset = (UNSET,) if _left_to_program(details) else ("", details.none) if details.none else ()
+        unset = (
+            (UNSET,) if _left_to_program(details) else ("", details.none) if details.none else ()
+        )
         found[name] = None if value in unset else value
     return found
 
@@ -117,7 +145,9 @@ def name_switch(key):
 
 
 def _suggest_modules(settings, context, text):
-    """Names of modules that have all words of a text, those of the Sandia library first: list of str."""
+    """Names of modules that have all words of a text, those of the Sandia library first: list of
+    str.
+    """
     from ...core.energy.pv_system import CEC, SANDIA, join_letters, read_library, split_words
 
     words = split_words(text)
@@ -131,7 +161,10 @@ class FindModule(Action, bpy.types.Operator):
     bl_idname, bl_label = "citypv.find_module", "Find module"
 
     text: bpy.props.StringProperty(
-        name="Name", description="Name or a part of it", search=_suggest_modules, search_options={"SUGGESTION"}
+        name="Name",
+        description="Name or a part of it",
+        search=_suggest_modules,
+        search_options={"SUGGESTION"},
     )
 
     def invoke(self, context, event):

@@ -1,4 +1,6 @@
-"""Import: read the buildings of files, typed, chosen in the file browser or dropped on a view, and show them."""
+"""Import: read the buildings of files, typed, chosen in the file browser or dropped on a view, and
+show them.
+"""
 
 import os
 from dataclasses import replace
@@ -42,16 +44,24 @@ class CityFiles:
     """Mixin of operators that import a city; without a file they open the file browser."""
 
     filepath: bpy.props.StringProperty(
-        name="File", description="File or folder; empty: as in the panel", subtype="FILE_PATH", options={"SKIP_SAVE"}
+        name="File",
+        description="File or folder; empty: as in the panel",
+        subtype="FILE_PATH",
+        options={"SKIP_SAVE"},
     )
-    files: bpy.props.CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
+    files: bpy.props.CollectionProperty(
+        type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"}
+    )
     directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
 
     whole = False  # whether the file browser goes on to all steps
 
     def invoke(self, context, event):
         """Start in the background; without a file, open the file browser."""
-        if not (self.filepath or self.files or context.scene.citypv.city_path) and not bpy.app.background:
+        if (
+            not (self.filepath or self.files or context.scene.citypv.city_path)
+            and not bpy.app.background
+        ):
             bpy.ops.citypv.choose_city("INVOKE_DEFAULT", whole=self.whole)
             return {"CANCELLED"}
         return super().invoke(context, event)
@@ -100,8 +110,12 @@ class ChooseCity(bpy.types.Operator):
     whole: bpy.props.BoolProperty(
         name="Solar city", description="Run all steps, not only the import", options={"SKIP_SAVE"}
     )
-    filter_glob: bpy.props.StringProperty(default=";".join("*" + suffix for suffix in SHOWN), options={"HIDDEN"})
-    files: bpy.props.CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
+    filter_glob: bpy.props.StringProperty(
+        default=";".join("*" + suffix for suffix in SHOWN), options={"HIDDEN"}
+    )
+    files: bpy.props.CollectionProperty(
+        type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"}
+    )
     directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
 
     def invoke(self, context, event):
@@ -118,14 +132,22 @@ class ChooseCity(bpy.types.Operator):
 
 
 def triangulate_import(city, request, progress):
-    """Return a city, its scene with terrain as read but no generated ground, and the findings of reading."""
+    """Return a city, its scene with terrain as read but no generated ground, and the findings of
+    reading.
+    """
     from ...core.city.build_scene import build_scene
     from ...core.city.lay_ground import show_terrain
     from ...core.results.list_findings import list_findings
 
     place = {"latitude": request.latitude, "longitude": request.longitude}
     report_share = partial(report_polygons, progress, "triangulating", len(city))
-    scene = build_scene(replace(city, terrain=None), **place, ground="none", patch_size=None, report_share=report_share)
+    scene = build_scene(
+        replace(city, terrain=None),
+        **place,
+        ground="none",
+        patch_size=None,
+        report_share=report_share,
+    )
     if city.terrain is not None and request.ground == "auto" and request.terrain is None:
         scene = show_terrain(scene, city.terrain)
     # Covered surfaces can only be found once the city is on its ground.
@@ -133,7 +155,8 @@ def triangulate_import(city, request, progress):
 
 
 def show_import(context, city, scene, findings, taken=()):
-    """Show a city; the same files' earlier one is replaced, others are hidden. Return the message for the user.
+    """Show a city; the same files' earlier one is replaced, others are hidden. Return the message
+    for the user.
 
     Parameters
     ----------
@@ -142,8 +165,8 @@ def show_import(context, city, scene, findings, taken=()):
     scene : core.city.scene.Scene
     findings : list of core.list_findings.Finding
     taken : list of (bpy.types.Object, str), optional
-        The user's objects that are the city, with the names of their buildings: then the same objects count, whatever
-        the files are called, and the view stays where it is.
+        The user's objects that are the city, with the names of their buildings: then the same
+        objects count, whatever the files are called, and the view stays where it is.
     """
     files, own_objects = [str(path) for path in scene.report.files], {part for part, _ in taken}
     earlier = None

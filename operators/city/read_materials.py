@@ -20,7 +20,8 @@ from ..attributes import PREFIX, read_array, read_face_attribute
 
 CHOICE = PREFIX + "material"  # property of a material with the user's choice
 MATERIALS = (*DIFFUSE, *CLEAR, "mirror", "glossy:0.1")  # suggestions, with an example
-NODES = {  # type of node -> names of its inputs for colour, metallic, roughness, transmission; or their value
+# type of node -> names of its inputs for colour, metallic, roughness, transmission; or their value
+NODES = {
     "BSDF_PRINCIPLED": ("Base Color", "Metallic", "Roughness", "Transmission Weight"),
     "BSDF_DIFFUSE": ("Color", 0.0, 1.0, 0.0),
     "BSDF_GLOSSY": ("Color", 1.0, "Roughness", 0.0),
@@ -30,7 +31,8 @@ UNREAD = "a texture, another node or another shader defines its colour"
 
 
 def name_face_materials(item, mesh):
-    """Name of the material of each face: list of (f,) str, "" if it has none, or CityPV's result colours.
+    """Name of the material of each face: list of (f,) str, "" if it has none, or CityPV's result
+    colours.
 
     Parameters
     ----------
@@ -52,7 +54,8 @@ def name_face_materials(item, mesh):
 def remember_materials(item, ground, session):
     """Store the materials that the user assigned to faces, before result colours replace them.
 
-    A surface has the material of the largest of its faces that have one; the generated ground has one for all.
+    A surface has the material of the largest of its faces that have one; the generated ground has
+    one for all.
 
     Parameters
     ----------
@@ -68,7 +71,11 @@ def remember_materials(item, ground, session):
     """
     of_ground = set(name_face_materials(ground, ground.data)) - {""} if ground is not None else ()
     if len(of_ground) > 1:
-        raise InputError(ground.name, f"it has {len(of_ground)} materials", "assign one material to all of its faces")
+        raise InputError(
+            ground.name,
+            f"it has {len(of_ground)} materials",
+            "assign one material to all of its faces",
+        )
     session.ground_material = next(iter(of_ground), session.ground_material)
     names, surface = name_face_materials(item, item.data), read_face_attribute(item.data, "surface")
     scene, city = session.scene, session.city
@@ -82,14 +89,19 @@ def remember_materials(item, ground, session):
         holder.material = holder.material or [""] * len(holder)
     for place, name in given.items():
         if not 0 <= place < len(ids):
-            raise InputError(item.name, "its faces do not match its surfaces", "import the city again")
-        city.material[rows[ids[place]] if ids[place] in rows else rows[whole_of_cell(ids[place])]] = name
+            raise InputError(
+                item.name, "its faces do not match its surfaces", "import the city again"
+            )
+        city.material[
+            rows[ids[place]] if ids[place] in rows else rows[whole_of_cell(ids[place])]
+        ] = name
         if scene is not None:
             scene.surfaces.material[place] = name
 
 
 def read_finishes(names, colours):
-    """Read materials by name: those of Blender, and those of the city's files that Blender does not have.
+    """Read materials by name: those of Blender, and those of the city's files that Blender does not
+    have.
 
     Parameters
     ----------
@@ -112,12 +124,18 @@ def read_finishes(names, colours):
     known, finishes = {material.name_full: material for material in bpy.data.materials}, {}
     wanted = sorted(set(names) - {""})
     if not wanted:
-        raise InputError("Materials", "no face has a material", "assign materials, or set Albedo from to One value")
+        raise InputError(
+            "Materials",
+            "no face has a material",
+            "assign materials, or set Albedo from to One value",
+        )
     for name in wanted:
         if name not in known and name not in colours:
             cure = "take the meshes again, or give its faces another"
             raise InputError("Materials", f"{name!r} was removed or renamed", cure)
-        finishes[name] = read_finish(known[name]) if name in known else named_material(name, colours[name])
+        finishes[name] = (
+            read_finish(known[name]) if name in known else named_material(name, colours[name])
+        )
     unread = [name for name in wanted if finishes[name] is None]
     return {name: finish for name, finish in finishes.items() if finish is not None}, unread
 
@@ -153,7 +171,10 @@ def _read_shader(material):
         node = links[0].from_node if links else None
         parts = NODES.get(node.type, ()) if node is not None else ()
         found = [node.inputs[part] if isinstance(part, str) else part for part in parts]
-        found = [one if isinstance(one, float) else None if one.is_linked else one.default_value for one in found]
+        found = [
+            one if isinstance(one, float) else None if one.is_linked else one.default_value
+            for one in found
+        ]
     colour, *rest = found or (None,) * 4
     if colour is not None:
         colour = tuple(Color(tuple(colour)[:3]).from_scene_linear_to_rec709_linear())

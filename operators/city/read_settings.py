@@ -1,4 +1,5 @@
-"""Read the settings of panel and preferences into a Request, and remember with which of them a step was run.
+"""Read the settings of panel and preferences into a Request, and remember with which of them a step
+was run.
 
 A step is done, stale because a setting was changed since, or still to do.
 """
@@ -19,7 +20,9 @@ from ..job import threads_beside_window
 from ..members import describe_edit
 from .declare_settings import ELECTRIC, OF_LIGHT, name_switch, read_properties, settings_of_panel
 
-FILES_WORDS = f"One of {len(FORMATS)} formats, told by their content: {', '.join(suffixes_of_weather())}"
+FILES_WORDS = (
+    f"One of {len(FORMATS)} formats, told by their content: {', '.join(suffixes_of_weather())}"
+)
 ADDON = __package__.rpartition(".operators")[0]  # its name in Blender
 ASKED = PREFIX + "asked_"  # + step: property of a city
 STEPS = {  # step -> settings of the panel that it depends on; files keep their values in this order
@@ -45,25 +48,42 @@ _answers = {}  # "folder": of `folder_of_answers`
 
 
 def read_settings(settings):
-    """Read the panel's settings, `scene.citypv`: core.request.Request; answers of services will be kept beside it."""
+    """Read the panel's settings, `scene.citypv`: core.request.Request; answers of services will be
+    kept beside it.
+    """
     _note_folder()
     preferred = getattr(find_preferences(), "threads", 0)
     number = getattr(settings, settings.suns.replace("-", "_"), None)  # of days or directions
-    place = {"latitude": settings.latitude, "longitude": settings.longitude} if settings.own_place else {}
+    place = (
+        {"latitude": settings.latitude, "longitude": settings.longitude}
+        if settings.own_place
+        else {}
+    )
     if settings.own_place and settings.latitude == settings.longitude == 0:
-        raise InputError("Own location", "0° N, 0° E lies in the sea", "give latitude and longitude in step Classify")
+        raise InputError(
+            "Own location",
+            "0° N, 0° E lies in the sea",
+            "give latitude and longitude in step Classify",
+        )
     ground, terrain, weather, albedo_file = settings.ground, None, settings.weather, None
     if ground == "terrain":
-        ground, terrain = "auto", read_path(settings, "terrain", "Terrain", "a terrain file, or another type of ground")
+        ground, terrain = (
+            "auto",
+            read_path(settings, "terrain", "Terrain", "a terrain file, or another type of ground"),
+        )
     if weather in ASKED_BY_KEY and settings.weather_years.strip():
         weather = f"{weather}:{settings.weather_years.strip()}"
     online = {"Weather": settings.weather in ASKED_BY_KEY, "Horizon": settings.horizon == "pvgis"}
     for title in [title for title, asks in online.items() if asks and not bpy.app.online_access]:
-        raise InputError(title, "Blender may not use the network", "allow online access in Preferences > System")
+        raise InputError(
+            title, "Blender may not use the network", "allow online access in Preferences > System"
+        )
     if weather == "file":
         weather = read_path(settings, "weather_file", "Weather", "a weather file, or the climate")
     if settings.albedo_source == "file":
-        albedo_file = read_path(settings, "albedo_file", "Albedo", "an albedo file, or another source of albedo")
+        albedo_file = read_path(
+            settings, "albedo_file", "Albedo", "an albedo file, or another source of albedo"
+        )
     return Request(
         **read_properties(settings),
         lod=None if settings.lod == "BEST" else settings.lod,
@@ -101,18 +121,23 @@ def read_path(settings, name, title, cure):
 
 
 def _read_weather_place(settings):
-    """Latitude and longitude [°] where the weather was measured: (2,) tuple, or None if its file says it."""
+    """Latitude and longitude [°] where the weather was measured: (2,) tuple, or None if its file
+    says it.
+    """
     words = settings.weather_place.replace(",", " ").split()
     try:
         latitude, longitude = map(float, words) if words else (None, None)
     except ValueError:
         problem = f"{settings.weather_place!r} is not a latitude and a longitude"
-        raise InputError("Measured at", problem, "give two numbers in degrees, such as 52.38 13.06") from None
+        raise InputError(
+            "Measured at", problem, "give two numbers in degrees, such as 52.38 13.06"
+        ) from None
     return (latitude, longitude) if words else None
 
 
 def folder_of_answers():
-    """Where answers of weather services are kept: beside the .blend file, else for this run of Blender.
+    """Where answers of weather services are kept: beside the .blend file, else for this run of
+    Blender.
 
     As it was when settings were read last, in Blender's thread: work in another one may ask for it.
     """
@@ -125,7 +150,9 @@ def _note_folder():
 
 
 def find_preferences():
-    """Preferences of the add-on: bpy.types.AddonPreferences, or None where it was not enabled as an add-on."""
+    """Preferences of the add-on: bpy.types.AddonPreferences, or None where it was not enabled as an
+    add-on.
+    """
     addon = bpy.context.preferences.addons.get(ADDON)
     return addon.preferences if addon is not None else None
 
@@ -137,7 +164,9 @@ def choose_weather(settings, preferences):
 
 
 def use_cache_folder(preferences, context=None):
-    """Keep the compiled loops in the preferred folder. Has an effect before the first of them is called."""
+    """Keep the compiled loops in the preferred folder. Has an effect before the first of them is
+    called.
+    """
     folder = bpy.path.abspath(preferences.cache_folder) if preferences is not None else ""
     if folder and "numba" not in sys.modules:
         os.environ["NUMBA_CACHE_DIR"] = folder
@@ -169,7 +198,9 @@ def state_of_step(city, step, settings):
         kept = city.get(ASKED + name)
         state = "stale" if kept else "next"
         # A city of the user's own meshes depends on them, not on the settings of a file.
-        same = kept == _describe_settings(name, settings) or (name == "import" and kept and is_in_place(city))
+        same = kept == _describe_settings(name, settings) or (
+            name == "import" and kept and is_in_place(city)
+        )
         if same and not (name == "import" and describe_edit(city)[0]):
             state = "done"
         if name == step:

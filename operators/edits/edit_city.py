@@ -1,4 +1,6 @@
-"""Edit a city: selected objects join it, a building becomes an object of its own, or goes; *Update* computes it."""
+"""Edit a city: selected objects join it, a building becomes an object of its own, or goes; *Update*
+computes it.
+"""
 
 import bpy
 import numpy as np
@@ -18,7 +20,9 @@ from ..worn_faces import POLYGON, POLYGONS, remember_wearers, write_sources
 
 
 class EditAction(OfCity, Action):
-    """Base of edits by a button: in a window the city is updated as after any edit, in a script at once."""
+    """Base of edits by a button: in a window the city is updated as after any edit, in a script at
+    once.
+    """
 
     def execute(self, context):
         """Edit, and update."""
@@ -26,13 +30,17 @@ class EditAction(OfCity, Action):
         if done == {"FINISHED"}:
             context.view_layer.update()
             note_edits(find_city(context.scene)[0])
-            if bpy.app.background and context.scene.citypv_seeing.live and bpy.ops.citypv.update.poll():
+            if (
+                bpy.app.background
+                and context.scene.citypv_seeing.live
+                and bpy.ops.citypv.update.poll()
+            ):
                 bpy.ops.citypv.update()
         return done
 
 
 class AddToCity(EditAction, bpy.types.Operator):
-    """Add the selected objects to the city where they stand, as buildings or trees: from now on they are part of it"""
+    """Add the selected objects, where they stand, to the city, as buildings or trees"""
 
     bl_idname, bl_label = "citypv.add_to_city", "Add to the city"
 
@@ -40,7 +48,9 @@ class AddToCity(EditAction, bpy.types.Operator):
         """Note on the objects which city they are part of."""
         chosen = [item for item in context.selected_objects if PREFIX + "part" not in item]
         if not chosen:
-            raise InputError("Selected objects", "there are none beside the city", "select what joins it")
+            raise InputError(
+                "Selected objects", "there are none beside the city", "select what joins it"
+            )
         for item in chosen:
             item[OWNER] = city[IDENTITY]
             item.pop(BUILDING, None)
@@ -48,7 +58,9 @@ class AddToCity(EditAction, bpy.types.Operator):
 
 
 class _NameBuilding:
-    """Mixin of operators that take a building; without an id they take that of the selected faces, or ask."""
+    """Mixin of operators that take a building; without an id they take that of the selected faces,
+    or ask.
+    """
 
     building: bpy.props.StringProperty(
         name="Building",
@@ -61,9 +73,15 @@ class _NameBuilding:
         """Ask for the id where none is given and no face is selected."""
         city, _ = find_city(context.scene)
         if not self.building and city is not None and city.get(HIGHLIGHT):
-            numbers = np.unique(read_face_attribute(city.data, "building")[read_selection(city.data)])
+            numbers = np.unique(
+                read_face_attribute(city.data, "building")[read_selection(city.data)]
+            )
             self.building = city[BUILDINGS][int(numbers[0])] if len(numbers) == 1 else ""
-        return self.execute(context) if self.building else context.window_manager.invoke_props_dialog(self)
+        return (
+            self.execute(context)
+            if self.building
+            else context.window_manager.invoke_props_dialog(self)
+        )
 
 
 def _check_building(city, session, name):
@@ -76,16 +94,25 @@ def _check_building(city, session, name):
     if not name:
         raise InputError("Building", "none is named", "give the id of one")
     if is_in_place(city) or session is None or session.imported is None:
-        raise InputError(city.name, "its buildings are not known from files", "edit its objects, or import it again")
+        raise InputError(
+            city.name,
+            "its buildings are not known from files",
+            "edit its objects, or import it again",
+        )
     if name not in session.imported.building_id:
-        raise InputError(name, "no building of the city has this id", "take it from the list of buildings")
+        raise InputError(
+            name, "no building of the city has this id", "take it from the list of buildings"
+        )
 
 
 class RemoveBuilding(_NameBuilding, EditAction, bpy.types.Operator):
     """Leave a building out of the city"""
 
     bl_idname, bl_label = "citypv.remove_building", "Remove building"
-    needs, lacking = "imported", "Import the city again first: its buildings are not kept in the file"
+    needs, lacking = (
+        "imported",
+        "Import the city again first: its buildings are not kept in the file",
+    )
 
     def act(self, context, city, ground):
         """Note it on the city; an object of it is removed."""
@@ -104,7 +131,7 @@ class RemoveBuilding(_NameBuilding, EditAction, bpy.types.Operator):
 
 
 class EditBuilding(_NameBuilding, EditAction, bpy.types.Operator):
-    """Make a building an object of its own, in place, with its ids: move, scale or edit it as any object"""
+    """Make a building an object of its own, in place, with its ids, to move, scale or edit"""
 
     bl_idname, bl_label = "citypv.edit_building", "Edit building"
     needs, lacking = "scene", "Import and classify the city first"
@@ -114,7 +141,11 @@ class EditBuilding(_NameBuilding, EditAction, bpy.types.Operator):
         session = find_session(city)
         _check_building(city, session, self.building)
         if self.building in removed_of(city):
-            raise InputError(self.building, "it is an object of its own already, or was removed", "edit that object")
+            raise InputError(
+                self.building,
+                "it is an object of its own already, or was removed",
+                "edit that object",
+            )
         leave_edit_mode(context)
         item = _make_object(city, session, self.building)
         for group in city.users_collection:
@@ -137,7 +168,8 @@ class EditBuilding(_NameBuilding, EditAction, bpy.types.Operator):
 def _make_object(city, session, building):
     """Object of a building of the files, in place: bpy.types.Object, not linked yet.
 
-    Its faces are the polygons, or triangles of those with holes; they know the ids. Its origin is on its foot.
+    Its faces are the polygons, or triangles of those with holes; they know the ids. Its origin is
+    on its foot.
     """
     from ...core.city.locate_site import bring_to_origin
 
@@ -146,7 +178,11 @@ def _make_object(city, session, building):
     corners, faces, number = [], [], []
     for place, row in enumerate(rows):
         rings = [bring_to_origin(ring, session.scene.site) for ring in imported.rings(row)]
-        found = tessellate_polygon([ring.tolist() for ring in rings]) if len(rings) > 1 else [range(len(rings[0]))]
+        found = (
+            tessellate_polygon([ring.tolist() for ring in rings])
+            if len(rings) > 1
+            else [range(len(rings[0]))]
+        )
         faces += [np.array(face) + sum(map(len, corners)) for face in found]
         number += [place] * len(found)
         corners += rings

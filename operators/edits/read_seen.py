@@ -1,4 +1,5 @@
-"""Read a city as it is seen: what was imported, without what was removed, with objects of the user, and its own mesh.
+"""Read a city as it is seen: what was imported, without what was removed, with objects of the user,
+and its own mesh.
 
 Reading takes place in Blender's thread; what was read is made a City in that of the work.
 """
@@ -13,7 +14,15 @@ from ...core.settings.errors import InputError
 from ..attributes import read_array, read_corners, read_face_attribute
 from ..city.build_meshes import site_of
 from ..in_place import is_in_place
-from ..members import LINEAGE, RESHAPED, describe_design, list_seen, next_lineage, originals_of, removed_of
+from ..members import (
+    LINEAGE,
+    RESHAPED,
+    describe_design,
+    list_seen,
+    next_lineage,
+    originals_of,
+    removed_of,
+)
 from ..shapes import own_modifiers
 from .take_meshes import read_meshes
 
@@ -33,7 +42,9 @@ class _Seen:
     reshaped: tuple | None  # of `_read_reshaped`
 
     def make(self):
-        """The city: the files' with what was edited in its own mesh, and with all else: City or None, City."""
+        """The city: the files' with what was edited in its own mesh, and with all else: City or
+        None, City.
+        """
         from ...core.city.edit_city import Change, edit_city, join_cities, place_local, system_of
         from ...core.city.join_contents import join_contents
 
@@ -45,12 +56,22 @@ class _Seen:
             broken, content = self.reshaped
             imported = left = take_polygons(imported, ~np.isin(imported.surface_id, list(broken)))
             if content.polygons:
-                added = place_local(join_contents([content], orient="as-drawn"), self.site, *system_of(left))
+                added = place_local(
+                    join_contents([content], orient="as-drawn"), self.site, *system_of(left)
+                )
                 imported = join_cities(left, added)
-                imported.building_id[len(left) :] = added.building_id  # they are parts of buildings that are there
+                imported.building_id[len(left) :] = (
+                    added.building_id
+                )  # they are parts of buildings that are there
         added = ()
         if self.content is not None:
-            added = (place_local(join_contents([self.content], orient=self.orient), self.site, *system_of(imported)),)
+            added = (
+                place_local(
+                    join_contents([self.content], orient=self.orient),
+                    self.site,
+                    *system_of(imported),
+                ),
+            )
         gone = self.removed & {*imported.building_id}
         return imported, edit_city(imported, Change(removed=gone, added=added))
 
@@ -67,10 +88,16 @@ def read_seen(context, city, session):
     seen, reshaped = list_seen(city), city.get(RESHAPED) and session.scene is not None
     lineage = next_lineage(city) if reshaped else city.get(LINEAGE, "")
     originals = set() if is_in_place(city) else originals_of(city, seen)
-    read, content, taken = {item: name for item, name in seen.items() if name not in originals}, None, []
+    read, content, taken = (
+        {item: name for item, name in seen.items() if name not in originals},
+        None,
+        [],
+    )
     if read or is_in_place(city):
         frame = None if is_in_place(city) else np.array(Matrix.Translation(-city.location))
-        content, taken = read_meshes("Objects of the city", list(read), context, named=read, frame=frame)
+        content, taken = read_meshes(
+            "Objects of the city", list(read), context, named=read, frame=frame
+        )
     return _Seen(
         None if is_in_place(city) else session.imported,
         describe_design(city, lineage),
@@ -97,7 +124,8 @@ def _read_reshaped(city, session):
     Raises
     ------
     InputError
-        The mesh was turned or has modifiers, or something else than a building of the files was edited.
+        The mesh was turned or has modifiers, or something else than a building of the files was
+        edited.
     """
     if not np.allclose(np.array(city.matrix_world.to_3x3()), np.eye(3)):
         raise InputError(city.name, "it was turned or scaled", "undo that, and edit its buildings")
@@ -107,8 +135,13 @@ def _read_reshaped(city, session):
     ids, owner = scene.surfaces.surface_id, scene.surfaces.building_id
     own = scene.triangle_surface >= 0
     before = _key_triangles(scene.triangle_surface[own], scene.vertices[scene.triangles[own]])
-    start, total = (read_array(mesh.polygons, name, dtype=np.int32) for name in ("loop_start", "loop_total"))
-    points, surface = read_array(mesh.vertices, "co", 3)[read_corners(mesh)], read_face_attribute(mesh, "surface")
+    start, total = (
+        read_array(mesh.polygons, name, dtype=np.int32) for name in ("loop_start", "loop_total")
+    )
+    points, surface = (
+        read_array(mesh.vertices, "co", 3)[read_corners(mesh)],
+        read_face_attribute(mesh, "surface"),
+    )
     plain = np.flatnonzero(total == 3)
     now = _key_triangles(surface[plain], points[start[plain][:, None] + np.arange(3)])
     same = np.zeros(len(total), bool)
@@ -117,7 +150,11 @@ def _read_reshaped(city, session):
     broken = {whole_of_cell(ids[row]) for row in rows.tolist()}
     others = sorted(broken - {*session.imported.surface_id})
     if others:
-        raise InputError(city.name, f"{others[0]} was edited, which is not of its files", "undo that, edit the object")
+        raise InputError(
+            city.name,
+            f"{others[0]} was edited, which is not of its files",
+            "undo that, edit the object",
+        )
     content, number = FileContent(city.name), {}
     parts = [row for row, name in enumerate(ids) if whole_of_cell(name) in broken]
     for face in np.flatnonzero(np.isin(surface, parts)):
@@ -125,13 +162,17 @@ def _read_reshaped(city, session):
         place = number.setdefault(building, len(number))
         ring = points[start[face] : start[face] + total[face]].astype(float)
         name = f"{whole_of_cell(ids[surface[face]])}~{face}"
-        content.polygons.append(Polygon(name, place, 0, "", ("",), "surface", [np.concatenate([ring, ring[:1]])]))
+        content.polygons.append(
+            Polygon(name, place, 0, "", ("",), "surface", [np.concatenate([ring, ring[:1]])])
+        )
     content.buildings = list(number)
     return broken, content
 
 
 def _key_triangles(surface, corners):
-    """A key for each triangle, of its surface, (t,) int, and its corners, (t, 3, 3): (t,) of bytes."""
+    """A key for each triangle, of its surface, (t,) int, and its corners, (t, 3, 3): (t,)
+    of bytes.
+    """
     corners = np.ascontiguousarray(corners, np.float32).reshape(len(corners), 9).view(np.int32)
     keys = np.column_stack([surface.astype(np.int32), corners])
     return np.ascontiguousarray(keys).view(np.dtype((np.void, keys.dtype.itemsize * 10))).ravel()

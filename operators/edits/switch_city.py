@@ -38,7 +38,9 @@ class SwitchCity(OfCity, Action, bpy.types.Operator):
         if asked and not taken:  # the panel has the path again that the city was imported from
             path = literal_eval(asked)[STEPS["import"].index("city_path")]
             context.scene.citypv.city_path = path or context.scene.citypv.city_path
-        same = chosen.get(FAMILY) and chosen.get(FAMILY) == (city.get(FAMILY) if city is not None else None)
+        same = chosen.get(FAMILY) and chosen.get(FAMILY) == (
+            city.get(FAMILY) if city is not None else None
+        )
         match_view(context, None if taken or same else read_vertices(chosen))
 
 
@@ -56,10 +58,11 @@ def find_named(stage, name):
 
 
 def show_objects_of(city, *, visible):
-    """Show or hide a city and its ground in viewport and pictures; what is hidden is not selected either.
+    """Show or hide a city and its ground in viewport and pictures; what is hidden is not selected
+    either.
 
-    What was added to it comes and goes with it. The objects of the user that a city was taken from stay, but for those
-    of variants; only its colours come and go.
+    What was added to it comes and goes with it. The objects of the user that a city was taken from
+    stay, but for those of variants; only its colours come and go.
     """
     for item in list_members(city) if VARIANT in city or not is_in_place(city) else ():
         if not visible and item.visible_get():
@@ -77,7 +80,9 @@ def show_objects_of(city, *, visible):
 
 
 def put_away(item, hidden):
-    """Hide an object so that Alt H, which shows what the user hid, leaves it away; or show it again."""
+    """Hide an object so that Alt H, which shows what the user hid, leaves it away; or show it
+    again.
+    """
     if hidden:
         item.select_set(False)
     else:
@@ -86,7 +91,7 @@ def put_away(item, hidden):
 
 
 class Retrace(OfCity, bpy.types.Operator):
-    """Import the files of this city again and run all steps; a city of meshes is taken from them again"""
+    """Import the files, or the meshes, of this city again and run all steps"""
 
     bl_idname, bl_label = "citypv.retrace", "Import and trace again"
     bl_options = {"REGISTER", "UNDO"}

@@ -43,14 +43,18 @@ class TakeMeshes(Step, bpy.types.Operator):
         from ...core.city.join_contents import join_contents
 
         content, taken, request = task
-        return *triangulate_import(join_contents([content], orient=request.orient), request, progress), taken
+        return *triangulate_import(
+            join_contents([content], orient=request.orient), request, progress
+        ), taken
 
     def finish(self, context, result):
         """Show the city; the objects stay as they are."""
         *imported, taken = result
         there = find_objects(uid for uid, _ in taken)
         if len(there) < len(taken):
-            raise InputError("Objects", "some were deleted while they were read", "take the meshes again")
+            raise InputError(
+                "Objects", "some were deleted while they were read", "take the meshes again"
+            )
         return show_import(context, *imported, [(there[uid], building) for uid, building in taken])
 
 
@@ -71,10 +75,11 @@ def _find_items(context):
 
 
 def read_meshes(name, items, context, *, named=None, frame=None):
-    """Read objects as buildings: a mesh (after its modifiers) is a building, a face of it a surface.
+    """Read objects as buildings: a mesh (after its modifiers) is a building, a face of it a
+    surface.
 
-    Instances that an object makes (of a collection, by geometry nodes) are buildings as well. World axes are taken as
-    x east, y north, z up; the place on Earth has to be given by hand.
+    Instances that an object makes (of a collection, by geometry nodes) are buildings as well. World
+    axes are taken as x east, y north, z up; the place on Earth has to be given by hand.
 
     Parameters
     ----------
@@ -92,7 +97,8 @@ def read_meshes(name, items, context, *, named=None, frame=None):
     -------
     content : FileContent
     taken : list of (int, str)
-        `session_uid` of what was read, with the name of its building, "" where the faces are not those of its mesh.
+        `session_uid` of what was read, with the name of its building, "" where the faces are not
+        those of its mesh.
 
     Raises
     ------
@@ -121,37 +127,55 @@ def read_meshes(name, items, context, *, named=None, frame=None):
         names[building] += 1
         if names[building] > 1:
             building += f"~{names[building]}"
-        # Its faces are those of its mesh where that has no other user, and no modifier adds or removes faces.
+        # Its faces are those of its mesh where that has no other user, and no modifier adds or
+        # removes faces.
         meshes = item.data, instance.object.data
-        same = not instance.is_instance and is_single(item.data) and np.array_equal(*map(read_corners, meshes))
+        same = (
+            not instance.is_instance
+            and is_single(item.data)
+            and np.array_equal(*map(read_corners, meshes))
+        )
         same = same and len(meshes[0].polygons) == len(meshes[1].polygons)
         own[owner] = building if same and owner not in own else ""
         ids = name_faces(owner, building) if own[owner] else None
         _add_building(content, building, instance.object, matrix, ids)
     for item in sorted(chosen - drawn, key=lambda item: item.name):
         if item.type == "MESH":
-            content.skip("mesh without faces" if item in met else "hidden in the viewport", item.name)
+            content.skip(
+                "mesh without faces" if item in met else "hidden in the viewport", item.name
+            )
         elif item.type in OTHER_SHAPES:
             content.skip("no mesh: convert it to one", item.name)
     if not content.polygons:
-        raise InputError(name, "they have no faces", "select meshes with faces, or a collection of such meshes")
-    return content, [(item.session_uid, own[item]) for item in sorted(own, key=lambda item: item.name)]
+        raise InputError(
+            name, "they have no faces", "select meshes with faces, or a collection of such meshes"
+        )
+    return content, [
+        (item.session_uid, own[item]) for item in sorted(own, key=lambda item: item.name)
+    ]
 
 
 def _is_outline(item):
-    """Whether the mesh that Blender makes of an object is no building: that of letters or a curve as such."""
-    return item.type in OTHER_SHAPES and all(modifier.type != "NODES" for modifier in item.modifiers)
+    """Whether the mesh that Blender makes of an object is no building: that of letters or a curve
+    as such.
+    """
+    return item.type in OTHER_SHAPES and all(
+        modifier.type != "NODES" for modifier in item.modifiers
+    )
 
 
 def _is_tree(item):
-    """Whether an object is marked as a tree: by a custom property `tree`, or a collection called Trees or Vegetation.
+    """Whether an object is marked as a tree: by a custom property `tree`, or a collection called
+    Trees or Vegetation.
 
     The property counts on the object itself, its mesh, or a collection that it is in.
     """
     for holder in (item, item.data, *item.users_collection):
         if holder is not None and holder.get("tree") is not None:
             return bool(holder["tree"])
-    return any(group.name.partition(".")[0].lower() in TREE_COLLECTIONS for group in item.users_collection)
+    return any(
+        group.name.partition(".")[0].lower() in TREE_COLLECTIONS for group in item.users_collection
+    )
 
 
 def _add_tree(content, name, item, matrix):
@@ -173,15 +197,24 @@ def _add_building(content, building, item, matrix, ids):
         # Repeat the first point: an open ring would count as repaired.
         rings = [np.concatenate([ring, ring[:1]])]
         if not (np.abs(ring) <= LARGEST_COORDINATE).all():  # also true for NaN
-            content.skip("coordinates that are not finite or beyond the Earth", f"{building}/{face}")
+            content.skip(
+                "coordinates that are not finite or beyond the Earth", f"{building}/{face}"
+            )
             continue
         name, number = ids[face] if ids else f"{building}/{face}", len(content.buildings) - 1
-        content.polygons.append(Polygon(name, number, 0, "", ("",), "surface", rings, face, material=material))
+        content.polygons.append(
+            Polygon(name, number, 0, "", ("",), "surface", rings, face, material=material)
+        )
 
 
 def _read_rings(mesh, matrix):
-    """Corners of each face by a matrix, (4, 4): list of (k, 3) float64 [m]; mirrored objects keep their outside."""
-    points, start = read_array(mesh.vertices, "co", 3), read_array(mesh.polygons, "loop_start", dtype=np.int32)
+    """Corners of each face by a matrix, (4, 4): list of (k, 3) float64 [m]; mirrored objects keep
+    their outside.
+    """
+    points, start = (
+        read_array(mesh.vertices, "co", 3),
+        read_array(mesh.polygons, "loop_start", dtype=np.int32),
+    )
     with np.errstate(invalid="ignore", over="ignore"):  # of points that are left out later
         places = points.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
     rings = np.split(places[read_corners(mesh)], start[1:])

@@ -1,4 +1,6 @@
-"""Update: compute an edited city from what is known of it before the edit, and show who gains and who loses."""
+"""Update: compute an edited city from what is known of it before the edit, and show who gains and
+who loses.
+"""
 
 from dataclasses import replace
 from queue import SimpleQueue
@@ -10,7 +12,14 @@ from ..attributes import CHANGE, PREFIX, write_results, write_surface_values
 from ..city.classify_city import show_kinds
 from ..city.read_settings import read_settings
 from ..light.trace_city import keep_light
-from ..members import REDESIGNED, can_update, check_unedited, describe_edited, has_edits, hinders_update
+from ..members import (
+    REDESIGNED,
+    can_update,
+    check_unedited,
+    describe_edited,
+    has_edits,
+    hinders_update,
+)
 from ..picture.build_legend import PREVIEW
 from ..picture.show_result import BEFORE, find_before, show_result
 from ..result.compare_results import KeepBefore, values_of_surfaces
@@ -28,9 +37,15 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
 
     bl_idname, bl_label = "citypv.update", "Update"
     bl_options = set()  # it is no step of undo: undo takes back the edit
-    stages = {"building the scene": 1, "what the change reaches": 8, "reflections of the sky": 4, "suns": 2}
+    stages = {
+        "building the scene": 1,
+        "what the change reaches": 8,
+        "reflections of the sky": 4,
+        "suns": 2,
+    }
     stages |= {"electricity": 3}
-    tried = None  # state of the city that was asked for last, until it is computed or the city is another one
+    # state of the city that was asked for last, until it is computed or the city is another one
+    tried = None
 
     @classmethod
     def poll(cls, context):
@@ -72,18 +87,27 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
 
             def preview(*light):
                 if session.energy is not None and found.empty():
-                    draft = Session(city=city, imported=imported, scene=scene, base=base, base_city=traced)
+                    draft = Session(
+                        city=city, imported=imported, scene=scene, base=base, base_city=traced
+                    )
                     found.put((draft, seen, estimate_hours(session, scene, light)))
 
             edited = trace_change(base, change, progress=progress, preview=preview)
             solved = edited.before if before.base is base else None
             edited = replace(edited, before=None)
-            known = Session(city, imported, scene, transfer=edited.transfer, base=edited, state=state)
+            known = Session(
+                city, imported, scene, transfer=edited.transfer, base=edited, state=state
+            )
             findings = list_findings(scene, edited.transfer.covered_share)
             light = known, known, findings, (describe_albedo(scene, base.request), [])
             known.told = light, WeighEnergy.work((known, None, request), progress)
         earlier = _match_before(before, known, solved, progress)
-        return seen, known, earlier, tell_errors((earlier or before).base, known, known.told[1][2], request)
+        return (
+            seen,
+            known,
+            earlier,
+            tell_errors((earlier or before).base, known, known.told[1][2], request),
+        )
 
     def modal(self, context, event):
         """Wait until the user has finished a newer edit: it may need nothing of this one."""
@@ -91,7 +115,9 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         return {"PASS_THROUGH"} if ended and is_editing(context) else super().modal(context, event)
 
     def is_wanted(self, context):
-        """Whether the city is seen as it was asked for: an edit that was undone, or a newer one, asks for another."""
+        """Whether the city is seen as it was asked for: an edit that was undone, or a newer one,
+        asks for another.
+        """
         if is_editing(context):  # it may come back to what it was
             return True
         own = [city for city in list_cities(context.scene) if find_session(city) is self._shown]
@@ -109,7 +135,10 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         draft, seen, hours = self._found.get()
         city, ground = find_own_city(context.scene, self._shown)
         self._keep_before(context, city, ground)
-        ids, known = self._shown.transfer.surfaces.surface_id, np.asarray(self._shown.energy.full_load_hours)
+        ids, known = (
+            self._shown.transfer.surfaces.surface_id,
+            np.asarray(self._shown.energy.full_load_hours),
+        )
         earlier = known - values_of_surfaces(city, CHANGE + HOURS, len(ids), missing=0.0)
         show_kinds(context, self._shown, draft, [], seen)
         self._shown = draft
@@ -127,7 +156,9 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
             KeepBefore.act(self, context, city, ground)
 
     def finish(self, context, result):
-        """Keep the result before the first edit, and show the edited city with what it gains or loses."""
+        """Keep the result before the first edit, and show the edited city with what it gains or
+        loses.
+        """
         seen, known, earlier, known.change = result
         city, ground = find_own_city(context.scene, self._shown)
         self._keep_before(context, city, ground)
@@ -142,9 +173,11 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
 
 
 def estimate_hours(session, scene, light):
-    """Full load hours of an edited city before its suns are solved, from light under the sky and all suns together.
+    """Full load hours of an edited city before its suns are solved, from light under the sky and
+    all suns together.
 
-    Hours follow light closely: those of before, and the change of light by what light is worth in this city.
+    Hours follow light closely: those of before, and the change of light by what light is worth in
+    this city.
 
     Parameters
     ----------
@@ -172,7 +205,8 @@ def estimate_hours(session, scene, light):
 
 
 def _match_before(before, after, solved, progress):
-    """What is kept as before with the reflections and the sky of an edited city, and its energy, if it has others.
+    """What is kept as before with the reflections and the sky of an edited city, and its energy, if
+    it has others.
 
     Parameters
     ----------
@@ -201,7 +235,9 @@ def _match_before(before, after, solved, progress):
 
 
 def _renew_before(item, earlier):
-    """Show on what was kept as before, and keep in its session, the hours of its city with other light: what to say."""
+    """Show on what was kept as before, and keep in its session, the hours of its city with other
+    light: what to say.
+    """
     from ...core.results.compare_runs import describe_light
 
     session = find_session(item)
@@ -209,7 +245,10 @@ def _renew_before(item, earlier):
         return ""  # a variant that is shown itself keeps its hours
     write_results(item, None, earlier.transfer, earlier.energy)
     session.base, session.transfer, session.energy = earlier.base, earlier.transfer, earlier.energy
-    light = {"max_bounces": earlier.base.decisions.bounces, "sky": earlier.base.decisions.plan["sky"]}
+    light = {
+        "max_bounces": earlier.base.decisions.bounces,
+        "sky": earlier.base.decisions.plan["sky"],
+    }
     return f"; before has the light that this city asks for: {describe_light(light)}"
 
 

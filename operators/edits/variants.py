@@ -1,4 +1,6 @@
-"""Variants of a city: each with objects and results of its own; one is seen, and compared with any other."""
+"""Variants of a city: each with objects and results of its own; one is seen, and compared with any
+other.
+"""
 
 import uuid
 from dataclasses import replace
@@ -23,7 +25,7 @@ from .update_city import tell_errors
 
 
 class NewVariant(OfCity, Action, bpy.types.Operator):
-    """Go on with a copy of the city and of its objects; the present variant stays as it is, to compare with"""
+    """Go on with a copy of the city and its objects; the present one stays, to compare with"""
 
     bl_idname, bl_label = "citypv.new_variant", "New variant"
     needs, lacking = KWP, "Compute the energy first"
@@ -35,12 +37,15 @@ class NewVariant(OfCity, Action, bpy.types.Operator):
         copy = _copy_variant(city, ground)
         for item in (copy,) if VARIANT in city else (city, copy):
             used = {one.get(VARIANT) for one in find_variants(context.scene, item) if one != item}
-            item[VARIANT] = next((letter for letter in ascii_uppercase if letter not in used), f"{len(used) + 1}")
+            item[VARIANT] = next(
+                (letter for letter in ascii_uppercase if letter not in used), f"{len(used) + 1}"
+            )
         show_objects_of(city, visible=False)
         show_objects_of(copy, visible=True)
         context.view_layer.update()
         own, shown = copy.get(PREFIX + "ground"), context.scene.citypv.attribute
-        # What is seen as colours is the change against the variant that it was copied from: none so far.
+        # What is seen as colours is the change against the variant that it was copied from: none so
+        # far.
         if compare_with_before(context.scene, copy, own) and shown.startswith(CHANGE):
             show_result(context, copy, own, shown)
         return f"Variant {copy[VARIANT]}, compared with {city[VARIANT]}"
@@ -59,9 +64,13 @@ class CompareVariant(OfCity, Action, bpy.types.Operator):
         city[AGAINST] = other[IDENTITY]
         session, earlier = find_session(city), find_session(other)
         if session is not None and session.energy is not None and earlier is not None:
-            session.change = tell_errors(earlier.base, session, session.weather, read_settings(context.scene.citypv))
+            session.change = tell_errors(
+                earlier.base, session, session.weather, read_settings(context.scene.citypv)
+            )
         if not compare_with_before(context.scene, city, ground):
-            raise InputError(other.name, "it has no energy, or is of another city", "compute the energy of both")
+            raise InputError(
+                other.name, "it has no energy, or is of another city", "compute the energy of both"
+            )
         show_result(context, city, ground, CHANGE + "full_load_hours")
         return f"{city.get(VARIANT, city.name)} less {other.get(VARIANT, other.name)}"
 
@@ -89,7 +98,8 @@ class DeleteVariant(OfCity, Action, bpy.types.Operator):
 
 
 def _copy_variant(city, ground):
-    """Copy a city with its results, its ground and its objects, which keep the ids of their buildings; it is linked.
+    """Copy a city with its results, its ground and its objects, which keep the ids of their
+    buildings; it is linked.
 
     Returns
     -------
@@ -107,7 +117,10 @@ def _copy_variant(city, ground):
     if ground is not None:
         copy[PREFIX + "ground"], copies[ground].parent = copies[ground], copy
     for item in members:
-        copies[item][OWNER], copies[item][BUILDING] = copy[IDENTITY], names.get(item, item.get(BUILDING, item.name))
+        copies[item][OWNER], copies[item][BUILDING] = (
+            copy[IDENTITY],
+            names.get(item, item.get(BUILDING, item.name)),
+        )
     remember_wearers(copy, [(copies[item], building) for _, item, building in list_taken(city)])
     if find_session(city) is not None:
         open_session(copy, replace(find_session(city)))

@@ -1,4 +1,5 @@
-"""Handlers of Blender: notice edits of cities, whose results are of before then; follow undo, saving and opening.
+"""Handlers of Blender: notice edits of cities, whose results are of before then; follow undo,
+saving and opening.
 
 With *Live* an edit is computed as soon as it is finished: the mouse released, edit mode left.
 """
@@ -12,11 +13,26 @@ from ..city.build_meshes import remove_objects, renew_holders
 from ..city.read_settings import read_settings
 from ..in_place import is_seen
 from ..light.keep_transfer import keep_transfers
-from ..members import can_update, describe_edited, forget_edited, has_edits, hinders_update, note_edits, note_touched
+from ..members import (
+    can_update,
+    describe_edited,
+    forget_edited,
+    has_edits,
+    hinders_update,
+    note_edits,
+    note_touched,
+)
 from ..picture.show_city import match_view
 from ..picture.timeline import follow_frame
 from ..run_step import Step
-from ..session import close_sessions, find_city, find_objects, find_state, list_cities, part_sessions
+from ..session import (
+    close_sessions,
+    find_city,
+    find_objects,
+    find_state,
+    list_cities,
+    part_sessions,
+)
 from .update_city import UpdateCity, is_editing
 
 TICK = 0.1  # [s]
@@ -38,12 +54,20 @@ def follow_undo(scene, *_):
 def _follow_edits(scene, graph):
     """Mark the cities that were edited, and unmark those whose edit was undone."""
     renew_holders()
-    updates = [update for update in graph.updates if update.is_updated_geometry or update.is_updated_transform]
+    updates = [
+        update
+        for update in graph.updates
+        if update.is_updated_geometry or update.is_updated_transform
+    ]
     touched = {update.id.original for update in updates}
-    # Where an object comes, goes, is hidden or selected, the scene is updated, too, and one that is renamed is neither
-    # moved nor reshaped; else cities have the same parts.
+    # Where an object comes, goes, is hidden or selected, the scene is updated, too, and one that is
+    # renamed is neither moved nor reshaped; else cities have the same parts.
     same = not graph.id_type_updated("SCENE") and len(updates) == len(graph.updates)
-    cities = [bpy.data.objects.get(name) for name in _cities.get(scene.session_uid, [""])] if same else [None]
+    cities = (
+        [bpy.data.objects.get(name) for name in _cities.get(scene.session_uid, [""])]
+        if same
+        else [None]
+    )
     if all(cities) and all(note_touched(city, touched) for city in cities):
         return
     forget_edited(touched)
@@ -67,15 +91,29 @@ def remove_left_grounds():
     if left:
         remove_objects(*left)
     _grounds.clear()
-    _grounds.update({city.session_uid: ground.session_uid for city, ground in laid.items() if ground is not None})
+    _grounds.update(
+        {
+            city.session_uid: ground.session_uid
+            for city, ground in laid.items()
+            if ground is not None
+        }
+    )
 
 
 def _find_work():
-    """Window with a city that is to be updated, and its state: (bpy.types.Window, tuple), or None."""
+    """Window with a city that is to be updated, and its state: (bpy.types.Window, tuple),
+    or None.
+    """
     for window in bpy.context.window_manager.windows:
         scene = window.scene
         city, _ = find_city(scene)
-        if city is None or not is_seen(city) or not has_edits(city) or hinders_update(city) or not can_update(city):
+        if (
+            city is None
+            or not is_seen(city)
+            or not has_edits(city)
+            or hinders_update(city)
+            or not can_update(city)
+        ):
             continue
         with bpy.context.temp_override(window=window):
             if is_editing(bpy.context):
@@ -92,7 +130,9 @@ def _find_work():
 
 @persistent
 def watch():
-    """Update what was edited once the edit is finished; a newer edit cancels the computation of an older one."""
+    """Update what was edited once the edit is finished; a newer edit cancels the computation of an
+    older one.
+    """
     renew_holders()
     remove_left_grounds()
     found = _find_work()

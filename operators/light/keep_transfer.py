@@ -1,4 +1,6 @@
-"""Keep traced light beside the .blend: written when the file is saved, found again when it is opened."""
+"""Keep traced light beside the .blend: written when the file is saved, found again when it is
+opened.
+"""
 
 import shutil
 from dataclasses import replace
@@ -22,8 +24,8 @@ SUFFIX = ".citypv.nc"
 def keep_transfers(path, *_):
     """Write the traced light of all cities beside a .blend that is about to be saved.
 
-    Each object remembers its file, relative to the .blend. Light that is still in an earlier file only (of a .blend
-    that was opened and is saved elsewhere) is copied.
+    Each object remembers its file, relative to the .blend. Light that is still in an earlier file
+    only (of a .blend that was opened and is saved elsewhere) is copied.
 
     Parameters
     ----------
@@ -42,27 +44,37 @@ def keep_transfers(path, *_):
                 continue
             elif kept.resolve() != target.resolve():
                 shutil.copyfile(kept, target)
-            city[KEPT], city[HOME], city[PROBLEM] = "//" + name, str(Path(path).absolute().parent), ""
+            city[KEPT], city[HOME], city[PROBLEM] = (
+                "//" + name,
+                str(Path(path).absolute().parent),
+                "",
+            )
         except (InputError, OSError) as error:
             # The .blend itself is saved; the panel shows what is missing.
             city[PROBLEM] = f"The traced light could not be kept: {error}"
 
 
 def find_kept(city):
-    """File with the traced light of a city: Path, or None if none was kept. It may be missing by now.
+    """File with the traced light of a city: Path, or None if none was kept. It may be missing by
+    now.
 
     It is beside this .blend, or beside the one that the city was appended from.
     """
     if city is None or not city.get(KEPT):
         return None
-    beside, home = Path(bpy.path.abspath(city[KEPT])), Path(city.get(HOME, ""), city[KEPT].removeprefix("//"))
+    beside, home = (
+        Path(bpy.path.abspath(city[KEPT])),
+        Path(city.get(HOME, ""), city[KEPT].removeprefix("//")),
+    )
     return home if not beside.is_file() and city.get(HOME) and home.is_file() else beside
 
 
 def _has_transfer(city):
     """Whether the light of a city is traced: in this session, or in a file that is there."""
     session, kept = find_session(city), find_kept(city)
-    return (session is not None and session.transfer is not None) or (kept is not None and kept.is_file())
+    return (session is not None and session.transfer is not None) or (
+        kept is not None and kept.is_file()
+    )
 
 
 def describe_missing(city):
@@ -70,16 +82,24 @@ def describe_missing(city):
     if not city or city.get(PROBLEM):
         return city.get(PROBLEM, "") if city else ""
     kept = find_kept(city)
-    if _has_transfer(city) or (kept is None and PREFIX + "diffuse_relative" not in city.data.attributes):
+    if _has_transfer(city) or (
+        kept is None and PREFIX + "diffuse_relative" not in city.data.attributes
+    ):
         return ""
     if kept is None:
-        return "A copy keeps its results, but has no traced light of its own: for others select the city itself, or \
+        return (
+            "A copy keeps its results, but has no traced light of its own: for others select the city itself, or \
 import and trace again"
-    return f"{kept.name} with the traced light is not beside this file: put it there, or import and trace again"
+        )
+    return (
+        f"{kept.name} with the traced light is not beside this file: put it there, or import and "
+        "trace again"
+    )
 
 
 def weigh(session, path, request, progress=silent):
-    """Light of a session, read from its file where that was opened since, and its weather and energy.
+    """Light of a session, read from its file where that was opened since, and its weather and
+    energy.
 
     Returns
     -------
@@ -103,7 +123,9 @@ def weigh(session, path, request, progress=silent):
 
 
 def with_energy(session, path, request, progress=silent):
-    """A session as it is if it has its energy, else a copy that has it, as of `weigh`; `keep_energy` keeps it."""
+    """A session as it is if it has its energy, else a copy that has it, as of `weigh`;
+    `keep_energy` keeps it.
+    """
     if session.energy is not None:
         return session
     transfer, weather, energy = weigh(session, path, request, progress)
@@ -128,7 +150,9 @@ class OfTransfer:
         return city is not None and _has_transfer(city)
 
     def prepare(self, context):
-        """Take the session, a new one if the file was opened since, the file with the transfer, and the settings."""
+        """Take the session, a new one if the file was opened since, the file with the transfer, and
+        the settings.
+        """
         city, _ = find_city(context.scene)
         check_unedited(city)
         if find_session(city) is None:
@@ -137,7 +161,9 @@ class OfTransfer:
 
 
 class OfEnergy(OfTransfer):
-    """Base of operators that need a city with its energy, of this session or of before the file was saved."""
+    """Base of operators that need a city with its energy, of this session or of before the file was
+    saved.
+    """
 
     @classmethod
     def poll(cls, context):
@@ -146,4 +172,8 @@ class OfEnergy(OfTransfer):
         cls.poll_message_set(describe_missing(city) or "Compute the energy first")
         if getattr(find_session(city), "energy", None) is not None:
             return True
-        return city is not None and _has_transfer(city) and state_of_step(city, "energy", settings) == "done"
+        return (
+            city is not None
+            and _has_transfer(city)
+            and state_of_step(city, "energy", settings) == "done"
+        )

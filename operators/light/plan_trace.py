@@ -1,4 +1,6 @@
-"""What a trace will simulate and cost: the plan of effects with its reasons, and the prices of the presets."""
+"""What a trace will simulate and cost: the plan of effects with its reasons, and the prices of the
+presets.
+"""
 
 from dataclasses import asdict
 from math import isfinite
@@ -19,7 +21,11 @@ from ..session import find_city, find_own_city, find_session
 
 PLAN = PREFIX + "planned"  # of a city: effect -> state, sentence
 PRICES = PREFIX + "predicted"  # of a city: preset -> seconds, error [%]
-NUMBERS = {"days": "days", "typical-days": "typical_days", "sky-grid": "sky_grid"}  # way -> property with its number
+NUMBERS = {
+    "days": "days",
+    "typical-days": "typical_days",
+    "sky-grid": "sky_grid",
+}  # way -> property with its number
 DAYS = int(Request.suns.partition(":")[2])  # traced by default
 ITEMS = [(name, name.capitalize(), words) for name, words in PRESET_WORDS.items()]
 
@@ -37,7 +43,9 @@ class OfScene(OfCity):
 
 
 def prepare_weather(session, request, progress):
-    """Weather of a session's place in a year, once settings are checked and loops are compiled: Weather."""
+    """Weather of a session's place in a year, once settings are checked and loops are compiled:
+    Weather.
+    """
     from ...core.study import check_settings, read_year
 
     check_settings(request)
@@ -47,7 +55,7 @@ def prepare_weather(session, request, progress):
 
 
 class PlanEffects(OfScene, Step, bpy.types.Operator):
-    """Decide which effects this city calls for, each with its reason, what it leaves out at most, and its seconds"""
+    """Decide which effects this city calls for: reasons, what each leaves out, seconds"""
 
     bl_idname, bl_label = "citypv.plan_effects", "Plan effects"
 
@@ -81,13 +89,17 @@ class ExplainEffect(OfCity, Action, bpy.types.Operator):
     @classmethod
     def description(cls, context, properties):
         """Tooltip: the decision."""
-        return read_plan(find_city(context.scene)[0] or {}).get(properties.effect, ("", cls.__doc__))[1]
+        return read_plan(find_city(context.scene)[0] or {}).get(
+            properties.effect, ("", cls.__doc__)
+        )[1]
 
     def act(self, context, city, ground):
         """Tell the decision."""
         plan = read_plan(city)
         if self.effect not in plan:
-            raise InputError("Effect", f"{self.effect!r} is no effect", f"give one of {', '.join(plan)}")
+            raise InputError(
+                "Effect", f"{self.effect!r} is no effect", f"give one of {', '.join(plan)}"
+            )
         return f"{self.effect}: {plan[self.effect][1]}"
 
 
@@ -106,7 +118,9 @@ def keep_plan(city, decisions):
     for one in decisions:
         parts = [f"{one['extent']}: {one['reason']}", describe_bound(one["bound"], one["on"])]
         if one["share"] is not None:
-            parts.append(f"makes {show_number(100 * one['share'], 1, plus=True)} % of full load hours")
+            parts.append(
+                f"makes {show_number(100 * one['share'], 1, plus=True)} % of full load hours"
+            )
         if one["seconds"] is not None:
             parts.append(f"takes {describe_duration(one['seconds'])}")
         plan[one["key"]] = [f"{'on' if one['on'] else 'off'}: {one['extent']}", "; ".join(parts)]
@@ -114,7 +128,9 @@ def keep_plan(city, decisions):
 
 
 def read_plan(city):
-    """Decisions on the effects of a city: mapping of key to (state, sentence); empty without a plan."""
+    """Decisions on the effects of a city: mapping of key to (state, sentence); empty without a
+    plan.
+    """
     return city.get(PLAN) or {}
 
 
@@ -123,7 +139,9 @@ class UsePreset(Action, bpy.types.Operator):
 
     bl_idname, bl_label = "citypv.use_preset", "Use preset"
 
-    preset: bpy.props.EnumProperty(name="Preset", description="Settings of Trace", items=ITEMS, default="standard")
+    preset: bpy.props.EnumProperty(
+        name="Preset", description="Settings of Trace", items=ITEMS, default="standard"
+    )
 
     @classmethod
     def description(cls, context, properties):
@@ -138,7 +156,7 @@ class UsePreset(Action, bpy.types.Operator):
 
 
 class PredictPrices(OfScene, Step, bpy.types.Operator):
-    """Predict the seconds and the error of each preset on this city, from a pilot of some seconds"""
+    """Predict seconds and error of each preset on this city, from a pilot of some seconds"""
 
     bl_idname, bl_label = "citypv.predict", "Predict time and error"
 
@@ -150,18 +168,24 @@ class PredictPrices(OfScene, Step, bpy.types.Operator):
         session, request = task
         weather = prepare_weather(session, request, progress)
         listed = list_prices(session.scene, weather, request, progress=progress)
-        return session, {one.name: [one.seconds, one.error] for one in listed.prices if one.name in PRESETS}
+        return session, {
+            one.name: [one.seconds, one.error] for one in listed.prices if one.name in PRESETS
+        }
 
     def finish(self, context, result):
         """Store the predictions on the city."""
         session, prices = result
         city, _ = find_own_city(context.scene, session)
         city[PRICES] = prices
-        return "; ".join(f"{name.capitalize()}: {describe_price(price)}" for name, price in prices.items())
+        return "; ".join(
+            f"{name.capitalize()}: {describe_price(price)}" for name, price in prices.items()
+        )
 
 
 def _properties_of_preset(preset):
-    """Values of the panel's properties of a preset: dict; what it does not name is the program's default."""
+    """Values of the panel's properties of a preset: dict; what it does not name is the program's
+    default.
+    """
     named = sorted({name for settings in PRESETS.values() for name in settings})
     chosen = {name: PRESETS[preset].get(name, getattr(Request(), name)) for name in named}
     way, _, number = chosen.pop("suns").partition(":")
@@ -172,7 +196,14 @@ def _properties_of_preset(preset):
 def find_preset(settings):
     """Preset that the panel's settings are those of: str, "" if of none."""
     shown = {name: _properties_of_preset(name).items() for name in PRESETS}
-    return next((name for name, row in shown.items() if all(getattr(settings, key) == one for key, one in row)), "")
+    return next(
+        (
+            name
+            for name, row in shown.items()
+            if all(getattr(settings, key) == one for key, one in row)
+        ),
+        "",
+    )
 
 
 def describe_price(price):

@@ -1,4 +1,6 @@
-"""Trace: compute the Transfer of a Scene, in one round or, up to a target or a time, in further ones."""
+"""Trace: compute the Transfer of a Scene, in one round or, up to a target or a time, in further
+ones.
+"""
 
 from dataclasses import replace
 from queue import SimpleQueue
@@ -20,7 +22,8 @@ from ..session import Session, find_city, find_own_city, find_session
 from .plan_trace import OfScene, keep_plan, prepare_weather
 
 SUNS_PER_DAY = 12
-# Work of a patch beside its rays to the sky, under each sun, and for each of its points there, in units of such a ray.
+# Work of a patch beside its rays to the sky, under each sun, and for each of its points there, in
+# units of such a ray.
 PATCH, SUN, POINT = 175.0, 0.5, 0.1
 
 
@@ -44,7 +47,9 @@ class TraceCity(OfScene, Step, bpy.types.Operator):
 
     @staticmethod
     def work(task, progress):
-        """Trace; the weather only provides the hours. Rounds are left in the task's queue, see `_trace_rounds`."""
+        """Trace; the weather only provides the hours. Rounds are left in the task's queue, see
+        `_trace_rounds`.
+        """
         from ...core.patches.read_albedo import describe_albedo
         from ...core.results.list_findings import list_findings
         from ...core.study import check_tracing
@@ -55,7 +60,12 @@ class TraceCity(OfScene, Step, bpy.types.Operator):
         weather = prepare_weather(session, request, progress)
         transfer, base = _trace_rounds(session, weather, request, progress, found)
         findings = list_findings(session.scene, transfer.covered_share)
-        return session, Session(weather=weather, transfer=transfer, base=base), findings, (albedos, unread)
+        return (
+            session,
+            Session(weather=weather, transfer=transfer, base=base),
+            findings,
+            (albedos, unread),
+        )
 
     def refine(self, context):
         """Show the last round."""
@@ -70,13 +80,15 @@ class TraceCity(OfScene, Step, bpy.types.Operator):
         remember_step(find_own_city(context.scene, session)[0], "trace", context.scene.citypv)
         shown = show_result(context, *find_own_city(context.scene, session), "diffuse_relative")
         traced = interrupted or (
-            f"Traced {count_of(len(transfer.surfaces), 'surface')} and {count_of(len(transfer.suns), 'sun')}"
+            f"Traced {count_of(len(transfer.surfaces), 'surface')} and "
+            f"{count_of(len(transfer.suns), 'sun')}"
         )
         return f"{traced}; shown: {shown.title[0].lower()}{shown.title[1:]}"
 
 
 def stages_of_trace(request):
-    """Work of each stage of a trace: the sky's also finds what reflects to what, the suns' has reflections.
+    """Work of each stage of a trace: the sky's also finds what reflects to what, the suns' has
+    reflections.
 
     Returns
     -------
@@ -92,7 +104,9 @@ def stages_of_trace(request):
 
 
 def work_of_trace(request):
-    """What tracing a patch takes for the sky and for the suns, roughly, in units of a ray to the sky: two float."""
+    """What tracing a patch takes for the sky and for the suns, roughly, in units of a ray to the
+    sky: two float.
+    """
     way, _, number = request.suns.partition(":")
     suns = int(number or 0) * SUNS_PER_DAY if "days" in way else int(number or SUNS_PER_DAY * 365)
     return PATCH + request.samples, suns * (SUN + POINT * request.shadow_samples)
@@ -105,7 +119,8 @@ def keep_light(context, session, found, findings, albedos):
     ----------
     context : bpy.types.Context
     session, found, findings, albedos
-        Of `TraceCity.work`; `session` gets the weather, the transfer and the base that were `found`.
+        Of `TraceCity.work`; `session` gets the weather, the transfer and the base that were
+        `found`.
 
     Returns
     -------
@@ -122,7 +137,9 @@ def keep_light(context, session, found, findings, albedos):
     session.weather, session.transfer, session.base = found.weather, transfer, found.base
     session.base_city = None
     interrupted = transfer.record.interrupted
-    city[INTERRUPTED] = "Interrupted: kept {suns_traced} of {of} suns".format(**interrupted) if interrupted else ""
+    city[INTERRUPTED] = (
+        "Interrupted: kept {suns_traced} of {of} suns".format(**interrupted) if interrupted else ""
+    )
     return city[INTERRUPTED]
 
 
@@ -136,9 +153,9 @@ def read_goal(seeing, request):
 def _trace_rounds(session, weather, request, progress, found):
     """Trace a session's scene in one round, or in as many as target and time ask for.
 
-    Every further round is left in the queue `found` as ("rounds", (session, Transfer of all so far, its energy)). The
-    numbers are those of the command line with as many rounds. Cancelled among further rounds, those that are finished
-    are kept.
+    Every further round is left in the queue `found` as ("rounds", (session, Transfer of all so far,
+    its energy)). The numbers are those of the command line with as many rounds. Cancelled among
+    further rounds, those that are finished are kept.
 
     Returns
     -------
@@ -163,7 +180,12 @@ def _trace_rounds(session, weather, request, progress, found):
     def show(transfer):
         # The matrices of the next rounds go into the same arrays: only means of surfaces are shown.
         energy = compute_energy(transfer, weather, request)
-        found.put(("rounds", (session, replace(transfer, visible_share=None, direct_reflected=None), energy)))
+        found.put(
+            (
+                "rounds",
+                (session, replace(transfer, visible_share=None, direct_reflected=None), energy),
+            )
+        )
 
     log = RunLog(None, progress)
     log.show = show

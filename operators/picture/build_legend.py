@@ -1,4 +1,6 @@
-"""The legend of the rendered picture: colour bar, title, unit and ticks as objects parented to the camera."""
+"""The legend of the rendered picture: colour bar, title, unit and ticks as objects parented to the
+camera.
+"""
 
 from pathlib import Path
 
@@ -17,7 +19,10 @@ COLLECTION = "CityPV legend"
 FONT = "Inter.woff2"
 PREVIEW = PREFIX + "preview"  # of an edit, as text
 MOMENT = PREFIX + "moment"  # of the timeline, as text
-NOTES = {"energy": PREFIX + "weather", "timeline": MOMENT}  # property of the city, by owner of the attribute
+NOTES = {
+    "energy": PREFIX + "weather",
+    "timeline": MOMENT,
+}  # property of the city, by owner of the attribute
 
 # Layout in fractions of the picture's height, from its lower left corner.
 LEFT, BAR_BOTTOM, BAR_WIDTH, BAR_HEIGHT = 0.055, 0.085, 0.62, 0.026
@@ -52,7 +57,9 @@ def build_legend(scene, camera, scale, note=""):
         page.write(note, page.width - LEFT, below, TEXT_SIZE, "RIGHT")
     # A strip of narrow faces in the material of the city.
     edges = np.linspace(0.0, 1.0, 1 + (len(scale.classes) or 256))
-    bar = page.strip(BAR_WIDTH * edges, BAR_HEIGHT, (LEFT, BAR_BOTTOM), bpy.data.materials[MATERIAL])
+    bar = page.strip(
+        BAR_WIDTH * edges, BAR_HEIGHT, (LEFT, BAR_BOTTOM), bpy.data.materials[MATERIAL]
+    )
     middles = scale.low + (edges[:-1] + edges[1:]) / 2 * (scale.high - scale.low)
     write_colours(bar, colours_of_values(scale, middles))
     for share, text in scale.labels():
@@ -64,22 +71,29 @@ def build_legend(scene, camera, scale, note=""):
 
 
 def note_of(city, attribute):
-    """What is to be read beside an attribute's colours: earlier state, meaning of grey, suns kept, weather, moment."""
+    """What is to be read beside an attribute's colours: earlier state, meaning of grey, suns kept,
+    weather, moment.
+    """
     owner = RESULTS[attribute].owner if attribute in RESULTS else ""
     earlier = city.get(PREVIEW) or ("before the last edit" if describe_edit(city)[0] else "")
-    grey = "grey: new, or below two standard errors" if attribute == CHANGE + "full_load_hours" else ""
+    grey = (
+        "grey: new, or below two standard errors" if attribute == CHANGE + "full_load_hours" else ""
+    )
     of_result = city.get(NOTES[owner], "") if owner in NOTES else ""
     kept = city.get(INTERRUPTED, "") if owner in ("transfer", "energy") else ""
     return "; ".join(filter(None, (earlier, grey, kept, of_result)))
 
 
 class _Page:
-    """The plane in front of the camera; positions and sizes in fractions of the picture's height."""
+    """The plane in front of the camera; positions and sizes in fractions of the picture's
+    height.
+    """
 
     def __init__(self, scene, camera, collection):
         render = scene.render
         self.width = render.resolution_x / render.resolution_y
-        # The corners of the picture at the legend's distance give its scale and its middle (of shifted lenses).
+        # The corners of the picture at the legend's distance give its scale and its middle (of
+        # shifted lenses).
         corners = np.array([tuple(corner) for corner in camera.data.view_frame(scene=scene)])
         if camera.data.type != "ORTHO":
             corners *= DISTANCE / -corners[:, 2:]
@@ -103,12 +117,21 @@ class _Page:
         self._hang("CityPV text", curve, self.ink, x, y)
 
     def strip(self, edges, height, place, material=None):
-        """Draw a strip from a place on, one face between two edges, in ink or a material; return its mesh."""
-        vertices = [(float(x) * self.scale, y * self.scale, 0.0) for x in edges for y in (0.0, height)]
+        """Draw a strip from a place on, one face between two edges, in ink or a material; return
+        its mesh.
+        """
+        vertices = [
+            (float(x) * self.scale, y * self.scale, 0.0) for x in edges for y in (0.0, height)
+        ]
         faces = [(2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1) for i in range(len(edges) - 1)]
         mesh = bpy.data.meshes.new("CityPV legend")
         mesh.from_pydata(vertices, [], faces)
-        self._hang("CityPV tick" if material is None else "CityPV colour bar", mesh, material or self.ink, *place)
+        self._hang(
+            "CityPV tick" if material is None else "CityPV colour bar",
+            mesh,
+            material or self.ink,
+            *place,
+        )
         return mesh
 
     def _hang(self, name, data, material, x, y):
@@ -116,5 +139,9 @@ class _Page:
         item = bpy.data.objects.new(name, data)
         item[PREFIX + "part"], item.parent, item.hide_select = "legend", self.camera, True
         across, up = self.middle[:2].tolist()
-        item.location = (across + (x - self.width / 2) * self.scale, up + (y - 0.5) * self.scale, -DISTANCE)
+        item.location = (
+            across + (x - self.width / 2) * self.scale,
+            up + (y - 0.5) * self.scale,
+            -DISTANCE,
+        )
         self.collection.objects.link(item)

@@ -1,4 +1,6 @@
-"""Colours of the faces: the scale of an attribute with the ticks of its legend, and materials that show it exactly."""
+"""Colours of the faces: the scale of an attribute with the ticks of its legend, and materials that
+show it exactly.
+"""
 
 from dataclasses import dataclass, field
 
@@ -18,11 +20,22 @@ from ...core.results.colour_map import (
     tick_step,
 )
 from ...core.settings.errors import InputError, show_number
-from ..attributes import CHANGE, CHANGE_ERROR, CODES, PREFIX, RESULTS, TITLES, read_array, read_face_attribute
+from ..attributes import (
+    CHANGE,
+    CHANGE_ERROR,
+    CODES,
+    PREFIX,
+    RESULTS,
+    TITLES,
+    read_array,
+    read_face_attribute,
+)
 
 MATERIAL, GROUND_MATERIAL = "CityPV colours", "CityPV ground"
 COLOUR_ATTRIBUTE = PREFIX + "colour"
-RANGE = PREFIX + "range_"  # + attribute: property of a city with the ends of its scale, where they are not the values'
+RANGE = (
+    PREFIX + "range_"
+)  # + attribute: property of a city with the ends of its scale, where they are not the values'
 # One colour per code, safe for colour-blind viewers: M. Okabe and K. Ito (2008).
 CLASS_COLOURS = {
     "kind": {
@@ -59,19 +72,28 @@ class _ColourScale:
     high: float
     stops: np.ndarray  # (k, 3) sRGB in 0–1, equally spaced from low to high, or one per class
     ticks: np.ndarray  # (j,) values labelled beside the bar; empty for classes
-    classes: list = field(default_factory=list)  # names of the codes 0, 1, …; empty for a continuous scale
+    classes: list = field(
+        default_factory=list
+    )  # names of the codes 0, 1, …; empty for a continuous scale
 
     def heading(self):
         """Title with its unit."""
         return f"{self.title} [{self.unit}]" if self.unit else self.title
 
     def labels(self):
-        """What is written beside the bar, with its place as a share of the bar's length: list of (float, str)."""
+        """What is written beside the bar, with its place as a share of the bar's length: list of
+        (float, str).
+        """
         if self.classes:
-            return [((code + 0.5) / len(self.classes), name) for code, name in enumerate(self.classes)]
+            return [
+                ((code + 0.5) / len(self.classes), name) for code, name in enumerate(self.classes)
+            ]
         shares = (self.ticks - self.low) / (self.high - self.low)
         decimals = max(0, int(-np.floor(np.log10(tick_step(self.low, self.high)) + 1e-9)))
-        return [(share, show_number(tick, decimals)) for share, tick in zip(shares, self.ticks, strict=True)]
+        return [
+            (share, show_number(tick, decimals))
+            for share, tick in zip(shares, self.ticks, strict=True)
+        ]
 
 
 def build_scale(attribute, low=0.0, high=1.0, colour_map="viridis"):
@@ -93,13 +115,17 @@ def build_scale(attribute, low=0.0, high=1.0, colour_map="viridis"):
     if attribute in CODES:
         names = sorted(CODES[attribute], key=CODES[attribute].get)
         stops = np.array([srgb_colour(CLASS_COLOURS[attribute][name]) for name in names])
-        return _ColourScale(attribute, TITLES[attribute], "", -0.5, len(names) - 0.5, stops, np.empty(0), names)
+        return _ColourScale(
+            attribute, TITLES[attribute], "", -0.5, len(names) - 0.5, stops, np.empty(0), names
+        )
     chosen = DIVERGING if attribute.startswith(CHANGE) else MAPS[colour_map]
     stops = np.array([srgb_colour(text) for text in chosen.split()])
     step = tick_step(low, high)
     # Ticks are the multiples of the step within the range.
     ticks = np.arange(np.ceil(low / step - 1e-6), np.floor(high / step + 1e-6) + 1) * step
-    return _ColourScale(attribute, TITLES[attribute], RESULTS[attribute].legend_unit, low, high, stops, ticks)
+    return _ColourScale(
+        attribute, TITLES[attribute], RESULTS[attribute].legend_unit, low, high, stops, ticks
+    )
 
 
 def colours_of_values(scale, values):
@@ -114,15 +140,17 @@ def colours_of_values(scale, values):
 
 
 def linear_colour(text):
-    """Colour written as six hexadecimal digits (sRGB) → (r, g, b, 1) in linear light, as Blender's nodes want it."""
+    """Colour written as six hexadecimal digits (sRGB) → (r, g, b, 1) in linear light, as Blender's
+    nodes want it.
+    """
     return (*linear_light(srgb_colour(text)).tolist(), 1.0)
 
 
 def colour_faces(city, ground, attribute, ends=None, colour_map="viridis"):
     """Colour the city by a face attribute; faces without result and the generated ground stay grey.
 
-    The colours are those of the legend exactly: the colour attribute `citypv_colour`, which the viewport's solid mode
-    shows as it is, and a material as emission.
+    The colours are those of the legend exactly: the colour attribute `citypv_colour`, which the
+    viewport's solid mode shows as it is, and a material as emission.
 
     Parameters
     ----------
@@ -131,7 +159,8 @@ def colour_faces(city, ground, attribute, ends=None, colour_map="viridis"):
     attribute : str
         Name without prefix.
     ends : tuple of two float, optional
-        Of the scale; by default they come from the values (`choose_range`). For a difference zero is in the middle.
+        Of the scale; by default they come from the values (`choose_range`). For a difference zero
+        is in the middle.
     colour_map : str
         A name of `MAPS`.
 
@@ -146,12 +175,20 @@ def colour_faces(city, ground, attribute, ends=None, colour_map="viridis"):
     areas = read_array(city.data.polygons, "area")
     ends = ends or city.get(RANGE + attribute)
     if attribute.startswith(CHANGE):
-        errors = read_face_attribute(city.data, CHANGE_ERROR) if attribute == CHANGE + "full_load_hours" else None
-        if errors is not None:  # below two of them a change is grey; what differs by nothing is no noise
+        errors = (
+            read_face_attribute(city.data, CHANGE_ERROR)
+            if attribute == CHANGE + "full_load_hours"
+            else None
+        )
+        if (
+            errors is not None
+        ):  # below two of them a change is grey; what differs by nothing is no noise
             values = np.where((values != 0) & (np.abs(values) < 2 * errors), np.nan, values)
         changed = np.nan_to_num(values) != 0
         if ends is None and changed.any():
-            ends = choose_range(np.concatenate([values[changed], -values[changed]]), np.tile(areas[changed], 2))
+            ends = choose_range(
+                np.concatenate([values[changed], -values[changed]]), np.tile(areas[changed], 2)
+            )
         half = max(map(abs, ends or (1.0,)))
         ends = -half, half
     elif attribute not in CODES and ends is None:
@@ -173,7 +210,9 @@ def colour_faces(city, ground, attribute, ends=None, colour_map="viridis"):
 
 
 def paint_mesh(mesh, values, scale):
-    """Give the faces of a mesh the colours of their values, (f,), as they are in any light; grey without a value."""
+    """Give the faces of a mesh the colours of their values, (f,), as they are in any light; grey
+    without a value.
+    """
     nodes, links, colour = start_emission(MATERIAL, mesh)
     attribute = nodes.new("ShaderNodeAttribute")
     attribute.attribute_type, attribute.attribute_name = "GEOMETRY", COLOUR_ATTRIBUTE
@@ -197,7 +236,9 @@ def show_exact_colours(scene):
 
 
 def start_nodes(owner, output):
-    """Nodes of a material or a world, cleared but for an output of this type: nodes, links, the output."""
+    """Nodes of a material or a world, cleared but for an output of this type: nodes, links, the
+    output.
+    """
     if owner.node_tree is None:
         owner.use_nodes = True
     nodes = owner.node_tree.nodes
@@ -206,7 +247,9 @@ def start_nodes(owner, output):
 
 
 def start_emission(name, mesh=None):
-    """Emission material that all faces of a mesh show, where one is given: its nodes, links and the colour's input."""
+    """Emission material that all faces of a mesh show, where one is given: its nodes, links and the
+    colour's input.
+    """
     material = bpy.data.materials.get(name) or bpy.data.materials.new(name)
     material[PREFIX + "part"] = "colours"  # not a building material
     nodes, links, output = start_nodes(material, "ShaderNodeOutputMaterial")
@@ -221,7 +264,9 @@ def start_emission(name, mesh=None):
 
 
 def write_colours(mesh, colours):
-    """Write colours of faces, (f, 3) sRGB in 0–1, as one per corner, which solid view and materials show."""
+    """Write colours of faces, (f, 3) sRGB in 0–1, as one per corner, which solid view and materials
+    show.
+    """
     attribute = mesh.color_attributes.get(COLOUR_ATTRIBUTE)
     if attribute is None:
         attribute = mesh.color_attributes.new(COLOUR_ATTRIBUTE, "BYTE_COLOR", "CORNER")

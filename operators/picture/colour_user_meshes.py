@@ -1,9 +1,11 @@
-"""Show the colours of a city on the objects of the user that it was taken from, without changing their materials.
+"""Show the colours of a city on the objects of the user that it was taken from, without changing
+their materials.
 
-Where the faces of an object are those of its mesh, the mesh gets the results as face attributes, and the colour
-attribute `citypv_colour`. Other objects (meshes that several objects share, modifiers that make faces, instances, faces
-split into cells) have no place for results of each face: while colours are shown, they are drawn as lines, and can be
-moved as before; the city's own object shows their faces.
+Where the faces of an object are those of its mesh, the mesh gets the results as face attributes,
+and the colour attribute `citypv_colour`. Other objects (meshes that several objects share,
+modifiers that make faces, instances, faces split into cells) have no place for results of each
+face: while colours are shown, they are drawn as lines, and can be moved as before; the city's own
+object shows their faces.
 """
 
 import bpy
@@ -16,13 +18,21 @@ from .colour_faces import COLOUR_ATTRIBUTE, MATERIAL, write_colours
 BEFORE = PREFIX + "active_colour"  # of a mesh: the colour attribute that the user had chosen
 HIDDEN = PREFIX + "drawn_as"  # of an object that a coloured copy stands for: how it was drawn
 WORN = PREFIX + "worn"  # of a city: its colours are shown
-STAND_INS = PREFIX + "stand_ins"  # of a city: what the panel says of objects that have no faces of their own
+STAND_INS = (
+    PREFIX + "stand_ins"
+)  # of a city: what the panel says of objects that have no faces of their own
 FEW = 3  # names shown
 
 
 def colour_user_meshes(city):
-    """Show the colours of a city on the objects that it was taken from; the panel names those that a copy covers."""
-    own, names, surface = np.zeros(len(city.data.polygons), bool), [], read_face_attribute(city.data, "surface")
+    """Show the colours of a city on the objects that it was taken from; the panel names those that
+    a copy covers.
+    """
+    own, names, surface = (
+        np.zeros(len(city.data.polygons), bool),
+        [],
+        read_face_attribute(city.data, "surface"),
+    )
     for item, building, triangles, faces in list_worn(city):
         whole = len(faces) and len(np.unique(faces)) == len(np.unique(surface[triangles]))
         if building and is_single(item.data) and whole and faces.max() < len(item.data.polygons):
@@ -37,7 +47,10 @@ def colour_user_meshes(city):
     if is_in_place(city):
         city.hide_set(bool(own.all()))
     some = ", ".join(names[:FEW]) + (" …" if len(names) > FEW else "")
-    reason = "lines around a coloured copy, as instances, shared meshes, modifiers or cells have no faces of their own"
+    reason = (
+        "lines around a coloured copy, as instances, shared meshes, modifiers or cells have no "
+        "faces of their own"
+    )
     city[WORN], city[STAND_INS] = True, f"{some}: {reason}" if names else ""
 
 
@@ -63,7 +76,9 @@ def uncolour_user_meshes(city):
 
 
 def _show_in_pictures(item):
-    """Let a modifier give an object the material of the colours: Cycles and Eevee draw materials only."""
+    """Let a modifier give an object the material of the colours: Cycles and Eevee draw materials
+    only.
+    """
     if MATERIAL not in bpy.data.materials or WORN_COLOURS in item.modifiers:
         return
     group = bpy.data.node_groups.get(WORN_COLOURS)
@@ -71,7 +86,9 @@ def _show_in_pictures(item):
         group = bpy.data.node_groups.new(WORN_COLOURS, "GeometryNodeTree")
         for way in ("INPUT", "OUTPUT"):
             group.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
-        start, paint, end = map(group.nodes.new, ("NodeGroupInput", "GeometryNodeSetMaterial", "NodeGroupOutput"))
+        start, paint, end = map(
+            group.nodes.new, ("NodeGroupInput", "GeometryNodeSetMaterial", "NodeGroupOutput")
+        )
         paint.inputs["Material"].default_value = bpy.data.materials[MATERIAL]
         group.links.new(start.outputs["Geometry"], paint.inputs["Geometry"])
         group.links.new(paint.outputs["Geometry"], end.inputs["Geometry"])
@@ -95,11 +112,18 @@ def _write_on_mesh(source, mesh, triangles, faces):
     part[faces] = triangles
     for attribute in list(source.attributes):
         if attribute.name.startswith(PREFIX) and attribute.domain == "FACE":
-            name, missing = attribute.name.removeprefix(PREFIX), -1 if attribute.data_type == "INT" else np.nan
-            write_face_attribute(mesh, name, np.where(part < 0, missing, read_face_attribute(source, name)[part]))
+            name, missing = (
+                attribute.name.removeprefix(PREFIX),
+                -1 if attribute.data_type == "INT" else np.nan,
+            )
+            write_face_attribute(
+                mesh, name, np.where(part < 0, missing, read_face_attribute(source, name)[part])
+            )
     given = source.color_attributes.get(COLOUR_ATTRIBUTE)
     if given is not None:
-        colour = read_array(given.data, "color_srgb", 4)[3 * part, :3]  # the city's faces are triangles
+        colour = read_array(given.data, "color_srgb", 4)[
+            3 * part, :3
+        ]  # the city's faces are triangles
         if COLOUR_ATTRIBUTE not in mesh.color_attributes:
             mesh[BEFORE] = mesh.color_attributes.active_color_name
         write_colours(mesh, np.where(part[:, None] < 0, 0.6, colour))
@@ -107,7 +131,9 @@ def _write_on_mesh(source, mesh, triangles, faces):
 
 
 def _mask_faces(city, own):
-    """Let objects show these faces of a city, (f,) bool, in its place; pictures show all of the city."""
+    """Let objects show these faces of a city, (f,) bool, in its place; pictures show all of the
+    city.
+    """
     mesh = city.data
     inside = np.zeros(len(mesh.vertices), bool)
     corners, total = read_corners(mesh), read_array(mesh.polygons, "loop_total", dtype=np.int32)

@@ -1,6 +1,8 @@
-"""Rendered pictures: `city.blend` and `preview.png` of `citypv simulate`, and what the user sees, by a button.
+"""Rendered pictures: `city.blend` and `preview.png` of `citypv simulate`, and what the user sees,
+by a button.
 
-The button renders a Blender scene of its own: the user's camera, world and resolution stay as they are.
+The button renders a Blender scene of its own: the user's camera, world and resolution stay as they
+are.
 """
 
 import ctypes
@@ -34,10 +36,12 @@ WIDTH = 1600  # [pixels] of pictures as the 3D view shows them
 
 
 def draw_results(folder, scene, transfer, energy, note, *, pictures):
-    """Let Blender write pictures into a folder, of the city from above the south-east with camera and legend.
+    """Let Blender write pictures into a folder, of the city from above the south-east with camera
+    and legend.
 
-    In `city.blend` every face has its attributes and is coloured by full load hours, as it is in `preview.png`.
-    Everything that was open in Blender is lost: this is for a Blender that runs without a window.
+    In `city.blend` every face has its attributes and is coloured by full load hours, as it is in
+    `preview.png`. Everything that was open in Blender is lost: this is for a Blender that runs
+    without a window.
 
     Parameters
     ----------
@@ -67,15 +71,22 @@ def draw_results(folder, scene, transfer, energy, note, *, pictures):
     with _quieten():
         if "blend" in pictures:
             bpy.context.preferences.filepaths.save_version = 0
-            bpy.ops.wm.save_as_mainfile(filepath=str(folder / "city.blend"), compress=True, check_existing=False)
+            bpy.ops.wm.save_as_mainfile(
+                filepath=str(folder / "city.blend"), compress=True, check_existing=False
+            )
         if "preview" in pictures:
             _prepare_render(stage)
-            stage.render.filepath, stage.render.use_file_extension = str(folder / "preview.png"), False
+            stage.render.filepath, stage.render.use_file_extension = (
+                str(folder / "preview.png"),
+                False,
+            )
             bpy.ops.render.render(write_still=True, scene=stage.name)
 
 
 def _prepare_render(stage):
-    """Set a Blender scene up for Cycles on the processor; colours come out exactly as in the legend."""
+    """Set a Blender scene up for Cycles on the processor; colours come out exactly as in the
+    legend.
+    """
     render, cycles = stage.render, stage.cycles
     render.engine = "CYCLES"
     cycles.device, cycles.samples, cycles.seed = "CPU", SAMPLES, 0
@@ -134,14 +145,19 @@ def stage_picture(context, view="overview"):
     for item in filter(None, (city, ground)):
         shown = item
         if is_in_place(city):
-            # A city that was taken from objects of the user is hidden itself; the picture shows a copy with its mesh.
+            # A city that was taken from objects of the user is hidden itself; the picture shows a
+            # copy with its mesh.
             shown = item.copy()
             shown[PREFIX + "part"], shown.hide_render = "picture", False
         stage.collection.objects.link(shown)
     views = list_views(context)
     if view == "viewport" and not views:
         raise InputError("3D view", "none is open", "open a 3D view, or choose another view")
-    area = context.area if context.area in views else max(views, key=lambda one: one.width * one.height, default=None)
+    area = (
+        context.area
+        if context.area in views
+        else max(views, key=lambda one: one.width * one.height, default=None)
+    )
     space = area.spaces.active if view == "viewport" else None
     if view == "overview":
         camera = place_camera(stage, read_vertices(city))
@@ -175,9 +191,14 @@ def copy_view(stage, seen, width, height, far):
     bpy.types.Object
     """
     camera = find_camera(stage, WIDTH, max(1, round(WIDTH * height / width)))
-    across = float(seen.window_matrix[0][0])  # cotangent of half the angle, or 2 / width of an orthographic view
+    across = float(
+        seen.window_matrix[0][0]
+    )  # cotangent of half the angle, or 2 / width of an orthographic view
     camera.data.type, camera.data.clip_end = "PERSP" if seen.is_perspective else "ORTHO", far
-    camera.data.lens, camera.data.ortho_scale = across * SENSOR_WIDTH / 2, 2 / across  # either counts
+    camera.data.lens, camera.data.ortho_scale = (
+        across * SENSOR_WIDTH / 2,
+        2 / across,
+    )  # either counts
     camera.matrix_world = seen.view_matrix.inverted()
     return camera
 
@@ -188,7 +209,16 @@ def _copy_camera(stage, scene):
         raise InputError("Camera", "the scene has none", "add a camera, or choose another view")
     render, given = scene.render, scene.camera.data
     camera = find_camera(stage, render.resolution_x, render.resolution_y)
-    for name in ("type", "lens", "sensor_width", "sensor_height", "sensor_fit", "ortho_scale", "shift_x", "shift_y"):
+    for name in (
+        "type",
+        "lens",
+        "sensor_width",
+        "sensor_height",
+        "sensor_fit",
+        "ortho_scale",
+        "shift_x",
+        "shift_y",
+    ):
         setattr(camera.data, name, getattr(given, name))
     camera.data.clip_start, camera.data.clip_end = min(given.clip_start, 0.1), given.clip_end
     camera.matrix_world = Matrix(np.array(scene.camera.matrix_world).tolist())
@@ -197,16 +227,20 @@ def _copy_camera(stage, scene):
 
 
 class RenderCity(OfCity, Action, bpy.types.Operator):
-    """Render a picture of the coloured city with its legend, in the scene "CityPV picture"; yours is not changed"""
+    """Render the coloured city with its legend in the scene "CityPV picture", beside yours"""
 
     bl_idname, bl_label = "citypv.render", "Render picture"
     needs, lacking = PREFIX + "colour_attribute", "Colour the faces first"
 
-    view: bpy.props.EnumProperty(name="View", description="Where the picture is taken from", items=VIEWS)
+    view: bpy.props.EnumProperty(
+        name="View", description="Where the picture is taken from", items=VIEWS
+    )
 
     def act(self, context, city, ground):
         """Set up the scene and render it."""
         leave_edit_mode(context)
         stage = stage_picture(context, self.view)
         # In a window the picture opens beside the city while it renders.
-        bpy.ops.render.render("EXEC_DEFAULT" if bpy.app.background else "INVOKE_DEFAULT", scene=stage.name)
+        bpy.ops.render.render(
+            "EXEC_DEFAULT" if bpy.app.background else "INVOKE_DEFAULT", scene=stage.name
+        )

@@ -1,4 +1,6 @@
-"""Frame the whole city from above the south-east: a camera with a plain background, and the 3D views."""
+"""Frame the whole city from above the south-east: a camera with a plain background, and the 3D
+views.
+"""
 
 import bpy
 import numpy as np
@@ -14,10 +16,19 @@ CAMERA = "CityPV camera"
 LENS, SENSOR_WIDTH = 60.0, 36.0  # [mm]
 AZIMUTH, ELEVATION = np.radians([150.0, 38.0])  # of the camera, seen from the city
 RIGHT = np.array([-np.cos(AZIMUTH), np.sin(AZIMUTH), 0.0])  # of what it sees, as FORWARD and UP
-FORWARD = -np.array([*(np.cos(ELEVATION) * np.array([np.sin(AZIMUTH), np.cos(AZIMUTH)])), np.sin(ELEVATION)])
+FORWARD = -np.array(
+    [*(np.cos(ELEVATION) * np.array([np.sin(AZIMUTH), np.cos(AZIMUTH)])), np.sin(ELEVATION)]
+)
 UP = np.cross(RIGHT, FORWARD)
-MARGIN_SIDE, MARGIN_TOP, MARGIN_BOTTOM = 0.04, 0.05, 0.20  # of the frame's half width and half height
-SHADING, TRANSFORM = PREFIX + "shading_before", PREFIX + "transform_before"  # properties of the scene
+MARGIN_SIDE, MARGIN_TOP, MARGIN_BOTTOM = (
+    0.04,
+    0.05,
+    0.20,
+)  # of the frame's half width and half height
+SHADING, TRANSFORM = (
+    PREFIX + "shading_before",
+    PREFIX + "transform_before",
+)  # properties of the scene
 VIEW_WIDTH = 72.0  # [mm] of the sensor of a 3D view, along its longer side
 KEPT = ("type", "light", "color_type", "show_cavity", "show_object_outline")
 
@@ -41,7 +52,11 @@ def place_camera(scene, points, width=1600, height=900):
     location = _frame_points(points, (RIGHT, UP, FORWARD), tan_x, tan_x * height / width)
     camera = find_camera(scene, width, height)
     depths = (points - location) @ FORWARD
-    camera.data.type, camera.data.lens, camera.data.clip_end = "PERSP", LENS, float(4 * depths.max() + 100)
+    camera.data.type, camera.data.lens, camera.data.clip_end = (
+        "PERSP",
+        LENS,
+        float(4 * depths.max() + 100),
+    )
     # A camera looks along its own -z, with y up.
     matrix = np.eye(4)
     matrix[:3] = np.column_stack((RIGHT, UP, -FORWARD, location))
@@ -50,13 +65,19 @@ def place_camera(scene, points, width=1600, height=900):
 
 
 def find_camera(scene, width, height):
-    """The camera of CityPV's pictures of this size, created if missing, as the camera of a Blender scene."""
+    """The camera of CityPV's pictures of this size, created if missing, as the camera of a Blender
+    scene.
+    """
     data = bpy.data.cameras.get(CAMERA) or bpy.data.cameras.new(CAMERA)
     camera = bpy.data.objects.get(CAMERA) or bpy.data.objects.new(CAMERA, data)
     if camera.name not in scene.collection.all_objects:
         scene.collection.objects.link(camera)
     scene.camera = camera
-    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = width, height, 100
+    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = (
+        width,
+        height,
+        100,
+    )
     data.sensor_fit, data.sensor_width, data.clip_start = "HORIZONTAL", SENSOR_WIDTH, 0.1
     data.shift_x = data.shift_y = 0.0
     return camera
@@ -65,8 +86,9 @@ def find_camera(scene, width, height):
 def _frame_points(points, axes, tan_x, tan_y):
     """Nearest camera position with all points inside the margins.
 
-    In the camera's axes a point (x, y, z) is seen from (c_x, c_y, c_z) where x - c_x ≤ (z - c_z) tan_x, and so on
-    for the other three edges. Each edge's tightest point gives one bound; two opposite bounds give the depth c_z.
+    In the camera's axes a point (x, y, z) is seen from (c_x, c_y, c_z) where x - c_x ≤ (z - c_z)
+    tan_x, and so on for the other three edges. Each edge's tightest point gives one bound; two
+    opposite bounds give the depth c_z.
     """
     right, up, forward = axes
     x, y, z = points @ right, points @ up, points @ forward
@@ -74,7 +96,10 @@ def _frame_points(points, axes, tan_x, tan_y):
     tan_top, tan_bottom = tan_y * (1 - MARGIN_TOP), tan_y * (1 - MARGIN_BOTTOM)
     bound_right, bound_left = np.max(x - tan_x * z), np.max(-x - tan_x * z)
     bound_top, bound_bottom = np.max(y - tan_top * z), np.max(-y - tan_bottom * z)
-    depth = min(-(bound_right + bound_left) / (2 * tan_x), -(bound_top + bound_bottom) / (tan_top + tan_bottom))
+    depth = min(
+        -(bound_right + bound_left) / (2 * tan_x),
+        -(bound_top + bound_bottom) / (tan_top + tan_bottom),
+    )
     # Centre: the remaining width is split between the two sides.
     across = (bound_right - bound_left) / 2
     height = ((bound_top + tan_top * depth) + (-bound_bottom - tan_bottom * depth)) / 2
@@ -82,7 +107,9 @@ def _frame_points(points, axes, tan_x, tan_y):
 
 
 def set_background(scene):
-    """Set a plain background in the colour of the ground (with nodes, which every renderer supports)."""
+    """Set a plain background in the colour of the ground (with nodes, which every renderer
+    supports).
+    """
     world = bpy.data.worlds.get("CityPV sky") or bpy.data.worlds.new("CityPV sky")
     nodes, links, output = start_nodes(world, "ShaderNodeOutputWorld")
     background = nodes.new("ShaderNodeBackground")
@@ -92,7 +119,8 @@ def set_background(scene):
 
 
 def show_city(context, points=None, shaded=False, areas=None):
-    """Show colours in solid mode (no shader compilation), and set clipping distances for the whole city.
+    """Show colours in solid mode (no shader compilation), and set clipping distances for the whole
+    city.
 
     Other workspaces keep their own shading.
 
@@ -118,13 +146,16 @@ def show_city(context, points=None, shaded=False, areas=None):
 
 
 def match_view(context, points=None):
-    """Show colours where the scene's city has them and they are switched on, else its shape in a studio light.
+    """Show colours where the scene's city has them and they are switched on, else its shape in a
+    studio light.
 
     `points` are those of `show_city`.
     """
     city, _ = find_city(context.scene)
     if city is not None:
-        coloured = COLOUR_ATTRIBUTE in city.data.color_attributes and context.scene.citypv.show_colours
+        coloured = (
+            COLOUR_ATTRIBUTE in city.data.color_attributes and context.scene.citypv.show_colours
+        )
         show_city(context, points, shaded=not coloured)
 
 
@@ -150,16 +181,22 @@ def give_back_shading(context):
 
 
 def look_at(area, points):
-    """Turn a 3D view so that all points, (n, 3) float [m], are in what toolbar and sidebar leave free."""
+    """Turn a 3D view so that all points, (n, 3) float [m], are in what toolbar and sidebar leave
+    free.
+    """
     regions, space = {region.type: region for region in area.regions}, area.spaces.active
     view, tools, sidebar = (regions[name] for name in ("WINDOW", "TOOLS", "UI"))
     width, height, on_left, on_right, above = view.width, view.height, 0.0, 0.0, 0.0
     if min(width, height) <= 1:
         width, height = 16, 9
     else:
-        # Shares of the width that toolbar and sidebar lie over, and of the height that the headers do.
+        # Shares of the width that toolbar and sidebar lie over, and of the height that the headers
+        # do.
         shown = {"HEADER": space.show_region_header, "TOOL_HEADER": space.show_region_tool_header}
-        above = max((view.y + height - regions[name].y for name in shown if shown[name]), default=0) / height
+        above = (
+            max((view.y + height - regions[name].y for name in shown if shown[name]), default=0)
+            / height
+        )
         left = tools.x + tools.width - view.x if space.show_region_toolbar else 0
         right = view.x + width - sidebar.x if space.show_region_ui else 0
         on_left, on_right = (min(max(pixels / width, 0.0), 0.4) for pixels in (left, right))
@@ -171,7 +208,9 @@ def look_at(area, points):
     half = VIEW_WIDTH / 2 / space.lens / max(width, height)
     # In axes that lean aside, the free part is symmetric.
     lean, free = half * width * (on_right - on_left), half * width * (1 - on_left - on_right)
-    found = _frame_points(points, (RIGHT + lean * FORWARD, UP, FORWARD), free, half * height * (1 - 2 * above))
+    found = _frame_points(
+        points, (RIGHT + lean * FORWARD, UP, FORWARD), free, half * height * (1 - 2 * above)
+    )
     depth = found @ FORWARD - lean * (found @ RIGHT)
     eye = (found @ RIGHT - lean * depth) * RIGHT + (found @ UP) * UP + depth * FORWARD
     distance = float((low + high) / 2 @ FORWARD) - depth

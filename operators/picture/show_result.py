@@ -48,7 +48,9 @@ def show_result(context, city, ground, attribute):
     own = not settings.auto_range and city.get(PREFIX + "colour_attribute") == attribute
     ends = (settings.low, settings.high) if own else None
     if own and not settings.low < settings.high:
-        raise InputError("Range", f"{settings.low:g} to {settings.high:g} is empty", "give a Low below High")
+        raise InputError(
+            "Range", f"{settings.low:g} to {settings.high:g} is empty", "give a Low below High"
+        )
     scale = colour_faces(city, ground, attribute, ends, settings.colour_map)
     _state["quiet"] = True
     settings.attribute = attribute
@@ -63,7 +65,9 @@ def show_result(context, city, ground, attribute):
 
 
 def show_colours(context, city):
-    """Show the colours of a city, or the shape and the user's own materials where *Colours* is off."""
+    """Show the colours of a city, or the shape and the user's own materials where *Colours*
+    is off.
+    """
     wanted = context.scene.citypv.show_colours
     if list_taken(city):
         (colour_user_meshes if wanted else uncolour_user_meshes)(city)
@@ -141,7 +145,8 @@ def show_before(item, *, visible, scale=None):
     item : bpy.types.Object
     visible : bool
     scale : ColourScale, optional
-        Of the city; for a difference the earlier result itself is shown, from the 2nd to the 98th percentile.
+        Of the city; for a difference the earlier result itself is shown, from the 2nd to the 98th
+        percentile.
     """
     item.hide_viewport = item.hide_render = not visible
     if not visible:
@@ -153,7 +158,9 @@ def show_before(item, *, visible, scale=None):
     if values is None:
         return
     if name != scale.attribute:
-        low, high = np.nanpercentile(values, [2, 98]).tolist() if np.isfinite(values).any() else (0.0, 1.0)
+        low, high = (
+            np.nanpercentile(values, [2, 98]).tolist() if np.isfinite(values).any() else (0.0, 1.0)
+        )
         scale = build_scale(name, low, high if high > low else low + 1.0)
     paint_mesh(item.data, values, scale)
 
@@ -162,4 +169,8 @@ def follow_side_by_side(seeing, context):
     """Show or hide the earlier result (`update` of the property)."""
     before, (city, _) = find_before(context.scene), find_city(context.scene)
     if before is not None:
-        show_before(before, visible=seeing.side_by_side, scale=read_scale(city) if city is not None else None)
+        show_before(
+            before,
+            visible=seeing.side_by_side,
+            scale=read_scale(city) if city is not None else None,
+        )

@@ -1,4 +1,5 @@
-"""Timeline: Blender's frames are the hours of the months' average days, with a sun lamp and a sky to match.
+"""Timeline: Blender's frames are the hours of the months' average days, with a sun lamp and a sky
+to match.
 
 The user's own lamps and world stay as they are.
 """
@@ -7,7 +8,13 @@ import bpy
 from bpy.app.handlers import persistent
 from mathutils import Vector
 
-from ..attributes import PREFIX, read_face_attribute, remove_face_attributes, write_results, write_surface_values
+from ..attributes import (
+    PREFIX,
+    read_face_attribute,
+    remove_face_attributes,
+    write_results,
+    write_surface_values,
+)
 from ..city.build_meshes import remove_objects, show_objects
 from ..in_place import is_in_place
 from ..light.keep_transfer import OfTransfer, keep_energy, with_energy
@@ -28,7 +35,7 @@ ANGLE = 0.0093  # of the sun's disc [rad]
 
 
 class StartTimeline(OfTransfer, Step, bpy.types.Operator):
-    """Let the frames run through the hours of the twelve months: direct light on the faces, sun and sky to match"""
+    """Let frames run through the hours of twelve months: direct light, with sun and sky"""
 
     bl_idname, bl_label = "citypv.timeline", "Timeline"
 
@@ -44,16 +51,22 @@ class StartTimeline(OfTransfer, Step, bpy.types.Operator):
         session, kept, request = task
         weighed = with_energy(session, kept, request, progress)
         progress("hours of the months", 0, 1, "months")
-        timeline = build_timeline(weighed.transfer, weighed.weather, weighed.energy, build_system(weighed.request))
+        timeline = build_timeline(
+            weighed.transfer, weighed.weather, weighed.energy, build_system(weighed.request)
+        )
         # The scales of all moments together end where the brightest hour's and the best month's do.
         light = timeline.relative * timeline.dni[:, None].astype("float32")
         best = timeline.hours_by_month[:, timeline.energy_by_month.argmax()]
         area = weighed.transfer.surfaces.area
-        ends = [choose_range(values, area)[1] for values in (light[light.mean(axis=1).argmax()], best)]
+        ends = [
+            choose_range(values, area)[1] for values in (light[light.mean(axis=1).argmax()], best)
+        ]
         return session, weighed, timeline, ends
 
     def finish(self, context, result):
-        """Set the range of frames, keeping the user's frames and world, and show the first moment."""
+        """Set the range of frames, keeping the user's frames and world, and show the first
+        moment.
+        """
         session, weighed, timeline, ends = result
         city, ground = find_own_city(context.scene, session)
         keep_energy(session, weighed)
@@ -75,7 +88,7 @@ class StartTimeline(OfTransfer, Step, bpy.types.Operator):
 
 
 class StopTimeline(Action, bpy.types.Operator):
-    """Give back the range of frames, the world and the colours that were there before the timeline"""
+    """Give back the frames, the world and the colours that were there before the timeline"""
 
     bl_idname, bl_label = "citypv.stop_timeline", "End timeline"
 
@@ -96,7 +109,12 @@ class StopTimeline(Action, bpy.types.Operator):
         stage.frame_set(now)
         if city is not None:
             if stage.citypv.attribute in TIMED:
-                show_result(context, city, ground, "full_load_hours" if has_result(city, "full_load_hours") else "kind")
+                show_result(
+                    context,
+                    city,
+                    ground,
+                    "full_load_hours" if has_result(city, "full_load_hours") else "kind",
+                )
             remove_face_attributes(city, ground, *TIMED)
 
 
@@ -116,7 +134,9 @@ def follow_timeline_show(seeing, context):
 
 @persistent
 def follow_frame(stage, *_):
-    """Show the moment of a frame; after a file was opened or the city was weighed anew, compute the timeline first."""
+    """Show the moment of a frame; after a file was opened or the city was weighed anew, compute the
+    timeline first.
+    """
     seeing, (city, _) = getattr(stage, "citypv_seeing", None), find_city(stage)
     if seeing is None or not seeing.timeline or city is None:
         return
@@ -124,7 +144,9 @@ def follow_frame(stage, *_):
         _show_moment(stage)
     elif bpy.app.background:
         bpy.ops.citypv.timeline()
-    elif not bpy.app.timers.is_registered(_compute_again):  # not from within a handler: it runs in the background
+    elif not bpy.app.timers.is_registered(
+        _compute_again
+    ):  # not from within a handler: it runs in the background
         bpy.app.timers.register(_compute_again, first_interval=0.1)
 
 
@@ -139,7 +161,9 @@ def _compute_again():
 
 
 def _show_moment(stage):
-    """Write light and yield of the scene's frame on the faces, and set sun and sky; return the moment as text."""
+    """Write light and yield of the scene's frame on the faces, and set sun and sky; return the
+    moment as text.
+    """
     from ...core.energy.timeline import describe_moment
 
     city, ground = find_city(stage)
@@ -150,10 +174,14 @@ def _show_moment(stage):
         write_surface_values(city, ground, name, of_surfaces)
     shown = city.get(PREFIX + "colour_attribute")
     if shown in TIMED:
-        write_colours(city.data, colours_of_values(read_scale(city), read_face_attribute(city.data, shown)))
+        write_colours(
+            city.data, colours_of_values(read_scale(city), read_face_attribute(city.data, shown))
+        )
         if is_in_place(city) and city.get(WORN):
             colour_user_meshes(city)
-    _light_scene(stage, timeline.direction[moment].tolist(), timeline.dni[moment], timeline.dhi[moment])
+    _light_scene(
+        stage, timeline.direction[moment].tolist(), timeline.dni[moment], timeline.dhi[moment]
+    )
     city[MOMENT] = describe_moment(timeline, moment)
     return city[MOMENT]
 

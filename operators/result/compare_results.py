@@ -28,15 +28,24 @@ from ..run_step import Action, OfCity
 from ..session import find_city, find_session, list_cities, open_session
 from .summarise import COMPARISON, FOUND, KWP
 
-COPIED = ("totals", "energy_totals", "weather", "buildings", "kwp", "origin", "convergence")  # properties of the city
+COPIED = (
+    "totals",
+    "energy_totals",
+    "weather",
+    "buildings",
+    "kwp",
+    "origin",
+    "convergence",
+)  # properties of the city
 HOURS = "full_load_hours"
 
 
 def compare_with_before(stage, city, ground):
-    """Write after minus before on the faces of a city; return whether there is a result to compare with.
+    """Write after minus before on the faces of a city; return whether there is a result to compare
+    with.
 
-    Surfaces are matched by their shapes. Those that only one of the results has are NaN. A city without any common
-    surface is another one, and not compared.
+    Surfaces are matched by their shapes. Those that only one of the results has are NaN. A city
+    without any common surface is another one, and not compared.
 
     Parameters
     ----------
@@ -46,9 +55,17 @@ def compare_with_before(stage, city, ground):
     """
     before, match = find_before(stage, city), None
     if before is not None and KWP in before and KWP in city:
-        from ...core.results.compare_runs import compare_surfaces, match_shapes, sum_buildings, sum_states
+        from ...core.results.compare_runs import (
+            compare_surfaces,
+            match_shapes,
+            sum_buildings,
+            sum_states,
+        )
 
-        (olds, old_rows, old_shapes), (news, rows, shapes) = _read_state(before, city), _read_state(city, city)
+        (olds, old_rows, old_shapes), (news, rows, shapes) = (
+            _read_state(before, city),
+            _read_state(city, city),
+        )
         match = match_shapes(old_shapes, shapes)  # (n,) row of `olds`, -1 for new ones
     if match is None or not (match >= 0).any():
         for key in (COMPARISON, FOUND):
@@ -69,7 +86,9 @@ def compare_with_before(stage, city, ground):
     sums = sum_states(buildings)
     tables = {
         "sums": [_tell_change(name, one) for name, one in sums.items() if one["buildings"]],
-        "buildings": [_tell_change(row["building_id"], row) for row in buildings.to_dict("records")],
+        "buildings": [
+            _tell_change(row["building_id"], row) for row in buildings.to_dict("records")
+        ],
     }
     city[COMPARISON] = json.dumps(tables)
     new, gone = int((~matched).sum()), len(olds) - int(matched.sum())
@@ -103,29 +122,52 @@ def _read_state(item, city):
     from ...core.results.compare_runs import tell_yields
 
     mesh = item.data
-    rows, first, own = np.unique(read_face_attribute(mesh, "surface"), return_index=True, return_inverse=True)
+    rows, first, own = np.unique(
+        read_face_attribute(mesh, "surface"), return_index=True, return_inverse=True
+    )
     area = read_array(mesh.polygons, "area").astype(float)
     weight = np.maximum(area, 1e-12)
     total = np.bincount(own, weight)
     middle, normal = (
-        np.column_stack([np.bincount(own, weight * axis) / total for axis in read_array(mesh.polygons, name, 3).T])
+        np.column_stack(
+            [
+                np.bincount(own, weight * axis) / total
+                for axis in read_array(mesh.polygons, name, 3).T
+            ]
+        )
         for name in ("center", "normal")
     )
     site = site_of(item if PREFIX + "origin" in item else city)
     shapes = np.column_stack([bring_to_grid(middle, site), np.sqrt(np.bincount(own, area)), normal])
-    hours, error = (read_face_attribute(mesh, name)[first] for name in (HOURS, HOURS + "_standard_error"))
+    hours, error = (
+        read_face_attribute(mesh, name)[first] for name in (HOURS, HOURS + "_standard_error")
+    )
     kwp = np.array(item[KWP])[rows]
-    table = tell_yields(np.where(kwp > 0, kwp / 1000, np.nan), hours.astype(float), error.astype(float))
-    names, words = np.array(list(item[BUILDINGS]), dtype=object), {code: kind for kind, code in KIND_CODES.items()}
+    table = tell_yields(
+        np.where(kwp > 0, kwp / 1000, np.nan), hours.astype(float), error.astype(float)
+    )
+    names, words = (
+        np.array(list(item[BUILDINGS]), dtype=object),
+        {code: kind for kind, code in KIND_CODES.items()},
+    )
     table.insert(0, "building_id", names[read_face_attribute(mesh, "building")[first]])
-    table.insert(1, "kind", [words[code] for code in read_face_attribute(mesh, "kind")[first].tolist()])
+    table.insert(
+        1, "kind", [words[code] for code in read_face_attribute(mesh, "kind")[first].tolist()]
+    )
     return table, rows, shapes
 
 
 def _errors_of_surfaces(before, city, rows):
-    """Standard errors [h] of the change of some surfaces, (k,) int, where the same rays tell it, else NaN; or None."""
+    """Standard errors [h] of the change of some surfaces, (k,) int, where the same rays tell it,
+    else NaN; or None.
+    """
     session, earlier = find_session(city), find_session(before)
-    if session is None or earlier is None or session.change is None or session.change[0] is not earlier.base:
+    if (
+        session is None
+        or earlier is None
+        or session.change is None
+        or session.change[0] is not earlier.base
+    ):
         return None
     names = session.transfer.surfaces.surface_id
     return np.array([session.change[1].get(names[row], np.nan) for row in rows.tolist()])
@@ -134,11 +176,17 @@ def _errors_of_surfaces(before, city, rows):
 def find_variants(stage, city):
     """All variants of a city in a Blender scene, itself among them: list of bpy.types.Object."""
     family = city.get(FAMILY)
-    return [item for item in list_cities(stage) if item == city or (family and item.get(FAMILY) == family)]
+    return [
+        item
+        for item in list_cities(stage)
+        if item == city or (family and item.get(FAMILY) == family)
+    ]
 
 
 def values_of_surfaces(item, name, count, missing=np.nan):
-    """Values of an attribute by surface: (count,) float64, `missing` for surfaces without faces or without values."""
+    """Values of an attribute by surface: (count,) float64, `missing` for surfaces without faces or
+    without values.
+    """
     found, faces = np.full(count, missing), read_face_attribute(item.data, "surface")
     values = read_face_attribute(item.data, name)
     if values is not None:
@@ -147,8 +195,15 @@ def values_of_surfaces(item, name, count, missing=np.nan):
 
 
 def _tell_change(name, sums):
-    """Row of a table: name, state, energy [MWh] before, after, its change with standard error, of roofs, of facades."""
-    parts = {"before": "before", "after": "after", "change": "change", "error": "change_standard_error"}
+    """Row of a table: name, state, energy [MWh] before, after, its change with standard error, of
+    roofs, of facades.
+    """
+    parts = {
+        "before": "before",
+        "after": "after",
+        "change": "change",
+        "error": "change_standard_error",
+    }
     parts |= {"roofs": "change_roofs", "facades": "change_facades"}
     row = {key: round(sums[f"mwh_{word}"], 4) for key, word in parts.items()}
     return {"name": name, "state": sums.get("state", name), **row}
@@ -156,7 +211,9 @@ def _tell_change(name, sums):
 
 @lru_cache(maxsize=4)
 def read_comparison(text):
-    """Tables of a city's comparison: dict with "sums" and "buildings", lists of rows of `_tell_change`."""
+    """Tables of a city's comparison: dict with "sums" and "buildings", lists of rows of
+    `_tell_change`.
+    """
     return json.loads(text) if text else {"sums": [], "buildings": []}
 
 
@@ -166,7 +223,8 @@ def percent_of(row):
 
 
 def write_row(row):
-    """The end of a building's id, energy before and after, change with its standard error, percent: tuple of str.
+    """The end of a building's id, energy before and after, change with its standard error, percent:
+    tuple of str.
 
     Changes below two errors are in brackets.
     """
@@ -174,7 +232,11 @@ def write_row(row):
     noise = row["change"] != 0 and abs(row["change"]) < 2 * row["error"]
     known = row["state"] != "gone" and not np.isnan(percent_of(row))
     percent = f"{show_number(percent_of(row), 1, plus=True)} %" if known else row["state"]
-    name, before, after = show_end(row["name"], 11), write_energy(row["before"]), write_energy(row["after"])
+    name, before, after = (
+        show_end(row["name"], 11),
+        write_energy(row["before"]),
+        write_energy(row["after"]),
+    )
     return name, before, after, f"({change})" if noise else change, percent
 
 
@@ -224,7 +286,9 @@ class CompareBefore(Action, bpy.types.Operator):
     def poll(cls, context):
         """There are two results."""
         cls.poll_message_set("Keep a result as before, then compute another")
-        return find_before(context.scene, find_city(context.scene)[0]) is not None and KeepBefore.poll(context)
+        return find_before(
+            context.scene, find_city(context.scene)[0]
+        ) is not None and KeepBefore.poll(context)
 
     def act(self, context, city, ground):
         """Write and show the difference."""

@@ -1,4 +1,6 @@
-"""Energy: combine Transfer and weather to full load hours on every face, and rank the buildings by their energy."""
+"""Energy: combine Transfer and weather to full load hours on every face, and rank the buildings by
+their energy.
+"""
 
 import bpy
 import numpy as np
@@ -19,7 +21,7 @@ from .summarise import BEST, KWP, summarise_energy
 
 
 class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
-    """Compute irradiation and full load hours of every surface from the traced light and a year of weather"""
+    """Compute irradiation and full load hours of every surface from light and weather"""
 
     bl_idname, bl_label = "citypv.energy", "Compute energy"
 
@@ -38,7 +40,10 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
         transfer, weather, energy = weigh(session, kept, request, progress)
         system = build_system(request)
         kwp = kwp_of_hours(np.asarray(transfer.surfaces.area), energy, system)
-        told = {"place": describe_distance(weather, transfer.site), "whole": sum_totals(transfer, energy, system)}
+        told = {
+            "place": describe_distance(weather, transfer.site),
+            "whole": sum_totals(transfer, energy, system),
+        }
         told["buildings"] = sum_buildings(transfer, energy, system, weather)
         return session, transfer, weather, energy, request, (told, kwp)
 
@@ -47,12 +52,19 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
         session, transfer, weather, energy, request, (told, kwp) = result
         city, ground = find_own_city(context.scene, session)
         write_results(city, ground, transfer, energy)
-        session.transfer, session.weather, session.energy, session.request = transfer, weather, energy, request
+        session.transfer, session.weather, session.energy, session.request = (
+            transfer,
+            weather,
+            energy,
+            request,
+        )
         text = summarise_energy(city, weather, energy, **told)
         city[KWP] = kwp.tolist()
         remember_step(city, "energy", context.scene.citypv)
         changed = compare_with_before(context.scene, city, ground)
-        show_result(context, city, ground, CHANGE + "full_load_hours" if changed else "full_load_hours")
+        show_result(
+            context, city, ground, CHANGE + "full_load_hours" if changed else "full_load_hours"
+        )
         return text
 
 
@@ -72,7 +84,11 @@ class ShowBuilding(OfCity, Action, bpy.types.Operator):
         best = read_best(city)
         name = self.building or (best[0][0] if best else "")
         if not name:
-            raise InputError(city.name, "its buildings have no energy yet", "give an id, or compute the energy first")
+            raise InputError(
+                city.name,
+                "its buildings have no energy yet",
+                "give an id, or compute the energy first",
+            )
         chosen = find_faces(city, f"building/{name}")
         select_faces(context, city, chosen)
         triangles = np.flatnonzero(chosen)
@@ -81,10 +97,14 @@ class ShowBuilding(OfCity, Action, bpy.types.Operator):
         for region in (area.spaces.active.region_3d for area in list_views(context)):
             region.view_location = Vector(((low + high) / 2).tolist())
             region.view_distance = 2.0 * float(np.linalg.norm(high - low))
-        told = next((f": {mwh} MWh per year, {kwp} kWp" for one, kwp, mwh, *_ in best if one == name), "")
+        told = next(
+            (f": {mwh} MWh per year, {kwp} kWp" for one, kwp, mwh, *_ in best if one == name), ""
+        )
         return f"{name}{told}"
 
 
 def read_best(city):
-    """Best buildings of a city, as `summarise_energy` stores them: list of tuple of str; empty before the energy."""
+    """Best buildings of a city, as `summarise_energy` stores them: list of tuple of str; empty
+    before the energy.
+    """
     return [tuple(row.split("|")) for row in city.get(BEST, ())]

@@ -1,4 +1,6 @@
-"""Export the results of a city: tables, a city model, a scene, a GeoPackage, or the report as a page."""
+"""Export the results of a city: tables, a city model, a scene, a GeoPackage, or the report as a
+page.
+"""
 
 import csv
 import tempfile
@@ -18,17 +20,40 @@ from ..session import find_city, find_session
 
 FILES = {  # identifier: the file's name, as on the command line; name and description in the menu
     "faces": ("faces.csv", "Surfaces (CSV)", "A row for each surface, as faces.csv"),
-    "groups": ("groups.csv", "Groups (CSV)", "Full load hours by kind, orientation, month and hour, as groups.csv"),
+    "groups": (
+        "groups.csv",
+        "Groups (CSV)",
+        "Full load hours by kind, orientation, month and hour, as groups.csv",
+    ),
     "buildings": ("buildings.csv", "Buildings (CSV)", "A row for each building, as buildings.csv"),
-    "cityjson": ("city.city.json", "CityJSON", "The city as read with its results, as city.city.json"),
+    "cityjson": (
+        "city.city.json",
+        "CityJSON",
+        "The city as read with its results, as city.city.json",
+    ),
     "gltf": ("city.glb", "glTF", "The city in colours for any viewer, as city.glb"),
     "geopackage": ("city.gpkg", "GeoPackage", "Surfaces and buildings for GIS, as city.gpkg"),
-    "changes": ("changes.csv", "Who gains and loses (CSV)", "A row for each building, before and after"),
-    "comparison": ("comparison.html", "Comparison", "Who gains and who loses on one page; opens in the browser"),
-    "report": ("report.html", "Report", "Tables and pictures on one page, as report.html; opens in the browser"),
+    "changes": (
+        "changes.csv",
+        "Who gains and loses (CSV)",
+        "A row for each building, before and after",
+    ),
+    "comparison": (
+        "comparison.html",
+        "Comparison",
+        "Who gains and who loses on one page; opens in the browser",
+    ),
+    "report": (
+        "report.html",
+        "Report",
+        "Tables and pictures on one page, as report.html; opens in the browser",
+    ),
 }
 FORMATS = [(name, title, words) for name, (_, title, words) in FILES.items()]
-COMPARED = {"changes": "buildings.csv", "comparison": "report.html"}  # as `citypv compare` calls them
+COMPARED = {
+    "changes": "buildings.csv",
+    "comparison": "report.html",
+}  # as `citypv compare` calls them
 SHAPES = ("cityjson", "gltf", "geopackage")  # need the geometry of this session
 
 
@@ -73,10 +98,18 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
             raise InputError(FILES[self.format][0], problem, "import and trace again")
         before = find_before(context.scene, city)
         earlier = find_session(before)
-        if self.format in COMPARED and (session.scene is None or earlier is None or earlier.energy is None):
-            raise InputError(city.name, "it is compared with nothing", "edit it, or keep a result as before")
+        if self.format in COMPARED and (
+            session.scene is None or earlier is None or earlier.energy is None
+        ):
+            raise InputError(
+                city.name, "it is compared with nothing", "edit it, or keep a result as before"
+            )
         # Beside the .blend file, else in the temporary folder.
-        folder = Path(bpy.data.filepath).parent if bpy.data.filepath else bpy.app.tempdir or tempfile.gettempdir()
+        folder = (
+            Path(bpy.data.filepath).parent
+            if bpy.data.filepath
+            else bpy.app.tempdir or tempfile.gettempdir()
+        )
         path = Path(bpy.path.abspath(self.filepath or str(Path(folder, FILES[self.format][0]))))
         if not path.parent.is_dir():
             raise InputError(path.parent, "there is no such folder", "choose another")
@@ -94,7 +127,9 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
             else:
                 _write_results(weighed, name, path, progress)
         except OSError as error:
-            raise InputError(path, f"cannot be written ({error.strerror})", "choose another place") from error
+            raise InputError(
+                path, f"cannot be written ({error.strerror})", "choose another place"
+            ) from error
         return session, weighed, name, path
 
     def finish(self, context, result):
@@ -144,15 +179,24 @@ def _write_results(session, name, path, progress=silent):
 
 
 def _write_state(work, session, progress=silent, **beside):
-    """Write tables and summary of a session to a folder, with shapes where they are known; `beside`: to the summary."""
+    """Write tables and summary of a session to a folder, with shapes where they are known;
+    `beside`: to the summary.
+    """
     from ...core.city.grid_cells import outline_surfaces
     from ...core.commands.write_run import draw_city
     from ...core.results.write_summary import summarise, write_summary
     from ...core.results.write_tables import write_tables
 
-    scene, transfer, energy, request = session.scene, session.transfer, session.energy, session.request
+    scene, transfer, energy, request = (
+        session.scene,
+        session.transfer,
+        session.energy,
+        session.request,
+    )
     if session.city is not None and scene is not None:
-        outlines = outline_surfaces(draw_city(session.city, scene, request), scene.surfaces, scene.site)
+        outlines = outline_surfaces(
+            draw_city(session.city, scene, request), scene.surfaces, scene.site
+        )
         transfer = replace(transfer, outlines=outlines)
     write_tables(work, transfer, energy, session.weather, request, progress=progress)
     summary = summarise(transfer, energy, session.weather, request, scene=scene)
@@ -181,7 +225,9 @@ def _write_comparison(session, earlier, names, file, path):
             work.mkdir(parents=True)
         _write_state(before, earlier)
         shared = session.change is not None and session.change[0] is earlier.base
-        _write_state(after, session, **({"variant": {"base_crc32": mark_of(before)}} if shared else {}))
+        _write_state(
+            after, session, **({"variant": {"base_crc32": mark_of(before)}} if shared else {})
+        )
         if shared:
             known = [(name, error) for name, error in session.change[1].items() if isfinite(error)]
             with (after / CHANGE).open("w", encoding="utf-8", newline="") as table:

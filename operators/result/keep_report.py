@@ -1,4 +1,6 @@
-"""The report of a city, stored on its object: sentences, groups of surfaces, ids; shown as text or copied."""
+"""The report of a city, stored on its object: sentences, groups of surfaces, ids; shown as text or
+copied.
+"""
 
 from pathlib import Path
 
@@ -17,7 +19,8 @@ TEXT = "CityPV report"
 
 
 def keep_report(item, scene, findings):
-    """Store the report on the city's object, groups in the order of the panel; return a one-sentence summary.
+    """Store the report on the city's object, groups in the order of the panel; return a
+    one-sentence summary.
 
     Parameters
     ----------
@@ -28,7 +31,9 @@ def keep_report(item, scene, findings):
     item[FILES] = [str(path) for path in scene.report.files]
     item[REPORT] = lines = _describe_import(scene)
     surfaces, rows = scene.surfaces, []
-    pairs = np.char.add(np.char.add(surfaces.kind.astype(str), " "), surfaces.orientation.astype(str))
+    pairs = np.char.add(
+        np.char.add(surfaces.kind.astype(str), " "), surfaces.orientation.astype(str)
+    )
     classes = np.array([name or "without class" for name in surfaces.thematic], dtype=str)
     materials = np.array(surfaces.material or [""] * len(surfaces), dtype=str)
     for heading, words, names in (
@@ -43,7 +48,9 @@ def keep_report(item, scene, findings):
             chosen = np.flatnonzero(words == name)
             if len(chosen) or name == "all":
                 rows.append(_build_row(heading, name, chosen, float(surfaces.area[chosen].sum())))
-    item[ROWS] = rows + [_build_row(f.heading, f.reason, f.surfaces, f.area, f.names) for f in findings]
+    item[ROWS] = rows + [
+        _build_row(f.heading, f.reason, f.surfaces, f.area, f.names) for f in findings
+    ]
     return f"Read {lines[1]}"
 
 
@@ -77,8 +84,15 @@ def _describe_import(scene):
     """Import report in sentences: files, buildings, levels of detail, location, notes."""
     report, site = scene.report, scene.site
     names = [Path(path).name for path in report.files]
-    lines = [", ".join(names[:NAMES_SHOWN]) + (f" … {len(names)} files" if len(names) > NAMES_SHOWN else "")]
-    counts = {"building": report.building_count, "part": report.part_count, "surface": len(scene.surfaces)}
+    lines = [
+        ", ".join(names[:NAMES_SHOWN])
+        + (f" … {len(names)} files" if len(names) > NAMES_SHOWN else "")
+    ]
+    counts = {
+        "building": report.building_count,
+        "part": report.part_count,
+        "surface": len(scene.surfaces),
+    }
     lines.append(", ".join(count_of(count, noun) for noun, count in counts.items()))
     for words, lods in (("Detail met", report.lods_met), ("Detail taken", report.lods_chosen)):
         told = [f"LoD {lod}: {count:,}" for lod, count in lods.items() if lod]
@@ -95,7 +109,9 @@ def _describe_import(scene):
 
 
 def read_rows(item, heading=None):
-    """Rows of an object's report, of one heading or of all: mappings with key, heading, name, count, area, ids."""
+    """Rows of an object's report, of one heading or of all: mappings with key, heading, name,
+    count, area, ids.
+    """
     return [row for row in item.get(ROWS, ()) if heading in (None, row["heading"])]
 
 
@@ -125,7 +141,9 @@ def find_faces(item, key):
     heading, _, name = key.partition("/")
     if heading == "building":
         if name not in item.get(BUILDINGS, ()):
-            raise InputError(item.name, f"it has no building {name!r}", "see the report for building ids")
+            raise InputError(
+                item.name, f"it has no building {name!r}", "see the report for building ids"
+            )
         chosen, wanted = "building", [list(item[BUILDINGS]).index(name)]
     else:
         chosen, wanted = "surface", np.array(find_row(item, key)["surfaces"])
@@ -142,34 +160,52 @@ def describe_row(row):
 
 
 def _write_out(item):
-    """Write the complete report as text: the city, weather and hours, albedos, and groups with all ids."""
+    """Write the complete report as text: the city, weather and hours, albedos, and groups with all
+    ids.
+    """
     lines = [*item.get(FILES, ()), *item.get(REPORT, ())]
     if WEATHER in item or item.get(ALBEDOS):
         lines.append("")
     if WEATHER in item:
-        lines.append(f"Weather: {'; '.join(item[key] for key in (WEATHER, PLACE) if item.get(key))}")
-    hours, albedo = "Full load hours per year (group, surfaces, hours)", "Albedo (material, albedo, surfaces)"
+        lines.append(
+            f"Weather: {'; '.join(item[key] for key in (WEATHER, PLACE) if item.get(key))}"
+        )
+    hours, albedo = (
+        "Full load hours per year (group, surfaces, hours)",
+        "Albedo (material, albedo, surfaces)",
+    )
     for title, rows in ((hours, item.get(GROUPS)), (albedo, item.get(ALBEDOS))):
         if rows:
-            lines += [title, *("    {:<32}{:>8}{:>10}".format(*row.split("|")).rstrip() for row in rows)]
+            lines += [
+                title,
+                *("    {:<32}{:>8}{:>10}".format(*row.split("|")).rstrip() for row in rows),
+            ]
     lines += [item[key] for key in (UNREAD, INTERRUPTED) if item.get(key)]
     for row in read_rows(item):
-        lines += ["", f"{row['heading']}: {row['name']}", f"  {row['count']}   {row['area']}".rstrip()]
+        lines += [
+            "",
+            f"{row['heading']}: {row['name']}",
+            f"  {row['count']}   {row['area']}".rstrip(),
+        ]
         lines += [f"    {name}" for name in row["ids"].split("\n") if name]
     return "\n".join(lines) + "\n"
 
 
 class ShowReport(OfCity, Action, bpy.types.Operator):
-    """Write the complete report with hours, weather, albedos and all ids to the text "CityPV report", and open it"""
+    """Write the complete report, with all ids, to the text "CityPV report", and open it"""
 
     bl_idname, bl_label = "citypv.show_report", "Report as text"
 
     def act(self, context, city, ground):
-        """Write the text and show it: in the open text editors, else in one in a window of its own."""
+        """Write the text and show it: in the open text editors, else in one in a window of
+        its own.
+        """
         text = bpy.data.texts.get(TEXT) or bpy.data.texts.new(TEXT)
         text.from_string(_write_out(city))
         windows = list(context.window_manager.windows)
-        areas = [area for window in windows for area in window.screen.areas if area.type == "TEXT_EDITOR"]
+        areas = [
+            area for window in windows for area in window.screen.areas if area.type == "TEXT_EDITOR"
+        ]
         if not areas and not bpy.app.background:
             bpy.ops.wm.window_new()
             for window in set(context.window_manager.windows) - set(windows):

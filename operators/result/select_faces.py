@@ -1,4 +1,6 @@
-"""Select faces of a city: by groups of the report, by buildings; they are drawn over the city in object mode."""
+"""Select faces of a city: by groups of the report, by buildings; they are drawn over the city in
+object mode.
+"""
 
 import bpy
 import numpy as np
@@ -15,7 +17,8 @@ HIGHLIGHT = PREFIX + "highlight"  # property of the object: its selected faces a
 
 
 def select_faces(context, item, chosen):
-    """Select only these faces of an object, and highlight them; in edit mode (Tab) they are the selection.
+    """Select only these faces of an object, and highlight them; in edit mode (Tab) they are the
+    selection.
 
     Parameters
     ----------
@@ -33,7 +36,8 @@ def select_faces(context, item, chosen):
         raise InputError(item.name, "it is hidden", "unhide it and select again")
     for other in context.selected_objects:
         other.select_set(False)
-    # Where it was taken from objects of the user: those with chosen faces are selected, and these faces of them.
+    # Where it was taken from objects of the user: those with chosen faces are selected, and these
+    # faces of them.
     parts = [(item, chosen)]
     if is_in_place(item):
         parts = [
@@ -54,8 +58,8 @@ def select_faces(context, item, chosen):
 def gather_selection(context, item):
     """Faces of a city that the user has selected, (f,) bool; edit mode is left.
 
-    Of objects that the city was taken from: the faces selected in edit mode; else those that are highlighted; else all
-    faces of the selected objects.
+    Of objects that the city was taken from: the faces selected in edit mode; else those that are
+    highlighted; else all faces of the selected objects.
     """
     edited = set(context.objects_in_mode) if context.mode == "EDIT_MESH" else set()
     leave_edit_mode(context)
@@ -75,7 +79,8 @@ def read_selection(mesh):
 
 def _mark_faces(mesh, chosen):
     """Select these faces only of a mesh, in object mode."""
-    # In face mode Blender derives edge and vertex selection from faces; selected hidden faces are shown again.
+    # In face mode Blender derives edge and vertex selection from faces; selected hidden faces are
+    # shown again.
     mesh.polygons.foreach_set("hide", read_array(mesh.polygons, "hide", dtype=bool) & ~chosen)
     mesh.vertices.foreach_set("select", np.zeros(len(mesh.vertices), dtype=bool))
     mesh.edges.foreach_set("select", np.zeros(len(mesh.edges), dtype=bool))
@@ -92,7 +97,9 @@ class SelectGroup(OfCity, Action, bpy.types.Operator):
         name="Group",
         description="Heading/name as in the report, such as kind/roof; or building/ID",
         search=lambda self, context, text: [
-            row["key"] for row in read_rows(find_city(context.scene)[0] or {}) if text.lower() in row["key"].lower()
+            row["key"]
+            for row in read_rows(find_city(context.scene)[0] or {})
+            if text.lower() in row["key"].lower()
         ],
     )
 
@@ -101,7 +108,10 @@ class SelectGroup(OfCity, Action, bpy.types.Operator):
         """Tooltip: full reason, count and first ids."""
         for row in read_rows(find_city(context.scene)[0] or {}):
             if row["key"] == properties.group:
-                return f"Select and highlight: {row['name']} ({describe_row(row)}). Tab edits, Deselect clears"
+                return (
+                    f"Select and highlight: {row['name']} ({describe_row(row)}). Tab edits, "
+                    "Deselect clears"
+                )
         return cls.__doc__
 
     def act(self, context, city, ground):

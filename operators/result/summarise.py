@@ -1,16 +1,24 @@
-"""Store summaries on the city's object for the panel: suns traced, albedos, full load hours of groups."""
+"""Store summaries on the city's object for the panel: suns traced, albedos, full load hours of
+groups.
+"""
 
 import numpy as np
 
 from ..attributes import PREFIX
 
 GROUPS, WEATHER, PLACE, TOTALS, ALBEDOS, UNREAD, INTERRUPTED = (
-    PREFIX + name for name in ("groups", "weather", "weather_place", "totals", "albedos", "unread", "interrupted")
+    PREFIX + name
+    for name in ("groups", "weather", "weather_place", "totals", "albedos", "unread", "interrupted")
 )
 ENERGY = PREFIX + "energy_totals"  # [MWh per year] of the same rows
 KWP = PREFIX + "kwp"  # of each surface
-COMPARISON, FOUND = PREFIX + "compared", PREFIX + "matched"  # before and after: tables as JSON, and a sentence
-BEST = PREFIX + "best"  # buildings with the most energy: id, power [kWp], energy [MWh per year], P50 and P90 of years
+COMPARISON, FOUND = (
+    PREFIX + "compared",
+    PREFIX + "matched",
+)  # before and after: tables as JSON, and a sentence
+BEST = (
+    PREFIX + "best"
+)  # buildings with the most energy: id, power [kWp], energy [MWh per year], P50 and P90 of years
 OF_ENERGY = (GROUPS, WEATHER, PLACE, TOTALS, ENERGY, KWP, COMPARISON, FOUND, BEST)
 OF_ENERGY += tuple(PREFIX + name for name in ("probe", "charts"))
 MOST = 20  # of the best buildings
@@ -18,7 +26,8 @@ SHOWN = ("kwp", "mwh_per_year", "full_load_hours")  # of sum_potential, in the t
 
 
 def summarise_energy(item, weather, energy, *, place, whole, buildings):
-    """Store annual full load hours of each group, totals and the best buildings on the object; return a sentence.
+    """Store annual full load hours of each group, totals and the best buildings on the object;
+    return a sentence.
 
     Parameters
     ----------
@@ -28,7 +37,8 @@ def summarise_energy(item, weather, energy, *, place, whole, buildings):
     place : str
         Where the weather comes from, if from elsewhere (`core.weather.weather.describe_distance`).
     whole : dict
-        Power, energy and hours of all eligible surfaces and of each kind, of `core.results.write_summary.sum_totals`.
+        Power, energy and hours of all eligible surfaces and of each kind, of
+        `core.results.write_summary.sum_totals`.
     buildings : pandas.DataFrame
         Of `core.results.write_buildings.sum_buildings`.
     """
@@ -45,13 +55,22 @@ def summarise_energy(item, weather, energy, *, place, whole, buildings):
         for share in (50, 90)
         if (value := whole.get(f"p{share}_mwh_per_year")) is not None
     ]
-    annual = energy.capacity_factor.sum(axis=0) * energy.interval.total_seconds() / 3600 / energy.years
+    annual = (
+        energy.capacity_factor.sum(axis=0) * energy.interval.total_seconds() / 3600 / energy.years
+    )
     item[GROUPS] = [
         f"{kind} {orientation}|{count}|{value:,.0f}"
-        for (kind, orientation), count, value in zip(energy.groups, energy.group_count, annual, strict=True)
+        for (kind, orientation), count, value in zip(
+            energy.groups, energy.group_count, annual, strict=True
+        )
     ]
     columns = ["building_id", "kwp", "mwh_per_year", "p50_mwh_per_year", "p90_mwh_per_year"]
-    best = buildings[buildings["kwp"] > 0].nlargest(MOST, "mwh_per_year").reindex(columns=columns).dropna(axis=1)
+    best = (
+        buildings[buildings["kwp"] > 0]
+        .nlargest(MOST, "mwh_per_year")
+        .reindex(columns=columns)
+        .dropna(axis=1)
+    )
     item[BEST] = [
         "|".join([name.replace("|", "/"), *(f"{one:,.1f}" for one in row)])
         for name, *row in best.itertuples(index=False, name=None)

@@ -44,17 +44,25 @@ def tower_file(tmp_path_factory):
 
 def turn_ring(found):
     words = found[2].split()
-    return found[1] + " ".join(" ".join(words[k : k + 3]) for k in range(len(words) - 3, -1, -3)) + found[3]
+    return (
+        found[1]
+        + " ".join(" ".join(words[k : k + 3]) for k in range(len(words) - 3, -1, -3))
+        + found[3]
+    )
 
 
 @pytest.fixture(scope="session")
 def row_file(tmp_path_factory):
     """Two houses wall to wall; of the second a roof faces down, and a wall is a line."""
-    second, turned = re.subn(r"(b_roof_south.*?posList>)([^<]+)(<)", turn_ring, describe_house("b", (10, 0)), count=1)
+    second, turned = re.subn(
+        r"(b_roof_south.*?posList>)([^<]+)(<)", turn_ring, describe_house("b", (10, 0)), count=1
+    )
     line = surface("WallSurface", "b_line", [(10, 0, 0), (15, 0, 0), (19, 0, 0)])
     second = second.replace("</bldg:Building>", line + "</bldg:Building>")
     assert turned == 1
-    return write_gml(tmp_path_factory.mktemp("row") / "row.gml", describe_house("a", (0, 0)), second)
+    return write_gml(
+        tmp_path_factory.mktemp("row") / "row.gml", describe_house("a", (0, 0)), second
+    )
 
 
 @pytest.fixture(scope="session")

@@ -8,4 +8,6 @@ def describe_house(name, low, size=(10, 8, 6)):
     return house(name, low, size, ridge=3)
 
 
-STREET = [describe_house(f"house{number}", low) for number, low in enumerate(((0, 0), (14, 0), (2, 22)))]
+STREET = [
+    describe_house(f"house{number}", low) for number, low in enumerate(((0, 0), (14, 0), (2, 22)))
+]

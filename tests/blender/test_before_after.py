@@ -23,14 +23,25 @@ def compute(path, **changes):
 
 def by_id(city, name):
     """Values of the surfaces by their ids."""
-    ids, faces = find_session(city).transfer.surfaces.surface_id, read_face_attribute(city.data, "surface")
-    return {ids[row]: value for row, value in zip(faces.tolist(), read_face_attribute(city.data, name), strict=True)}
+    ids, faces = (
+        find_session(city).transfer.surfaces.surface_id,
+        read_face_attribute(city.data, "surface"),
+    )
+    return {
+        ids[row]: value
+        for row, value in zip(faces.tolist(), read_face_attribute(city.data, name), strict=True)
+    }
 
 
 def read_rows(city, name):
-    """Rows of a table: name -> before, after and change [MWh], change [%], NaN where there is none."""
+    """Rows of a table: name -> before, after and change [MWh], change [%], NaN where there
+    is none.
+    """
     rows = read_comparison(city["citypv_compared"])[name]
-    return {row["name"]: [*(row[key] for key in ("before", "after", "change")), percent_of(row)] for row in rows}
+    return {
+        row["name"]: [*(row[key] for key in ("before", "after", "change")), percent_of(row)]
+        for row in rows
+    }
 
 
 def test_the_difference_is_after_minus_before(addon, city_file):
@@ -61,19 +72,35 @@ def test_a_tower_takes_light_and_is_grey_itself(addon, city_file, tower_file):
     city = compute(tower_file)
     change = by_id(city, CHANGE)
     assert all(np.isnan(value) for name, value in change.items() if name.startswith("tower"))
-    assert any(name.startswith("house0_roof") and change[name] < -0.1 * value for name, value in before.items())
+    assert any(
+        name.startswith("house0_roof") and change[name] < -0.1 * value
+        for name, value in before.items()
+    )
     assert city["citypv_matched"].startswith("21 surfaces matched by shape; grey: 7 new")
     # The sums tell the tower from its neighbours, and the one that loses most stands first.
     sums, buildings = read_rows(city, "sums"), read_rows(city, "buildings")
-    assert list(sums) == ["existing", "new", "all"] and next(iter(buildings)) == "house0" and "tower" in buildings
+    assert (
+        list(sums) == ["existing", "new", "all"]
+        and next(iter(buildings)) == "house0"
+        and "tower" in buildings
+    )
     order = [cells[2] for cells in buildings.values()]
     assert order == sorted(order) and order[0] < 0 < order[-1]
-    assert sums["new"][:3] == [0.0, *[pytest.approx(buildings["tower"][1])] * 2] and np.isnan(sums["new"][3])
-    assert sums["existing"][2] == pytest.approx(sum(order[:-1]), abs=1e-3) and sums["existing"][2] < 0
+    assert sums["new"][:3] == [0.0, *[pytest.approx(buildings["tower"][1])] * 2] and np.isnan(
+        sums["new"][3]
+    )
+    assert (
+        sums["existing"][2] == pytest.approx(sum(order[:-1]), abs=1e-3) and sums["existing"][2] < 0
+    )
     # Its grey is the colour of missing results.
-    names = [find_session(city).transfer.surfaces.surface_id[row] for row in read_face_attribute(city.data, "surface")]
+    names = [
+        find_session(city).transfer.surfaces.surface_id[row]
+        for row in read_face_attribute(city.data, "surface")
+    ]
     grey = np.repeat([name.startswith("tower") for name in names], 3)
-    np.testing.assert_allclose(colours_of(city.data)[grey], np.tile(srgb_colour(MISSING), (grey.sum(), 1)), atol=0.003)
+    np.testing.assert_allclose(
+        colours_of(city.data)[grey], np.tile(srgb_colour(MISSING), (grey.sum(), 1)), atol=0.003
+    )
     # And without it again: seven surfaces are gone.
     bpy.ops.citypv.forget_before()
     bpy.ops.citypv.keep_before()
@@ -81,8 +108,12 @@ def test_a_tower_takes_light_and_is_grey_itself(addon, city_file, tower_file):
     assert city["citypv_matched"].endswith("; 7 are gone")
 
 
-def test_surfaces_of_other_names_and_places_in_the_file_are_matched_by_their_shapes(addon, tmp_path):
-    """A third house far in the west moves the origin of the scene, and stands before the others in the file."""
+def test_surfaces_of_other_names_and_places_in_the_file_are_matched_by_their_shapes(
+    addon, tmp_path
+):
+    """A third house far in the west moves the origin of the scene, and stands before the others in
+    the file.
+    """
     first, second = describe_house("a", (0, 0)), describe_house("b", (30, 0))
     compute(write_gml(tmp_path / "two.gml", first, second))
     bpy.ops.citypv.keep_before()
@@ -95,19 +126,24 @@ def test_surfaces_of_other_names_and_places_in_the_file_are_matched_by_their_sha
     change, error = by_id(city, CHANGE), by_id(city, "full_load_hours_change_standard_error")
     known = [name for name in change if np.isfinite(change[name])]
     assert len(known) == 12 and not any(name.startswith("far") for name in known)
-    # 900 m away little changes but the random numbers; a wall matched with another one would differ by hundreds.
+    # 900 m away little changes but the random numbers; a wall matched with another one would differ
+    # by hundreds.
     assert all(abs(change[name]) < 4 * error[name] + 1 for name in known)
 
 
 @pytest.mark.parametrize(("change", "end"), [(0.0, 1.0), (-30.0, 30.0), (40.0, 40.0)])
 def test_zero_is_in_the_middle_and_noise_is_grey(shown, change, end):
-    """Most of the city does not change: the scale is that of what does, and the rest has the colour of the middle."""
+    """Most of the city does not change: the scale is that of what does, and the rest has the colour
+    of the middle.
+    """
     city, ground = shown
     values = np.where(np.isfinite(read_face_attribute(city.data, HOURS)), 0.0, np.nan)
     changed, noise, still = np.flatnonzero(np.isfinite(values))[:3]
     values[changed], values[noise] = change, 0.5
     write_face_attribute(city.data, CHANGE, values)
-    write_face_attribute(city.data, "full_load_hours_change_standard_error", np.full(len(values), 0.3))
+    write_face_attribute(
+        city.data, "full_load_hours_change_standard_error", np.full(len(values), 0.3)
+    )
     scale, colours = colour_faces(city, ground, CHANGE), colours_of(city.data)[::3]
     assert (scale.low, scale.high) == (-end, end)
     np.testing.assert_allclose(colours[still], srgb_colour(DIVERGING.split()[8]), atol=0.01)
@@ -135,7 +171,9 @@ def test_before_is_kept_in_the_file_and_shown_beside_the_city(addon, city_file, 
     stage.citypv_seeing.side_by_side = True
     bpy.context.view_layer.update()
     assert not before.hide_viewport
-    assert max(corner[0] for corner in before.bound_box) + before.location.x < min(c[0] for c in city.bound_box)
+    assert max(corner[0] for corner in before.bound_box) + before.location.x < min(
+        c[0] for c in city.bound_box
+    )
     assert "citypv_colour" in before.data.color_attributes
     # Both in one scale: equal values have equal colours.
     stage.citypv.attribute = HOURS

@@ -36,7 +36,14 @@ def cancel_at(stage, share):
 
 
 def test_what_was_traced_is_kept_and_told(addon, city_file, monkeypatch):
-    run("import_city", "classify", city_path=str(city_file), samples=64, suns="typical-days", typical_days=6)
+    run(
+        "import_city",
+        "classify",
+        city_path=str(city_file),
+        samples=64,
+        suns="typical-days",
+        typical_days=6,
+    )
     monkeypatch.setattr(sun_blocks, "SUNS_PER_BLOCK", 12)
     monkeypatch.setattr(run_step, "silent", cancel_at("suns", 0.5))
     city = run("trace")
@@ -58,7 +65,9 @@ def test_what_was_traced_is_kept_and_told(addon, city_file, monkeypatch):
 
 
 def make_step(job, scene=None):
-    """The modal operator of a job without a window; it keeps what it reports, and in which scenes it ends."""
+    """The modal operator of a job without a window; it keeps what it reports, and in which scenes
+    it ends.
+    """
     hold_cities(bpy.context.scene, "Trace light")  # as each step begins
 
     class Stand(Step):
@@ -119,7 +128,11 @@ def test_escape_keeps_what_is_done_and_twice_nothing():
     assert end_of(job) == ({"FINISHED"}, [({"WARNING"}, "kept 42")], [bpy.context.scene])
     job = job_that_keeps(cancels=2)
     assert job.text == "Trace light: ends, and keeps nothing"
-    assert end_of(job) == ({"CANCELLED"}, [({"WARNING"}, "Trace light was cancelled; nothing was changed")], [])
+    assert end_of(job) == (
+        {"CANCELLED"},
+        [({"WARNING"}, "Trace light was cancelled; nothing was changed")],
+        [],
+    )
 
 
 def test_escape_twice_ends_a_step_at_once_which_is_silent(addon):
@@ -133,14 +146,18 @@ def test_escape_twice_ends_a_step_at_once_which_is_silent(addon):
     assert step.modal(window, tick) == {"PASS_THROUGH"}
     step._job.cancel()
     assert step.modal(window, tick) == {"CANCELLED"}
-    assert step._job.is_alive() and step.told == [({"WARNING"}, "Trace light was cancelled; nothing was changed")]
+    assert step._job.is_alive() and step.told == [
+        ({"WARNING"}, "Trace light was cancelled; nothing was changed")
+    ]
     going.set()
     step._job.join()
 
 
 @pytest.mark.parametrize("name", ["export", "timeline", "energy"])
 def test_work_that_goes_on_after_escape_twice_changes_no_session(traced, tmp_path, name):
-    """What it reads and weighs in its thread is kept in Blender's, once it is finished: a session may be another's."""
+    """What it reads and weighs in its thread is kept in Blender's, once it is finished: a session
+    may be another's.
+    """
     session, kept = session_here(), tmp_path / "light.nc"
     write_transfer(kept, session.transfer)
     session.transfer = session.weather = session.energy = None
@@ -150,7 +167,9 @@ def test_work_that_goes_on_after_escape_twice_changes_no_session(traced, tmp_pat
         ExportResults.work((session, (kept, request), "faces", path, (None, [])), silent)
         assert len(path.read_text("utf-8").splitlines()) > len(session.scene.surfaces)
     else:
-        {"timeline": StartTimeline, "energy": WeighEnergy}[name].work((session, kept, request), silent)
+        {"timeline": StartTimeline, "energy": WeighEnergy}[name].work(
+            (session, kept, request), silent
+        )
     assert vars(session) == vars(before)
 
 

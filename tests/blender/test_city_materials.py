@@ -31,18 +31,31 @@ def materials_of(session):
 
 
 def test_a_city_from_a_file_gets_materials_before_and_after_it_is_classified(addon, city_file):
-    city = run("import_city", albedo_source="materials", albedo=0.2, city_path=str(city_file), days=1, samples=16)
+    city = run(
+        "import_city",
+        albedo_source="materials",
+        albedo=0.2,
+        city_path=str(city_file),
+        days=1,
+        samples=16,
+    )
     names = np.array(find_session(city).city.surface_id)[read_face_attribute(city.data, "surface")]
     city.data.materials.append(None)
     give(city, build_material("Slate"), np.char.find(names, "roof") >= 0)
     city = run("classify", split=True, grid_size=4.0)
     session = find_session(city)
     given = materials_of(session)
-    assert {name for name, material in given.items() if material} == {name for name in given if "roof" in name}
+    assert {name for name, material in given.items() if material} == {
+        name for name in given if "roof" in name
+    }
     assert any("#" in name for name in given)
     # The colours of the kinds stand on the faces now; one cell of a wall is painted over them.
     cell = list(given).index("house0_south#1")
-    give(city, build_material("lime", (0.7, 0.7, 0.7)), read_face_attribute(city.data, "surface") == cell)
+    give(
+        city,
+        build_material("lime", (0.7, 0.7, 0.7)),
+        read_face_attribute(city.data, "surface") == cell,
+    )
     run("trace")
     assert materials_of(session) == given | {"house0_south#1": "lime"}
     rows = {row.split("|")[0]: row.split("|")[1:] for row in city["citypv_albedos"]}
@@ -68,7 +81,9 @@ def test_the_generated_ground_has_one_material(addon, city_file):
         give(ground, build_material(name), faces)
         run("trace")
         session = find_session(city)
-        light[name] = session.transfer.diffuse_relative[session.scene.surfaces.kind == "facade"].mean()
+        light[name] = session.transfer.diffuse_relative[
+            session.scene.surfaces.kind == "facade"
+        ].mean()
     assert light["Snow"] > light["black paint"] + 0.05
     assert list(city["citypv_albedos"]) == ["one value|0.250|21", "Snow|0.675|"]
     # It is remembered when the city is classified and traced anew; two at once are refused.
@@ -87,11 +102,15 @@ def test_the_generated_ground_has_one_material(addon, city_file):
 @pytest.fixture
 def obj_file(tmp_path):
     """A box of which four faces have a material."""
-    return write_cube(tmp_path, [None, None, "Ziegel rot", "White_Paint.001", "Bild", "bare"], mtl=MTL)
+    return write_cube(
+        tmp_path, [None, None, "Ziegel rot", "White_Paint.001", "Bild", "bare"], mtl=MTL
+    )
 
 
 def test_names_and_colours_mean_what_they_mean_to_blender(addon, obj_file):
-    """Blender takes the diffuse colour for the base colour of a shader, as it stands, as linear light."""
+    """Blender takes the diffuse colour for the base colour of a shader, as it stands, as linear
+    light.
+    """
     colours = read_city(obj_file).colours
     bpy.ops.wm.obj_import(filepath=str(obj_file))
     ours = {name: named_material(name, colours[name]) for name in ("Ziegel rot", "White_Paint.001")}
@@ -101,9 +120,15 @@ def test_names_and_colours_mean_what_they_mean_to_blender(addon, obj_file):
 
 def test_they_count_when_asked_for_and_those_of_blender_before(addon, obj_file):
     addon.city_path, addon.own_place, addon.latitude, addon.longitude = str(obj_file), True, 50, 10
-    city = run("import_city", "classify", "trace", typical_days=1, samples=16, albedo_source="materials")
+    city = run(
+        "import_city", "classify", "trace", typical_days=1, samples=16, albedo_source="materials"
+    )
     rows = {row.split("|")[0]: row.split("|")[1:] for row in city["citypv_albedos"]}
-    expected = {"one value": ["0.250", "4"], "Ziegel rot": ["0.257", "1"], "White_Paint.001": ["0.700", "1"]}
+    expected = {
+        "one value": ["0.250", "4"],
+        "Ziegel rot": ["0.257", "1"],
+        "White_Paint.001": ["0.700", "1"],
+    }
     assert rows == expected | {"ground": ["0.250", ""]}
     assert city["citypv_unread"] == "Materials without a known albedo: Bild, bare"
     assert find_row(city, "material/Bild")["count"] == "1"
@@ -117,5 +142,7 @@ def test_they_count_when_asked_for_and_those_of_blender_before(addon, obj_file):
 
 def test_many_surfaces_are_counted_readably():
     item = {}
-    summarise_albedo(item, [{"name": "brick", "albedo": 0.3, "law": "lambertian", "surfaces": 14840}], [])
+    summarise_albedo(
+        item, [{"name": "brick", "albedo": 0.3, "law": "lambertian", "surfaces": 14840}], []
+    )
     assert item["citypv_albedos"] == ["brick|0.300|14,840"]

@@ -1,4 +1,6 @@
-"""Colours mean what the legend says: ranges, ticks, materials, and the pixels of a rendered picture."""
+"""Colours mean what the legend says: ranges, ticks, materials, and the pixels of a rendered
+picture.
+"""
 
 import bpy
 import numpy as np
@@ -7,7 +9,14 @@ from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector
 from steps import colours_of
 
-from citypv.core.results.colour_map import GROUND, MAPS, MISSING, choose_range, linear_light, srgb_colour
+from citypv.core.results.colour_map import (
+    GROUND,
+    MAPS,
+    MISSING,
+    choose_range,
+    linear_light,
+    srgb_colour,
+)
 from citypv.core.settings.errors import InputError
 from citypv.operators.attributes import (
     KIND_CODES,
@@ -32,7 +41,12 @@ from citypv.operators.picture.show_city import FORWARD, RIGHT, UP, place_camera
 
 @pytest.mark.parametrize(
     ("low", "high", "expected"),
-    [(312.0, 1187.0, (200, 1200)), (0.03, 0.97, (0, 1)), (-3.0, 14.0, (-4, 14)), (0.0, 0.0, (0, 0.0002))],
+    [
+        (312.0, 1187.0, (200, 1200)),
+        (0.03, 0.97, (0, 1)),
+        (-3.0, 14.0, (-4, 14)),
+        (0.0, 0.0, (0, 0.0002)),
+    ],
 )
 def test_ranges_are_round_and_hold_the_values(low, high, expected):
     found = choose_range(np.array([low, high, np.nan]), np.ones(3))
@@ -57,14 +71,20 @@ def test_maps_rise_evenly_in_lightness(name):
     lightness = np.where(luminance > 0.008856, 116 * np.cbrt(luminance) - 16, 903.3 * luminance)
     steps = np.diff(lightness)
     assert (steps > 0).all()
-    assert np.abs(lightness - np.linspace(lightness[0], lightness[-1], 101)).max() < 6  # a rainbow is off by 40
+    assert (
+        np.abs(lightness - np.linspace(lightness[0], lightness[-1], 101)).max() < 6
+    )  # a rainbow is off by 40
 
 
 def test_the_map_of_differences_is_even_and_neutral_at_zero():
-    """CIE76 distances between equal steps are equal on both sides, and lightness is the same at ±x."""
+    """CIE76 distances between equal steps are equal on both sides, and lightness is the
+    same at ±x.
+    """
     scale = build_scale("change_of_full_load_hours", -1.0, 1.0)
     linear = linear_light(colours_of_values(scale, np.linspace(-1, 1, 17)))
-    tristimulus = linear @ np.array([[0.4124, 0.2126, 0.0193], [0.3576, 0.7152, 0.1192], [0.1805, 0.0722, 0.9505]])
+    tristimulus = linear @ np.array(
+        [[0.4124, 0.2126, 0.0193], [0.3576, 0.7152, 0.1192], [0.1805, 0.0722, 0.9505]]
+    )
     x, y, z = np.cbrt(tristimulus / [0.9505, 1.0, 1.089]).T
     lab = np.stack([116 * y - 16, 500 * (x - y), 200 * (y - z)], axis=1)
     steps = np.linalg.norm(np.diff(lab, axis=0), axis=1)
@@ -83,21 +103,30 @@ def test_values_at_the_ends_beyond_and_missing():
 def test_codes_get_the_colour_of_their_class():
     scale = build_scale("kind")
     found = colours_of_values(scale, np.array(list(KIND_CODES.values())))
-    np.testing.assert_allclose(found, [srgb_colour(text) for text in CLASS_COLOURS["kind"].values()])
+    np.testing.assert_allclose(
+        found, [srgb_colour(text) for text in CLASS_COLOURS["kind"].values()]
+    )
 
 
 def test_the_solid_view_shows_the_same_colours(shown):
     city, ground = shown
     scale = colour_faces(city, ground, "full_load_hours")
     values = read_face_attribute(city.data, "full_load_hours")
-    for item, expected in ((city, colours_of_values(scale, values)), (ground, srgb_colour(GROUND)[None])):
+    for item, expected in (
+        (city, colours_of_values(scale, values)),
+        (ground, srgb_colour(GROUND)[None]),
+    ):
         found = colours_of(item.data).reshape(len(item.data.polygons), 3, 3)
-        np.testing.assert_allclose(found, np.broadcast_to(expected[:, None], found.shape), atol=0.003)
+        np.testing.assert_allclose(
+            found, np.broadcast_to(expected[:, None], found.shape), atol=0.003
+        )
 
 
 def test_every_attribute_can_be_shown_or_says_what_is_missing(shown, transfer):
     for view in VIEWS:
-        write_face_attribute(shown[0].data, view.name, np.linspace(-1, 2, len(shown[0].data.polygons)))
+        write_face_attribute(
+            shown[0].data, view.name, np.linspace(-1, 2, len(shown[0].data.polygons))
+        )
     for attribute in TITLES:
         assert colour_faces(*shown, attribute).title == TITLES[attribute]
     write_results(*shown, transfer)
@@ -110,7 +139,9 @@ def test_the_camera_stands_in_the_south_east_and_sees_everything():
     points = random.normal(size=(200, 3)) * [900.0, 150.0, 40.0] + [5.0, -7.0, 60.0]
     camera = place_camera(bpy.context.scene, points)
     bpy.context.view_layer.update()
-    seen = np.array([world_to_camera_view(bpy.context.scene, camera, Vector(point)) for point in points])
+    seen = np.array(
+        [world_to_camera_view(bpy.context.scene, camera, Vector(point)) for point in points]
+    )
     assert (seen[:, 2] > 0).all()
     assert seen[:, 2].max() < camera.data.clip_end
     assert seen[:, 0].min() > 0.015
@@ -118,7 +149,10 @@ def test_the_camera_stands_in_the_south_east_and_sees_everything():
     assert seen[:, 1].min() > 0.09  # above the legend's strip
     assert seen[:, 1].max() < 0.985
     # It is as near as it can be: two opposite margins are touched.
-    slack = min(seen[:, 0].min() + 1 - seen[:, 0].max() - 0.04, seen[:, 1].min() + 1 - seen[:, 1].max() - 0.125)
+    slack = min(
+        seen[:, 0].min() + 1 - seen[:, 0].max() - 0.04,
+        seen[:, 1].min() + 1 - seen[:, 1].max() - 0.125,
+    )
     assert slack < 0.01
     assert FORWARD[0] < 0 < FORWARD[1]  # looks to the north-west
     axes = np.array([RIGHT, UP, FORWARD])
@@ -130,7 +164,9 @@ def test_the_camera_stands_in_the_south_east_and_sees_everything():
 def test_the_picture_shows_faces_and_legend_in_the_colours_of_their_values(
     scene, transfer, energy, tmp_path, monkeypatch
 ):
-    """Row 0 at the bottom. With two rays per pixel: faces and legend shine by themselves, without noise."""
+    """Row 0 at the bottom. With two rays per pixel: faces and legend shine by themselves, without
+    noise.
+    """
     monkeypatch.setattr(rendering, "SAMPLES", 2)
     draw_results(tmp_path, scene, transfer, energy, "clear sky (upper bound)", pictures=["preview"])
     image = bpy.data.images.load(str(tmp_path / "preview.png"))
@@ -161,7 +197,8 @@ def test_the_picture_shows_faces_and_legend_in_the_colours_of_their_values(
     share = ((columns + 0.5) / height - LEFT) / BAR_WIDTH
     expected = colours_of_values(scale, scale.low + share * (scale.high - scale.low))
     np.testing.assert_allclose(pixels[row, columns], expected, atol=4 / 255)
-    # Text and ticks are dark on the bright sky: title above the bar, numbers below it, the note at the right.
+    # Text and ticks are dark on the bright sky: title above the bar, numbers below it, the note at
+    # the right.
     ink = pixels.max(axis=2) < 0.4
     bottom, top = int(BAR_BOTTOM * height), int((BAR_BOTTOM + BAR_HEIGHT) * height)
     assert ink[top + 4 : top + 50, : columns[-1]].sum() > 500

@@ -1,4 +1,6 @@
-"""Edits of an imported city: what stands beside it joins it, a building goes; the light is that of a full run."""
+"""Edits of an imported city: what stands beside it joins it, a building goes; the light is that of
+a full run.
+"""
 
 import json
 
@@ -7,7 +9,17 @@ import numpy as np
 import pandas as pd
 import pytest
 from small_city import house, write_gml
-from steps import add_box, add_tower, assert_full_run, colours_of, here, refuse, run, session_here, trace_anew
+from steps import (
+    add_box,
+    add_tower,
+    assert_full_run,
+    colours_of,
+    here,
+    refuse,
+    run,
+    session_here,
+    trace_anew,
+)
 
 from citypv.core.city.edit_city import Change, edit_city
 from citypv.core.city.written_scene import written_scene
@@ -26,7 +38,13 @@ from citypv.operators.session import find_session, list_cities
 
 def hours_of(session):
     """Full load hours by surface."""
-    return dict(zip(session.transfer.surfaces.surface_id, session.energy.full_load_hours.tolist(), strict=True))
+    return dict(
+        zip(
+            session.transfer.surfaces.surface_id,
+            session.energy.full_load_hours.tolist(),
+            strict=True,
+        )
+    )
 
 
 def update():
@@ -50,7 +68,9 @@ def refuse_to_trace(monkeypatch):
 
 
 def test_a_tower_joins_the_city_is_moved_and_comes_back_by_undo(traced, monkeypatch):
-    """What is seen is what was computed: as object of the user, at each place; known places are not traced again."""
+    """What is seen is what was computed: as object of the user, at each place; known places are not
+    traced again.
+    """
     tower, before = add_tower(), hours_of(session_here())
     bpy.ops.ed.undo_push(message="tower")
     assert "add it to the city" in describe_edit(here())[1]
@@ -63,12 +83,19 @@ def test_a_tower_joins_the_city_is_moved_and_comes_back_by_undo(traced, monkeypa
     assert np.nanmin([first[name] - value for name, value in before.items()]) < -50
     assert here()["citypv_colour_attribute"] == "change_of_full_load_hours"
     assert_full_run(session)
-    # The box stands where it is seen, and shows its own colours: walls at 0 and 10 m east, 8 and 16 m south.
-    top = session.scene.vertices[session.scene.triangles[triangles_of(session, "tower")]].reshape(-1, 3)
-    assert top.min(axis=0)[:2] == pytest.approx([0, -16], abs=0.01) and top[:, 2].max() == pytest.approx(40, abs=0.01)
+    # The box stands where it is seen, and shows its own colours: walls at 0 and 10 m east, 8 and 16
+    # m south.
+    top = session.scene.vertices[session.scene.triangles[triangles_of(session, "tower")]].reshape(
+        -1, 3
+    )
+    assert top.min(axis=0)[:2] == pytest.approx([0, -16], abs=0.01) and top[
+        :, 2
+    ].max() == pytest.approx(40, abs=0.01)
     assert tower.visible_get() and "citypv_colour" in tower.data.color_attributes
     shown = here().evaluated_get(bpy.context.evaluated_depsgraph_get())
-    assert len(here().data.polygons) - len(shown.data.polygons) == triangles_of(session, "tower").sum()
+    assert (
+        len(here().data.polygons) - len(shown.data.polygons) == triangles_of(session, "tower").sum()
+    )
     tower.location.x += 30
     bpy.context.view_layer.update()
     assert note_of(here(), "full_load_hours").startswith("before the last edit")
@@ -92,7 +119,9 @@ def test_a_tower_joins_the_city_is_moved_and_comes_back_by_undo(traced, monkeypa
 
 def triangles_of(session, building):
     """Which triangles of the scene are of a building: (t,) bool."""
-    rows = [row for row, name in enumerate(session.transfer.surfaces.building_id) if name == building]
+    rows = [
+        row for row, name in enumerate(session.transfer.surfaces.building_id) if name == building
+    ]
     return np.isin(session.scene.triangle_surface, rows)
 
 
@@ -141,7 +170,9 @@ class Watched:
 
 
 def test_an_edit_while_an_estimate_is_shown_is_one_of_what_was_traced(traced, monkeypatch):
-    """A second tower comes while the estimate of the first is seen: the light is that of a full run with both."""
+    """A second tower comes while the estimate of the first is seen: the light is that of a full run
+    with both.
+    """
     monkeypatch.setattr(update_city, "is_editing", lambda context: False)
     first = add_tower()
     first["citypv_of"] = here()["citypv_id"]
@@ -170,18 +201,27 @@ def test_objects_that_come_into_the_collection_are_hidden_or_deleted_are_edits(t
     assert "tower" in session_here().transfer.surfaces.building_id
     tower.hide_set(True)
     update()
-    assert hours_of(session_here()) == pytest.approx(alone, abs=2.0, nan_ok=True)  # its ground is laid anew
+    assert hours_of(session_here()) == pytest.approx(
+        alone, abs=2.0, nan_ok=True
+    )  # its ground is laid anew
     tower.hide_set(False)
     update()
     bpy.data.objects.remove(tower)
     update()
-    assert hours_of(session_here()) == pytest.approx(alone, abs=2.0, nan_ok=True)  # its ground is laid anew
+    assert hours_of(session_here()) == pytest.approx(
+        alone, abs=2.0, nan_ok=True
+    )  # its ground is laid anew
 
 
 def test_a_building_becomes_an_object_and_is_raised(traced):
-    """In place with its ids it changes nothing; its roof moved up is an edit, after which its ids are the same."""
+    """In place with its ids it changes nothing; its roof moved up is an edit, after which its ids
+    are the same.
+    """
     alone, names = hours_of(session_here()), list(session_here().transfer.surfaces.surface_id)
-    assert bpy.ops.citypv.show_building(building="house1") == {"FINISHED"} and here()["citypv_highlight"]
+    assert (
+        bpy.ops.citypv.show_building(building="house1") == {"FINISHED"}
+        and here()["citypv_highlight"]
+    )
     assert bpy.ops.citypv.edit_building(building="house1") == {"FINISHED"}
     house = bpy.context.object
     assert "citypv_highlight" not in here()  # it would stay where the house was
@@ -228,8 +268,14 @@ def test_a_building_goes(traced):
     assert bpy.ops.citypv.remove_building(building=name) == {"FINISHED"}
     left = session_here()
     assert name not in left.transfer.surfaces.building_id
-    assert left.transfer.diffuse_relative == pytest.approx(trace_anew(left).diffuse_relative, abs=0.01)
-    for wrong, problem in (("x", "no building of the city has this id"), ("", "none is named"), (name, "already")):
+    assert left.transfer.diffuse_relative == pytest.approx(
+        trace_anew(left).diffuse_relative, abs=0.01
+    )
+    for wrong, problem in (
+        ("x", "no building of the city has this id"),
+        ("", "none is named"),
+        (name, "already"),
+    ):
         refuse("remove_building", problem, building=wrong)
 
 
@@ -263,7 +309,9 @@ def test_a_city_of_meshes_is_edited_as_well(addon):
 
 
 def test_variants_have_objects_and_results_of_their_own(traced, monkeypatch):
-    """A as imported, B with a tower, C with the tower elsewhere; each is compared with any other, nothing is traced."""
+    """A as imported, B with a tower, C with the tower elsewhere; each is compared with any other,
+    nothing is traced.
+    """
     run("new_variant")
     add_tower()
     run("add_to_city")
@@ -273,13 +321,17 @@ def test_variants_have_objects_and_results_of_their_own(traced, monkeypatch):
     assert np.ptp(colours_of(here().data), axis=0).max() > 0.2  # who gains, who loses
     run("new_variant")
     still = read_face_attribute(here().data, CHANGE + "full_load_hours") == 0
-    assert still.any() and np.ptp(colours_of(here().data)[::3][still], axis=0).max() == 0  # nothing yet
+    assert (
+        still.any() and np.ptp(colours_of(here().data)[::3][still], axis=0).max() == 0
+    )  # nothing yet
     moved = next(item for item in list_members(here()))
     assert moved.name != "tower" and not bpy.data.objects["tower"].visible_get()
     moved.location.x += 25
     update()
     found["C"] = hours_of(session_here())
-    assert set(found["C"]) == set(found["B"]) and found["B"] != pytest.approx(found["C"], nan_ok=True)
+    assert set(found["C"]) == set(found["B"]) and found["B"] != pytest.approx(
+        found["C"], nan_ok=True
+    )
     for item in bpy.context.scene.objects:  # as Alt H does
         item.hide_set(False)
     bpy.context.view_layer.update()
@@ -323,7 +375,9 @@ def test_what_was_added_comes_and_goes_with_its_city(traced, row_file):
 
 
 def test_what_was_kept_as_before_gets_the_light_that_the_edited_city_asks_for(addon, tmp_path):
-    """A house with walls beside a level roof calls for Perez's sky: before is that roof under it."""
+    """A house with walls beside a level roof calls for Perez's sky: before is that roof
+    under it.
+    """
     roof = write_gml(tmp_path / "roof.gml", house("low", (0, 0), (20, 20, 0.3), ridge=0))
     run("solar_city", city_path=str(roof), samples=32, shadow_samples=4, days=4)
     session, before = session_here(), hours_of(session_here())
@@ -331,7 +385,9 @@ def test_what_was_kept_as_before_gets_the_light_that_the_edited_city_asks_for(ad
     base = session.base
     add_tower()
     run("add_to_city")
-    assert session_here().base.decisions.plan["sky"] == "perez" and session_here().base.before is None
+    assert (
+        session_here().base.decisions.plan["sky"] == "perez" and session_here().base.before is None
+    )
     kept = find_before(bpy.context.scene, here())
     perez = match_light(base, "perez", session_here().base.decisions.bounces).transfer
     expected = compute_energy(perez, session.weather, session.request).full_load_hours
@@ -344,4 +400,6 @@ def test_what_was_kept_as_before_gets_the_light_that_the_edited_city_asks_for(ad
     tower = bpy.data.objects["tower"]
     tower.location.x += 30
     update()
-    assert session_here().change[0] is find_session(kept).base  # both have it now: nothing is solved again
+    assert (
+        session_here().change[0] is find_session(kept).base
+    )  # both have it now: nothing is solved again

@@ -1,4 +1,6 @@
-"""The extension builds, installs and enables in a Blender of its own, and loads nothing heavy by that."""
+"""The extension builds, installs and enables in a Blender of its own, and loads nothing heavy by
+that.
+"""
 
 import json
 import os
@@ -12,9 +14,29 @@ import pytest
 ROOT = Path(__file__).parents[2]
 HERE = {"linux": "linux-x64", "darwin": "macos-arm64", "win32": "windows-x64"}[sys.platform]
 PYTHON = f"{sys.version_info.major}.{sys.version_info.minor}"
-HEAVY = ["embreex", "h5py", "lxml", "numba", "pandas", "pvlib", "scipy", "shapely", "pyproj", "sklearn"]
+HEAVY = [
+    "embreex",
+    "h5py",
+    "lxml",
+    "numba",
+    "pandas",
+    "pvlib",
+    "scipy",
+    "shapely",
+    "pyproj",
+    "sklearn",
+]
 HEAVY += ["tifffile", "tsam", "xarray"]
-BLENDERS_OWN = ["bpy", "numpy*", "requests", "urllib3", "certifi", "idna", "charset_normalizer", "zstandard"]
+BLENDERS_OWN = [
+    "bpy",
+    "numpy*",
+    "requests",
+    "urllib3",
+    "certifi",
+    "idna",
+    "charset_normalizer",
+    "zstandard",
+]
 BLENDERS_OWN += ["attr", "attrs", "cattr", "cattrs", "typing_extensions.py"]
 
 INSTALL = """
@@ -49,7 +71,8 @@ import bpy
 bpy.ops.extensions.package_install_files(filepath=sys.argv[1], repo="user_default", enable_on_install=True)
 core = importlib.import_module("bl_ext.user_default.citypv.core")
 for module in pkgutil.walk_packages(core.__path__, core.__name__ + "."):
-    if module.name.rpartition(".")[2].startswith(("draw_", "picture")):  # with matplotlib, which no extension carries
+    # with matplotlib, which no extension carries
+    if module.name.rpartition(".")[2].startswith(("draw_", "picture")):
         continue
     importlib.import_module(module.name)
 importlib.import_module("tsam")  # which core loads only where days are clustered
@@ -60,21 +83,36 @@ print(json.dumps(files))
 
 def run(command, **settings):
     """Run a program that must succeed; return what it said."""
-    done = subprocess.run([*map(str, command)], check=False, capture_output=True, text=True, **settings)
+    done = subprocess.run(
+        [*map(str, command)], check=False, capture_output=True, text=True, **settings
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     return done
 
 
 def run_python(folder, *arguments):
-    """Run a script with Blender's settings in a folder of its own; return what its last line says."""
-    done = run([sys.executable, *arguments], env=os.environ | {"BLENDER_USER_RESOURCES": str(folder)})
+    """Run a script with Blender's settings in a folder of its own; return what its last
+    line says.
+    """
+    done = run(
+        [sys.executable, *arguments], env=os.environ | {"BLENDER_USER_RESOURCES": str(folder)}
+    )
     assert "Traceback" not in done.stderr
-    return json.loads(next(line for line in reversed(done.stdout.splitlines()) if line.startswith("{")))
+    return json.loads(
+        next(line for line in reversed(done.stdout.splitlines()) if line.startswith("{"))
+    )
 
 
 def build_extension(folder, *options):
     """Build the extension for this platform and return its zip; Blender's own tool validates it."""
-    command = [sys.executable, ROOT / "tools/build_extension.py", "--platform", HERE, "--out", folder]
+    command = [
+        sys.executable,
+        ROOT / "tools/build_extension.py",
+        "--platform",
+        HERE,
+        "--out",
+        folder,
+    ]
     done = run([*command, "--folder", folder / "contents", *options])
     assert "Success parsing TOML" in done.stdout
     return next(folder.glob("*.zip"))
@@ -85,7 +123,15 @@ def test_the_extension_installs_enables_updates_and_leaves_nothing_behind(tmp_pa
     with zipfile.ZipFile(path) as archive:
         names = archive.namelist()
     assert {name.split("/")[0] for name in names} == {
-        *("__init__.py", "__main__.py", "LICENSE", "blender_manifest.toml", "core", "operators", "citypv_addon"),
+        *(
+            "__init__.py",
+            "__main__.py",
+            "LICENSE",
+            "blender_manifest.toml",
+            "core",
+            "operators",
+            "citypv_addon",
+        ),
         "examples",
     }
     tables = ("weather/climate_grid", "world/coast_lines")
@@ -116,6 +162,8 @@ def test_the_wheels_are_all_that_core_needs_beside_blender(tmp_path):
         for entry in packages.glob(pattern):
             (bare / entry.name).symlink_to(entry)
     # -S leaves out the folder of this Python's own packages.
-    said = run_python(tmp_path / "blender", "-I", "-S", "-c", IMPORT_ALL, path, bare, json.dumps(HEAVY))
+    said = run_python(
+        tmp_path / "blender", "-I", "-S", "-c", IMPORT_ALL, path, bare, json.dumps(HEAVY)
+    )
     assert set(said) >= {"embreex", "pandas", "pvlib", "scipy", "tsam", "xarray"}
     assert all(file.startswith(str(tmp_path / "blender")) for file in said.values())

@@ -26,7 +26,9 @@ CONTRACT = {"kind": "INT", "orientation": "INT"} | dict.fromkeys((*SHARES, *HOUR
 def faces_of_scene(scene, generated):
     """Surface and corners of the scene's triangles, in their order."""
     chosen = (scene.triangle_surface < 0) == generated
-    return scene.triangle_surface[chosen], scene.vertices[scene.triangles[chosen]].astype(np.float32)
+    return scene.triangle_surface[chosen], scene.vertices[scene.triangles[chosen]].astype(
+        np.float32
+    )
 
 
 def corners_of_mesh(item):
@@ -41,14 +43,18 @@ def assert_faces(city, ground, scene, carriers):
     np.testing.assert_array_equal(read_face_attribute(city.data, "surface"), surfaces)
     np.testing.assert_array_equal(corners_of_mesh(city), corners)
     words = {code: word for word, code in KIND_CODES.items()}
-    assert [words[code] for code in read_face_attribute(city.data, "kind")] == scene.surfaces.kind[surfaces].tolist()
+    assert [words[code] for code in read_face_attribute(city.data, "kind")] == scene.surfaces.kind[
+        surfaces
+    ].tolist()
     words = {code: word for word, code in ORIENTATION_CODES.items()}
     found = [words[code] for code in read_face_attribute(city.data, "orientation")]
     assert found == scene.surfaces.orientation[surfaces].tolist()
     for quantity in QUANTITIES:
         expected = getattr(carriers[quantity.owner], quantity.name).astype(np.float32)[surfaces]
         found = read_face_attribute(city.data, quantity.name)
-        np.testing.assert_array_equal(found.view(np.int32), expected.view(np.int32), err_msg=quantity.name)
+        np.testing.assert_array_equal(
+            found.view(np.int32), expected.view(np.int32), err_msg=quantity.name
+        )
         assert np.isnan(read_face_attribute(ground.data, quantity.name)).all()
     np.testing.assert_array_equal(corners_of_mesh(ground), faces_of_scene(scene, generated=True)[1])
     assert (read_face_attribute(ground.data, "surface") == -1).all()
@@ -72,7 +78,10 @@ def test_saving_and_opening_keeps_every_bit(scene, transfer, energy, tmp_path):
             assert (attribute.domain, attribute.data_type) == ("FACE", data_type)
         assert tuple(item["citypv_origin"]) == scene.site.origin
         assert item["citypv_crs"] == scene.site.crs == "EPSG:25833"
-        assert (item["citypv_latitude"], item["citypv_longitude"]) == (scene.site.latitude, scene.site.longitude)
+        assert (item["citypv_latitude"], item["citypv_longitude"]) == (
+            scene.site.latitude,
+            scene.site.longitude,
+        )
     assert bpy.context.scene.camera is not None
     assert sorted(path.parent.iterdir()) == [path]
 
@@ -87,8 +96,12 @@ def test_the_manual_names_every_attribute_and_code():
 
 def test_a_mesh_that_was_edited_is_refused(scene, transfer):
     city, ground = build_meshes(scene)
-    write_face_attribute(city.data, "surface", np.full(len(city.data.polygons), len(scene.surfaces)))
-    with pytest.raises(InputError, match=r"City: its faces do not match .* classify the city again"):
+    write_face_attribute(
+        city.data, "surface", np.full(len(city.data.polygons), len(scene.surfaces))
+    )
+    with pytest.raises(
+        InputError, match=r"City: its faces do not match .* classify the city again"
+    ):
         write_results(city, ground, transfer)
     city.data.attributes.remove(city.data.attributes["citypv_surface"])
     with pytest.raises(InputError, match="do not match"):

@@ -1,4 +1,6 @@
-"""Steps in the background give way to the window: on Linux by their threads' priority, elsewhere by their number."""
+"""Steps in the background give way to the window: on Linux by their threads' priority, elsewhere by
+their number.
+"""
 
 import os
 import sys
@@ -12,7 +14,9 @@ from citypv.operators.job import LARGEST, NICENESS, threads_beside_window
 from citypv.operators.run_step import Job
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="threads have priorities of their own on Linux only")
+@pytest.mark.skipif(
+    sys.platform != "linux", reason="threads have priorities of their own on Linux only"
+)
 def test_a_job_and_its_threads_run_at_a_lower_priority_than_the_window():
     def niceness():
         return os.getpriority(os.PRIO_PROCESS, threading.get_native_id())

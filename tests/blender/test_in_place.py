@@ -1,4 +1,6 @@
-"""Objects that were taken show the results in place, keep their materials, and are as before without colours."""
+"""Objects that were taken show the results in place, keep their materials, and are as before
+without colours.
+"""
 
 import bpy
 import numpy as np
@@ -18,9 +20,15 @@ from citypv.operators.session import find_session, list_cities
 
 @pytest.fixture
 def town(addon):
-    """Five boxes: two alone, of which one moved and turned, two that share a mesh, one with a modifier."""
+    """Five boxes: two alone, of which one moved and turned, two that share a mesh, one with a
+    modifier.
+    """
     brick, white = bpy.data.materials.new("Brick"), bpy.data.materials.new("White")
-    house, turned, one = add_box("House", (100, 0, 3)), add_box("Turned", (130, 10, 3)), add_box("One", (100, 40, 3))
+    house, turned, one = (
+        add_box("House", (100, 0, 3)),
+        add_box("Turned", (130, 10, 3)),
+        add_box("One", (100, 40, 3)),
+    )
     turned.rotation_euler[2] = 0.5
     two = one.copy()
     two.name, two.location.x = "Two", 140
@@ -36,9 +44,15 @@ def town(addon):
 
 
 def check_probe(city, session, town):
-    """A ray finds the face of an object and of the city beside it; selected objects are probed together."""
+    """A ray finds the face of an object and of the city beside it; selected objects are probed
+    together.
+    """
     bpy.context.view_layer.update()
-    for above, building in (((100, 0, 50), "House"), ((140, 40, 50), "Two"), ((110, 80, 50), "Row")):
+    for above, building in (
+        ((100, 0, 50), "House"),
+        ((140, 40, 50), "Two"),
+        ((110, 80, 50), "Row"),
+    ):
         face = hit_face(bpy.context, above, (0, 0, -1))
         row = read_face_attribute(city.data, "surface")[face]
         assert session.scene.surfaces.building_id[row] == building
@@ -63,13 +77,18 @@ def test_each_face_shows_the_result_of_its_surface(addon, town):
         shown = read_face_attribute(mesh, "full_load_hours")
         rows = [session.scene.surfaces.surface_id.index(f"{name}/{face}") for face in range(6)]
         np.testing.assert_allclose(shown, session.energy.full_load_hours[rows], rtol=1e-6)
-        # The direction of each face is the azimuth and tilt of the surface that it got its hours from.
-        normals = np.array([town[name].matrix_world.to_3x3() @ face.normal for face in mesh.polygons])
+        # The direction of each face is the azimuth and tilt of the surface that it got its hours
+        # from.
+        normals = np.array(
+            [town[name].matrix_world.to_3x3() @ face.normal for face in mesh.polygons]
+        )
         tilt = np.degrees(np.arccos(np.clip(normals[:, 2], -1, 1)))
         np.testing.assert_allclose(session.transfer.surfaces.surface_tilt[rows], tilt, atol=1e-3)
         walls = abs(normals[:, 2]) < 0.1
         azimuth = np.degrees(np.arctan2(normals[:, 0], normals[:, 1])) % 360
-        np.testing.assert_allclose(session.transfer.surfaces.surface_azimuth[rows][walls], azimuth[walls], atol=1e-3)
+        np.testing.assert_allclose(
+            session.transfer.surfaces.surface_azimuth[rows][walls], azimuth[walls], atol=1e-3
+        )
         assert mesh.color_attributes.active_color.name == "citypv_colour"
         assert len(np.unique(colours_of(mesh).round(3), axis=0)) > 2
     check_probe(city, session, town)
@@ -82,7 +101,9 @@ def test_own_materials_stay_and_all_comes_back_without_colours(addon, town):
     for name, item in town.items():
         assert [slot.material for slot in item.material_slots] == before[name]
         assert list(item.data.materials) == before[name]
-        assert item.visible_get() and (item.display_type == "WIRE") == (name not in ("House", "Turned"))
+        assert item.visible_get() and (item.display_type == "WIRE") == (
+            name not in ("House", "Turned")
+        )
     assert city.hide_render and is_seen(city)
     # Of the city itself two boxes of one mesh are seen, and the two of the array.
     bpy.context.view_layer.update()
@@ -103,11 +124,16 @@ def test_own_materials_stay_and_all_comes_back_without_colours(addon, town):
 
 
 def test_cells_are_shown_by_the_city_itself(addon, town):
-    """A face of the user has one colour, so that faces split into cells are seen as the city has them."""
+    """A face of the user has one colour, so that faces split into cells are seen as the city has
+    them.
+    """
     city = run("take_meshes", "classify", split=True, grid_size=4.0)
     assert city.visible_get() and all(item.display_type == "WIRE" for item in town.values())
     run("classify", split=False)
-    assert town["House"].display_type == "TEXTURED" and "citypv_colour" in town["House"].data.color_attributes
+    assert (
+        town["House"].display_type == "TEXTURED"
+        and "citypv_colour" in town["House"].data.color_attributes
+    )
 
 
 def test_undo_takes_the_colours_off_again(addon, town):
@@ -131,7 +157,9 @@ def test_undo_takes_the_colours_off_again(addon, town):
 def test_a_scene_in_other_units_is_coloured_where_it_is(addon, town):
     bpy.context.scene.unit_settings.scale_length = 0.5
     city = run("take_meshes", "classify")
-    points = np.concatenate([read_vertices(town[name]) for name in ("House", "Turned", "One", "Two")])
+    points = np.concatenate(
+        [read_vertices(town[name]) for name in ("House", "Turned", "One", "Two")]
+    )
     np.testing.assert_allclose(read_vertices(city).min(axis=0), points.min(axis=0), atol=1e-3)
 
 
@@ -158,7 +186,9 @@ def test_a_moved_vertex_or_object_marks_the_results_stale(addon, town):
 
 
 def test_an_object_that_comes_or_goes_marks_the_results_stale(addon, town, city_file):
-    """It is refused to compute on another geometry than what is seen; what was there before is left out knowingly."""
+    """It is refused to compute on another geometry than what is seen; what was there before is left
+    out knowingly.
+    """
     town["Row"].select_set(False)
     city = run("take_meshes", "classify")
 
@@ -236,7 +266,9 @@ def test_a_picture_shows_the_city_that_is_hidden_itself(addon, town):
 
 
 def test_pictures_show_the_colours_on_the_users_objects(addon, town, tmp_path):
-    """A roof has the colour in a picture by Cycles that the view shows; the material of the user stays its own."""
+    """A roof has the colour in a picture by Cycles that the view shows; the material of the user
+    stays its own.
+    """
     run("take_meshes", "classify", "trace", "energy")
     scene = bpy.context.scene
     camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))

@@ -1,4 +1,6 @@
-"""What the materials of Blender do to the light: real materials on real meshes, against closed forms."""
+"""What the materials of Blender do to the light: real materials on real meshes, against closed
+forms.
+"""
 
 import bpy
 import pytest
@@ -37,7 +39,11 @@ def add_face(name, corners, *materials):
 def add_wall_and_ground(*materials):
     """A wall of a square metre, ten metres above a plain that reaches to the horizon."""
     add_face("wall", [(0, 0, 10), (1, 0, 10), (1, 0, 11), (0, 0, 11)])
-    return add_face("plain", [(-SIDE, -SIDE, 0), (SIDE, -SIDE, 0), (SIDE, SIDE, 0), (-SIDE, SIDE, 0)], *materials)
+    return add_face(
+        "plain",
+        [(-SIDE, -SIDE, 0), (SIDE, -SIDE, 0), (SIDE, SIDE, 0), (-SIDE, SIDE, 0)],
+        *materials,
+    )
 
 
 def trace(settings, **changes):
@@ -52,16 +58,22 @@ def trace(settings, **changes):
 
 
 def check_wall(albedo):
-    """Half of what the wall sees is sky, half a plain that sends on its albedo of the light: 1/2 + ρ/2."""
+    """Half of what the wall sees is sky, half a plain that sends on its albedo of the light: 1/2 +
+    ρ/2.
+    """
     transfer = session_here().transfer
     row = transfer.surfaces.surface_id.index("wall/0")
     error = transfer.diffuse_relative_standard_error[row]
     assert error < 0.01
-    assert abs(transfer.diffuse_relative[row] - 0.5 * (1 + albedo)) < 4 * error + 2e-3  # the plain ends somewhere
+    assert (
+        abs(transfer.diffuse_relative[row] - 0.5 * (1 + albedo)) < 4 * error + 2e-3
+    )  # the plain ends somewhere
 
 
 def test_a_wall_before_a_plain_of_a_material(addon):
-    """Of its colour; of another one at the next trace; of the one value, where materials do not count."""
+    """Of its colour; of another one at the next trace; of the one value, where materials do not
+    count.
+    """
     material = build_material("red", RED)
     add_wall_and_ground(material)
     session = trace(addon)
@@ -87,7 +99,9 @@ def test_a_material_by_its_name_and_one_that_tells_no_albedo(addon):
     check_wall(0.3)
     plain.data.materials[0] = material = build_material("photograph")
     texture = material.node_tree.nodes.new("ShaderNodeTexImage")
-    material.node_tree.links.new(texture.outputs["Color"], find_shader(material).inputs["Base Color"])
+    material.node_tree.links.new(
+        texture.outputs["Color"], find_shader(material).inputs["Base Color"]
+    )
     select("wall", "plain")
     trace(addon, ground_albedo=0.5)
     check_wall(0.5)
@@ -140,7 +154,10 @@ def test_what_a_shader_means(shader, inputs, finish):
     if finish is None:
         assert found is None
     else:
-        assert (found.albedo, found.material) == (pytest.approx(finish.albedo, abs=1e-9), finish.material)
+        assert (found.albedo, found.material) == (
+            pytest.approx(finish.albedo, abs=1e-9),
+            finish.material,
+        )
 
 
 @pytest.mark.skipif(bpy.app.version >= (5, 0), reason="from 5.0 on every material has nodes")
@@ -184,7 +201,9 @@ def test_slots_of_the_object_overrule_those_of_the_mesh_and_our_own_colours_are_
 
 
 def test_materials_that_modifiers_give_are_those_of_the_faces(addon):
-    """The second slot for the rim of a thickened face; another material, by geometry nodes, for all of a second."""
+    """The second slot for the rim of a thickened face; another material, by geometry nodes, for all
+    of a second.
+    """
     clay, lime = build_material("clay"), build_material("lime")
     corners = [(0, 0, 0), (5, 0, 0), (5, 5, 0), (0, 5, 0)]
     solidify = add_face("slab", corners, clay, lime).modifiers.new("Solidify", "SOLIDIFY")

@@ -1,4 +1,6 @@
-"""Meshes, collections and instances of the user's scene become buildings, and what cannot be used is told."""
+"""Meshes, collections and instances of the user's scene become buildings, and what cannot be used
+is told.
+"""
 
 import bpy
 import numpy as np
@@ -28,7 +30,10 @@ def test_a_mesh_of_the_user_becomes_a_city(addon):
     box = bpy.context.object
     city = take([box])
     surfaces = build_scene(city, latitude=50.0, longitude=8.0).surfaces
-    by_kind = {kind: sorted(surfaces.area[surfaces.kind == kind].tolist()) for kind in ("facade", "flat", "downward")}
+    by_kind = {
+        kind: sorted(surfaces.area[surfaces.kind == kind].tolist())
+        for kind in ("facade", "flat", "downward")
+    }
     expected = {"facade": [48.0, 48.0, 60.0, 60.0], "flat": [80.0], "downward": [80.0]}
     for kind, areas in expected.items():
         np.testing.assert_allclose(by_kind[kind], areas, rtol=1e-6)
@@ -46,7 +51,16 @@ def test_a_mesh_of_the_user_goes_through_the_steps(addon):
     bpy.ops.mesh.primitive_cube_add(size=10, location=(0, 0, 5))
     run("take_meshes")
     refuse("classify", "its location on Earth is unknown; enable Own location")
-    city = run("classify", "trace", "energy", days=2, samples=64, own_place=True, latitude=48.0, longitude=11.0)
+    city = run(
+        "classify",
+        "trace",
+        "energy",
+        days=2,
+        samples=64,
+        own_place=True,
+        latitude=48.0,
+        longitude=11.0,
+    )
     assert len(np.unique(read_face_attribute(city.data, "full_load_hours"))) >= 4
 
 
@@ -80,10 +94,16 @@ def test_a_collection_gives_its_meshes_those_below_it_and_its_instances(addon):
     names = sorted(set(city.building_id))
     assert names == ["barn", "house", "row.001/shed", "row/shed"]
     assert len(city) == 24
-    points = {name: city.points[city.ring_start[:-1]][np.array(city.building_id) == name] for name in names}
+    points = {
+        name: city.points[city.ring_start[:-1]][np.array(city.building_id) == name]
+        for name in names
+    }
     np.testing.assert_allclose(points["row.001/shed"].min(axis=0), [35, 46, 0], atol=1e-5)
     np.testing.assert_allclose(points["row/shed"].max(axis=0), [5, 54, 6], atol=1e-5)
-    assert list(here()["citypv_report"])[:2] == ["Collection Town", "4 buildings, 0 parts, 24 surfaces"]
+    assert list(here()["citypv_report"])[:2] == [
+        "Collection Town",
+        "4 buildings, 0 parts, 24 surfaces",
+    ]
 
 
 def test_instances_of_geometry_nodes_are_buildings(addon):
@@ -96,7 +116,9 @@ def test_instances_of_geometry_nodes_are_buildings(addon):
     info.inputs["Object"].default_value, info.inputs["As Instance"].default_value = box, True
     tree.links.new(line.outputs["Mesh"], instance.inputs["Points"])
     tree.links.new(info.outputs["Geometry"], instance.inputs["Instance"])
-    tree.links.new(instance.outputs["Instances"], tree.nodes.new("NodeGroupOutput").inputs["Geometry"])
+    tree.links.new(
+        instance.outputs["Instances"], tree.nodes.new("NodeGroupOutput").inputs["Geometry"]
+    )
     carrier = add_mesh("carrier", [], [])
     carrier.location = (0, 100, 3)
     carrier.modifiers.new("Row", "NODES").node_group = tree
@@ -111,7 +133,11 @@ def test_instances_of_geometry_nodes_are_buildings(addon):
 def test_what_cannot_be_used_of_meshes_is_reported(addon):
     box = add_box("box", (0, 0, 3))
     empty = add_mesh("empty", [], [])
-    spoilt = add_mesh("spoilt", [(20, 0, 0), (30, 0, 0), (30, 9, 0), (20, float("nan"), 0)], [(0, 1, 2), (0, 2, 3)])
+    spoilt = add_mesh(
+        "spoilt",
+        [(20, 0, 0), (30, 0, 0), (30, 9, 0), (20, float("nan"), 0)],
+        [(0, 1, 2), (0, 2, 3)],
+    )
     thin = add_mesh("thin", [(20, 20, 0), (30, 20, 0), (40, 20, 0)], [(0, 1, 2)])
     curve = bpy.data.objects.new("curve", bpy.data.curves.new("curve", "CURVE"))
     lamp = bpy.data.objects.new("lamp", bpy.data.lights.new("lamp", "POINT"))
@@ -147,7 +173,9 @@ def test_nothing_to_take_says_what_to_do(addon):
 
 
 def test_marked_meshes_are_trees(addon):
-    """By a custom property, of the object or its collection, or by the name of the collection; the property decides."""
+    """By a custom property, of the object or its collection, or by the name of the collection; the
+    property decides.
+    """
     trees = bpy.data.collections.new("Trees")
     hedges = bpy.data.collections.new("Green")
     hedges["tree"] = True
@@ -163,5 +191,7 @@ def test_marked_meshes_are_trees(addon):
     assert sorted(tree.name for tree in city.trees) == ["Ash", "Hedge", "Lime"]
     assert set(city.building_id) == {"House", "Kiosk"} and len(city) == 12
     crowns = build_scene(city, latitude=50.0, longitude=8.0).trees
-    assert [name for name, evergreen in zip(crowns.names, crowns.evergreen, strict=True) if evergreen] == ["Lime"]
+    assert [
+        name for name, evergreen in zip(crowns.names, crowns.evergreen, strict=True) if evergreen
+    ] == ["Lime"]
     np.testing.assert_allclose(volume_of_crowns(crowns), 480.0, rtol=1e-5)

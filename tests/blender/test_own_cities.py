@@ -1,4 +1,6 @@
-"""Cities of the user's own objects: letters are none, large ones are cheap to edit, a deleted one leaves nothing."""
+"""Cities of the user's own objects: letters are none, large ones are cheap to edit, a deleted one
+leaves nothing.
+"""
 
 import bpy
 import pytest
@@ -12,7 +14,9 @@ from citypv.operators.members import describe_edit
 
 
 def test_letters_and_curves_are_no_buildings():
-    """Blender makes meshes of them; a curve along which geometry nodes set houses is another matter."""
+    """Blender makes meshes of them; a curve along which geometry nodes set houses is another
+    matter.
+    """
     box = add_box("House", (0, 0, 3))
     bpy.ops.object.text_add()
     bpy.ops.curve.primitive_bezier_circle_add()
@@ -26,7 +30,10 @@ def test_letters_and_curves_are_no_buildings():
 @pytest.fixture
 def town(addon):
     """Forty houses that are a city."""
-    houses = [add_box(f"house{number}", (20.0 * (number % 8), 20.0 * (number // 8), 3)) for number in range(40)]
+    houses = [
+        add_box(f"house{number}", (20.0 * (number % 8), 20.0 * (number // 8), 3))
+        for number in range(40)
+    ]
     bpy.ops.object.select_all(action="SELECT")
     addon.own_place, addon.latitude, addon.longitude = True, 48.0, 11.0
     run("take_meshes")
@@ -35,7 +42,9 @@ def town(addon):
 
 
 def test_of_a_city_only_the_object_that_was_moved_is_read_again(town, monkeypatch):
-    """And what is told is the same as if all were: moved, moved back, hidden, its mesh edited, another one added."""
+    """And what is told is the same as if all were: moved, moved back, hidden, its mesh edited,
+    another one added.
+    """
     bpy.ops.object.select_all(action="DESELECT")
     bpy.context.view_layer.update()
     read, describe = [], shapes.describe_object
@@ -93,7 +102,9 @@ def test_a_deleted_city_takes_its_ground_along_but_no_other(addon, city_file, ro
 )
 def test_a_file_may_be_dropped_for_what_it_can_be(addon, suffix, operator, setting, tmp_path):
     handlers = [one for one in CLASSES if issubclass(one, bpy.types.FileHandler)]
-    taking = {one.bl_import_operator for one in handlers if suffix in one.bl_file_extensions.split(";")}
+    taking = {
+        one.bl_import_operator for one in handlers if suffix in one.bl_file_extensions.split(";")
+    }
     assert f"citypv.{operator}" in taking
     if setting:
         path = str(tmp_path / f"file{suffix}")
@@ -117,4 +128,6 @@ def test_an_edit_after_reopening_names_the_button_that_goes_on(traced, tmp_path)
     if describe_edit(here())[0]:
         run("update")
     assert describe_edit(here()) == ("", "")
-    assert "tower" in here()["citypv_buildings"] and bpy.data.objects["tower"].location.x == pytest.approx(35)
+    assert "tower" in here()["citypv_buildings"] and bpy.data.objects[
+        "tower"
+    ].location.x == pytest.approx(35)

@@ -1,4 +1,6 @@
-"""What a user of the panel presses, one thing at a time, and what must not change behind their back."""
+"""What a user of the panel presses, one thing at a time, and what must not change behind their
+back.
+"""
 
 from types import SimpleNamespace
 
@@ -13,7 +15,14 @@ from citypv.operators.session import close_sessions, list_cities
 
 
 def run_steps(path, *steps):
-    return run(*steps, city_path=str(path), samples=16, shadow_samples=2, suns="typical-days", typical_days=1)
+    return run(
+        *steps,
+        city_path=str(path),
+        samples=16,
+        shadow_samples=2,
+        suns="typical-days",
+        typical_days=1,
+    )
 
 
 def test_a_saved_city_is_not_swapped_for_a_cube(addon, city_file, tmp_path):
@@ -37,10 +46,16 @@ def test_show_acts_at_once_and_says_what_is_shown(addon, city_file, capfd):
     addon.attribute = "full_load_hours"  # not computed yet: the view stays
     assert city["citypv_colour_attribute"] == "orientation"
     run("trace")
-    assert (addon.attribute, city["citypv_colour_attribute"]) == ("diffuse_relative", "diffuse_relative")
+    assert (addon.attribute, city["citypv_colour_attribute"]) == (
+        "diffuse_relative",
+        "diffuse_relative",
+    )
     assert "shown: diffuse irradiance per DHI" in capfd.readouterr().out
     run("energy")
-    assert (addon.attribute, city["citypv_colour_attribute"]) == ("full_load_hours", "full_load_hours")
+    assert (addon.attribute, city["citypv_colour_attribute"]) == (
+        "full_load_hours",
+        "full_load_hours",
+    )
     addon.colour_map = "cividis"
     assert city["citypv_colour_map"] == "cividis"
     addon.auto_range = False
@@ -61,10 +76,15 @@ def test_other_workspaces_keep_their_shading(addon, city_file):
     bpy.ops.wm.read_homefile(use_empty=False, use_factory_startup=True)
     seen = {window.screen for window in bpy.context.window_manager.windows}
     others = [screen for screen in bpy.data.screens if screen not in seen and views_of(screen)]
-    before = {screen.name: [(v.shading.type, v.shading.light) for v in views_of(screen)] for screen in others}
+    before = {
+        screen.name: [(v.shading.type, v.shading.light) for v in views_of(screen)]
+        for screen in others
+    }
     assert before
     run_steps(city_file, "import_city", "classify")
-    assert {s.name: [(v.shading.type, v.shading.light) for v in views_of(s)] for s in others} == before
+    assert {
+        s.name: [(v.shading.type, v.shading.light) for v in views_of(s)] for s in others
+    } == before
     assert {v.shading.light for screen in seen for v in views_of(screen)} <= {"FLAT"}
 
 
@@ -73,8 +93,19 @@ def test_a_picture_leaves_the_users_scene_alone(addon, city_file):
     scene = bpy.context.scene
     bpy.ops.object.camera_add(location=(7, 8, 9))
     scene.camera, scene.world = bpy.context.object, bpy.data.worlds.new("mine")
-    scene.render.resolution_x, scene.render.resolution_y, scene.render.engine = 640, 360, "BLENDER_WORKBENCH"
-    before = (scene.camera, scene.world, 640, 360, "BLENDER_WORKBENCH", sorted(o.name for o in scene.objects))
+    scene.render.resolution_x, scene.render.resolution_y, scene.render.engine = (
+        640,
+        360,
+        "BLENDER_WORKBENCH",
+    )
+    before = (
+        scene.camera,
+        scene.world,
+        640,
+        360,
+        "BLENDER_WORKBENCH",
+        sorted(o.name for o in scene.objects),
+    )
     for view in ("overview", "camera"):
         stage = stage_picture(bpy.context, view)
         assert stage != scene
@@ -113,7 +144,10 @@ def test_a_second_city_is_kept_beside_the_first(addon, city_file, row_file):
     first = run_steps(city_file, "import_city", "classify", "trace", "energy")
     hours = read_face_attribute(first.data, "full_load_hours")
     second = run_steps(row_file, "import_city", "classify")
-    assert list_cities(bpy.context.scene) == [first, second] or list_cities(bpy.context.scene) == [second, first]
+    assert list_cities(bpy.context.scene) == [first, second] or list_cities(bpy.context.scene) == [
+        second,
+        first,
+    ]
     assert here() == second
     assert not first.visible_get()
     assert not first["citypv_ground"].visible_get()

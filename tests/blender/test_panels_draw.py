@@ -1,4 +1,6 @@
-"""Every panel draws at every state of a city: each property, operator and icon that it names exists."""
+"""Every panel draws at every state of a city: each property, operator and icon that it names
+exists.
+"""
 
 import textwrap
 from types import SimpleNamespace
@@ -78,7 +80,9 @@ def start(layout, context):
 
 def test_results_stand_first_once_there_are_some(addon, city_file):
     def seen():
-        shown = [panel for panel in PANELS[1:] if not hasattr(panel, "poll") or panel.poll(bpy.context)]
+        shown = [
+            panel for panel in PANELS[1:] if not hasattr(panel, "poll") or panel.poll(bpy.context)
+        ]
         return [panel.bl_label for panel in sorted(shown, key=lambda panel: panel.bl_order)]
 
     steps = ["1  Import", "2  Classify", "3  Trace", "4  Energy", "5  Colour"]
@@ -88,7 +92,9 @@ def test_results_stand_first_once_there_are_some(addon, city_file):
     assert seen() == ["What if", "Results", "Probe", "Timeline", *steps]
     run("classify")
     assert seen() == steps
-    here()["citypv_preview"] = "an estimate; exact numbers follow"  # they stay while an edit is computed
+    here()["citypv_preview"] = (
+        "an estimate; exact numbers follow"  # they stay while an edit is computed
+    )
     assert seen() == ["What if", "Results", "Probe", "Timeline", *steps]
     draw_all()
 
@@ -120,13 +126,29 @@ def test_panels_draw_at_every_step(addon, city_file, row_file):
     ],
 )
 def test_a_row_of_the_comparison_tells_percent_or_why_there_is_none(state, before, after, percent):
-    row = {"name": "house", "state": state, "before": before, "after": after, "change": after - before, "error": 0.1}
+    row = {
+        "name": "house",
+        "state": state,
+        "before": before,
+        "after": after,
+        "change": after - before,
+        "error": 0.1,
+    }
     assert write_row(row)[4] == percent
 
 
 def test_texts_over_the_view_fit_and_have_plain_numbers():
     blf.size(0, 11)
-    note = "First look, by 16 rays, 4 shadow points and 4 days. Trace light computes it as set in its step; a year"
-    assert 400 < max(blf.dimensions(0, line)[0] for line in textwrap.wrap(note, LETTERS_OF_NOTE)) <= 500
-    told = [describe_amount(power, "kW", "W") for power in (1234.5, 250.0, 31.4, 6.82, 0.9996, 0.0023)]
+    note = (
+        "First look, by 16 rays, 4 shadow points and 4 days. Trace light computes it as set in its "
+        "step; a year"
+    )
+    assert (
+        400
+        < max(blf.dimensions(0, line)[0] for line in textwrap.wrap(note, LETTERS_OF_NOTE))
+        <= 500
+    )
+    told = [
+        describe_amount(power, "kW", "W") for power in (1234.5, 250.0, 31.4, 6.82, 0.9996, 0.0023)
+    ]
     assert told == ["1,234 kW", "250 kW", "31 kW", "6.8 kW", "1,000 W", "2.3 W"]

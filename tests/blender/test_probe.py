@@ -27,8 +27,12 @@ def test_a_face_tells_what_its_surface_is_and_yields(city):
     words = told(city)
     assert (words["Building"], words["Kind"], words["Area"]) == ("house0", "roof south", "50.0 m²")
     assert number(words["Tilt"]) == pytest.approx(np.degrees(np.arctan(3 / 4)), abs=0.06)
-    assert number(words["Azimuth"]) == pytest.approx(180 - 1.29, abs=0.06)  # grid north is not true north
-    assert number(words["Full load hours"]) == pytest.approx(session.energy.full_load_hours[row], abs=0.51)
+    assert number(words["Azimuth"]) == pytest.approx(
+        180 - 1.29, abs=0.06
+    )  # grid north is not true north
+    assert number(words["Full load hours"]) == pytest.approx(
+        session.energy.full_load_hours[row], abs=0.51
+    )
     assert "±" in words["Full load hours"]
     # What was probed is highlighted until another map is shown.
     assert city["citypv_highlight"]

@@ -1,4 +1,6 @@
-"""What the panel says of a running step: its stage, the share of the whole step, and the time left once it is known."""
+"""What the panel says of a running step: its stage, the share of the whole step, and the time left
+once it is known.
+"""
 
 from types import SimpleNamespace
 
@@ -82,10 +84,16 @@ def test_every_stage_of_the_steps_is_expected(addon, city_file, monkeypatch):
 
 def test_compiling_is_a_stage_of_its_own(addon, city_file, monkeypatch):
     told = []
-    monkeypatch.setattr(run_step, "silent", lambda stage, done, total, unit: told.append((stage, done, total)))
+    monkeypatch.setattr(
+        run_step, "silent", lambda stage, done, total, unit: told.append((stage, done, total))
+    )
     monkeypatch.setattr(hemisphere_rays, "is_compiled", lambda: False)
     run("import_city", "classify", city_path=str(city_file))
-    steps = [done / total for stage, done, total in told if stage == "compiling for this computer, only once"]
+    steps = [
+        done / total
+        for stage, done, total in told
+        if stage == "compiling for this computer, only once"
+    ]
     assert steps == [place / len(read_loops()) for place in range(len(read_loops()) + 1)]
     inside = [done / total for stage, done, total in told if stage == "finding interior surfaces"]
     assert inside[0] == 0

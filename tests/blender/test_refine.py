@@ -1,4 +1,6 @@
-"""Rounds of a trace: shown one by one, the same numbers as on the command line, and kept when cancelled."""
+"""Rounds of a trace: shown one by one, the same numbers as on the command line, and kept when
+cancelled.
+"""
 
 from types import SimpleNamespace
 
@@ -24,7 +26,9 @@ def goal(addon, city_file):
     return seeing
 
 
-def test_every_round_is_shown_and_the_last_has_the_numbers_of_the_command_line(goal, city_file, tmp_path):
+def test_every_round_is_shown_and_the_last_has_the_numbers_of_the_command_line(
+    goal, city_file, tmp_path
+):
     city, shown = here(), []
     task = TraceCity.prepare(SimpleNamespace(), bpy.context)
 
@@ -44,7 +48,9 @@ def test_every_round_is_shown_and_the_last_has_the_numbers_of_the_command_line(g
     assert {name for name, _ in shown} == {"full_load_hours"}
     assert len({mean for _, mean in shown}) == len(shown)
     transfer = session_here().transfer
-    request = Request(weather="climate", samples=16, shadow_samples=4, suns="days:4", target_error=1.5)
+    request = Request(
+        weather="climate", samples=16, shadow_samples=4, suns="days:4", target_error=1.5
+    )
     simulate([city_file], tmp_path / "out", request)
     same = read_transfer(tmp_path / "out" / "transfer.nc")
     assert same.record.rounds == transfer.record.rounds > 2

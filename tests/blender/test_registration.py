@@ -18,19 +18,44 @@ def test_a_step_waits_for_the_one_before(addon, step):
 
 
 def list_traces():
-    """All that an add-on can leave: types, operators, properties, handlers, menu entries, key maps."""
-    owners = (bpy.types.Scene, bpy.types.Material, bpy.types.Object, bpy.types.Mesh, bpy.types.WindowManager)
+    """All that an add-on can leave: types, operators, properties, handlers, menu entries,
+    key maps.
+    """
+    owners = (
+        bpy.types.Scene,
+        bpy.types.Material,
+        bpy.types.Object,
+        bpy.types.Mesh,
+        bpy.types.WindowManager,
+    )
     lists = {name: getattr(bpy.app.handlers, name) for name in dir(bpy.app.handlers)}
     draws = {name: getattr(getattr(bpy.types, name), "draw", None) for name in dir(bpy.types)}
     keys = bpy.context.window_manager.keyconfigs.addon
     return {
         "types": set(dir(bpy.types)),
         "operators": set(dir(bpy.ops.citypv)),
-        "properties": {(owner.__name__, name) for owner in owners for name in owner.bl_rna.properties.keys()},  # noqa: SIM118
+        "properties": {
+            (owner.__name__, name)
+            for owner in owners
+            for name in owner.bl_rna.properties.keys()  # noqa: SIM118
+        },
         "attributes": {(owner.__name__, name) for owner in owners for name in vars(owner)},
-        "handlers": {(name, str(item)) for name, items in lists.items() if isinstance(items, list) for item in items},
-        "menus": {(name, str(item)) for name, draw in draws.items() for item in getattr(draw, "_draw_funcs", ())},
-        "keys": {(map_.name, item.idname) for map_ in (keys.keymaps if keys else ()) for item in map_.keymap_items},
+        "handlers": {
+            (name, str(item))
+            for name, items in lists.items()
+            if isinstance(items, list)
+            for item in items
+        },
+        "menus": {
+            (name, str(item))
+            for name, draw in draws.items()
+            for item in getattr(draw, "_draw_funcs", ())
+        },
+        "keys": {
+            (map_.name, item.idname)
+            for map_ in (keys.keymaps if keys else ())
+            for item in map_.keymap_items
+        },
     }
 
 
@@ -41,7 +66,10 @@ def test_disabling_leaves_nothing_in_blender():
     citypv.register()
     during = list_traces()
     assert during["types"] > before["types"]
-    assert {owner for owner, _ in during["properties"] - before["properties"]} >= {"Scene", "Material"}
+    assert {owner for owner, _ in during["properties"] - before["properties"]} >= {
+        "Scene",
+        "Material",
+    }
     assert during["handlers"] > before["handlers"] and during["menus"] > before["menus"]
     citypv.unregister()
     citypv.unregister()  # a second time does nothing
@@ -53,7 +81,8 @@ def test_disabling_leaves_nothing_in_blender():
 EXAMPLE = Path(__file__).parents[2] / "examples" / "headless.py"
 # The example as a script, with two rays per pixel instead of sixteen.
 RUN = (
-    "import runpy, sys; from citypv.operators.picture import draw_results; draw_results.SAMPLES = 2; "
+    "import runpy, sys; from citypv.operators.picture import draw_results; draw_results.SAMPLES = "
+    "2; "
     "sys.argv = sys.argv[1:]; runpy.run_path(sys.argv[0], run_name='__main__')"
 )
 

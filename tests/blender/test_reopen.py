@@ -44,7 +44,9 @@ def test_another_weather_and_module_after_reopening(saved):
 
 
 def test_probe_and_exports_after_reopening(saved, tmp_path):
-    """They tell the same as before, without a click on Energy; where its settings have changed, they ask for it."""
+    """They tell the same as before, without a click on Energy; where its settings have changed,
+    they ask for it.
+    """
     path, _ = saved
     faces = [tmp_path / "before.csv", tmp_path / "after.csv"]
     told = []
@@ -52,7 +54,9 @@ def test_probe_and_exports_after_reopening(saved, tmp_path):
         assert bpy.ops.citypv.export(format="faces", filepath=str(target)) == {"FINISHED"}
         bpy.ops.citypv.probe(face=9, whole=True)
         told.append(list(here()["citypv_probe"]))
-        assert bpy.ops.citypv.export(format="report", filepath=str(tmp_path / "report.html")) == {"FINISHED"}
+        assert bpy.ops.citypv.export(format="report", filepath=str(tmp_path / "report.html")) == {
+            "FINISHED"
+        }
         reopen(path)
     assert faces[0].read_bytes() == faces[1].read_bytes()
     assert told[0] == told[1]

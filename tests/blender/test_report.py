@@ -44,7 +44,11 @@ def test_import_says_what_was_read(addon, row_file):
     assert re.fullmatch(r"Grid north: −1\.2[89]\d\d° from true north", lines[6])
     counts = {row["name"]: (row["count"], row["area"]) for row in read_rows(city, "kind")}
     # Walls 10 × 6 and 8 × 6 with a gable of 8 × 3 / 2, twice each; roofs 10 × 5, twice.
-    assert counts == {"facade": ("8", "480 m²"), "roof": ("4", "200 m²"), "downward": ("2", "160 m²")}
+    assert counts == {
+        "facade": ("8", "480 m²"),
+        "roof": ("4", "200 m²"),
+        "downward": ("2", "160 m²"),
+    }
 
 
 def test_the_report_follows_the_steps(addon, city):
@@ -104,7 +108,11 @@ def test_a_building_and_what_belongs_to_a_face(city):
 
 @pytest.mark.parametrize("operator", ["select_group", "copy_group"])
 def test_a_group_that_is_not_there_is_an_error_in_one_line(city, operator):
-    refuse(operator, "City: its report has no group 'kind/tower'; give for example kind/", group="kind/tower")
+    refuse(
+        operator,
+        "City: its report has no group 'kind/tower'; give for example kind/",
+        group="kind/tower",
+    )
     refuse("select_group", "City: it has no building 'c'", group="building/c")
 
 

@@ -1,4 +1,6 @@
-"""Presets, switches of effects, module search, preferences, menus: each does what the command line does."""
+"""Presets, switches of effects, module search, preferences, menus: each does what the command line
+does.
+"""
 
 from types import SimpleNamespace
 
@@ -18,7 +20,14 @@ from citypv.operators.light.plan_trace import PRICES, find_preset, read_plan
 from citypv.operators.run_step import in_panel_words
 
 # Operators of a row.
-INNER = {"cancel", "compare_variant", "copy_group", "delete_variant", "explain_effect", "switch_city"}
+INNER = {
+    "cancel",
+    "compare_variant",
+    "copy_group",
+    "delete_variant",
+    "explain_effect",
+    "switch_city",
+}
 INNER |= {"drop_albedo", "drop_horizon", "drop_terrain", "drop_weather"}
 
 
@@ -28,11 +37,15 @@ def test_a_preset_is_that_of_the_command_line(addon, preset):
     assert bpy.ops.citypv.use_preset(preset=preset) == {"FINISHED"}
     assert find_preset(addon) == preset
     request = read_settings(addon)
-    options = build_parser().parse_args(["simulate", "city.gml", "--out", "out", "--preset", preset])
+    options = build_parser().parse_args(
+        ["simulate", "city.gml", "--out", "out", "--preset", preset]
+    )
     implied = read_request(options)
     for name in ("samples", "shadow_samples", "suns"):
         assert getattr(request, name) == getattr(implied, name)
-    assert (request.patch_size, request.max_bounces) == ((5.0, 5) if preset == "reference" else (10.0, None))
+    assert (request.patch_size, request.max_bounces) == (
+        (5.0, 5) if preset == "reference" else (10.0, None)
+    )
     addon.samples += 1
     assert find_preset(addon) == ""
 
@@ -59,13 +72,23 @@ def test_every_setting_has_words_and_its_unit(addon):
     for name, details in declared.items():
         if details.title and details.unit:
             one = addon.bl_rna.properties[name]
-            told = one.subtype in ("DISTANCE", "PERCENTAGE") or f"[{details.unit}]" in one.name + one.description
+            told = (
+                one.subtype in ("DISTANCE", "PERCENTAGE")
+                or f"[{details.unit}]" in one.name + one.description
+            )
             assert told, name
 
 
 def test_plan_and_predictions_of_a_city(addon, city_file):
     refuse("plan_effects", "Classify the city first")
-    city = run("import_city", "classify", "plan_effects", "predict", city_path=str(city_file), effect_far_ground="off")
+    city = run(
+        "import_city",
+        "classify",
+        "plan_effects",
+        "predict",
+        city_path=str(city_file),
+        effect_far_ground="off",
+    )
     plan = read_plan(city)
     assert set(plan) == set(TABLE)
     assert plan["far-ground"][0].startswith("off")
@@ -90,7 +113,9 @@ def test_a_switched_effect_makes_its_step_stale(addon, city_file):
 
 
 def test_preferences_are_what_a_new_scene_begins_with(addon, monkeypatch, tmp_path):
-    preferences = SimpleNamespace(weather="clear-sky", weather_file="", threads=3, cache_folder=str(tmp_path))
+    preferences = SimpleNamespace(
+        weather="clear-sky", weather_file="", threads=3, cache_folder=str(tmp_path)
+    )
     monkeypatch.setattr(read_settings_module, "find_preferences", lambda: preferences)
     read_settings_module.choose_weather(addon, preferences)
     assert addon.weather == "clear-sky"
@@ -121,7 +146,10 @@ def test_weather_without_a_place_is_given_one(addon, tmp_path):
     addon.weather_place = "52.38, 13.06"
     assert read_settings(addon).weather_place == (52.38, 13.06)
     addon.weather_place = "Potsdam"
-    with pytest.raises(InputError, match="Measured at: 'Potsdam' is not a latitude and a longitude; give two numbers"):
+    with pytest.raises(
+        InputError,
+        match="Measured at: 'Potsdam' is not a latitude and a longitude; give two numbers",
+    ):
         read_settings(addon)
     addon.weather = "climate"
     assert read_settings(addon).weather_place is None
@@ -130,9 +158,15 @@ def test_weather_without_a_place_is_given_one(addon, tmp_path):
 @pytest.mark.parametrize(
     ("told", "shown"),
     [
-        ("trace --suns sky-grid:N, or --allow-distance 9560", "trace with Suns: Sky grid, or Within [km] 9560"),
+        (
+            "trace --suns sky-grid:N, or --allow-distance 9560",
+            "trace with Suns: Sky grid, or Within [km] 9560",
+        ),
         ("give --weather-place LATITUDE LONGITUDE", "give Measured at (latitude and longitude)"),
-        ("give its location with --latitude D --longitude D", "give its location with Own location"),
+        (
+            "give its location with --latitude D --longitude D",
+            "give its location with Own location",
+        ),
         ("citypv simulate CITY --out DIR", "citypv simulate CITY --out DIR"),
     ],
 )

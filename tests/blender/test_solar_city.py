@@ -49,45 +49,69 @@ def test_one_button_does_what_the_steps_do(quick, city_file):
     city = here()
     hours = read_face_attribute(city.data, "full_load_hours")
     assert states(quick) == ["done"] * 4
-    assert (quick.attribute, city["citypv_colour_attribute"]) == ("full_load_hours", "full_load_hours")
+    assert (quick.attribute, city["citypv_colour_attribute"]) == (
+        "full_load_hours",
+        "full_load_hours",
+    )
     assert "climatology" in city["citypv_weather"]
     assert "facade south|3|" in " ".join(city["citypv_groups"])
     assert bpy.context.scene.view_settings.view_transform == "Standard"
     # Totals are sums of all kinds.
     totals, energy = totals_of(city), find_session(city).energy
     (kwp, mwh, mean), *kinds = totals.values()
-    assert kwp == pytest.approx(sum(one[0] for one in kinds), abs=0.51 * len(totals))  # of numbers without decimals
+    assert kwp == pytest.approx(
+        sum(one[0] for one in kinds), abs=0.51 * len(totals)
+    )  # of numbers without decimals
     assert mwh == pytest.approx(kwp * mean / 1000, rel=0.02)
-    expected = np.average(energy.full_load_hours[energy.eligible], weights=energy.counted_area[energy.eligible])
+    expected = np.average(
+        energy.full_load_hours[energy.eligible], weights=energy.counted_area[energy.eligible]
+    )
     assert mean == pytest.approx(expected, rel=0.01)
-    assert totals["Pitched roofs"][2] > totals["Facades"][2] and energy.eligible[energy.flat_roof].all()
+    assert (
+        totals["Pitched roofs"][2] > totals["Facades"][2]
+        and energy.eligible[energy.flat_roof].all()
+    )
     run("import_city", "classify", "trace", "energy")
     np.testing.assert_array_equal(read_face_attribute(here().data, "full_load_hours"), hours)
 
 
 def test_several_years_have_a_line_for_half_and_for_nine_in_ten_of_them(quick, city_file):
-    """Of two years, one a tenth below and one a tenth above, P50 is the mean and P90 the lower one."""
+    """Of two years, one a tenth below and one a tenth above, P50 is the mean and P90 the
+    lower one.
+    """
     bpy.ops.citypv.solar_city(filepath=str(city_file))
     city, session = here(), find_session(here())
     hours = session.energy.full_load_hours
-    energy = replace(session.energy, full_load_hours_by_year=np.stack([0.9 * hours, 1.1 * hours], axis=1), years=2.0)
+    energy = replace(
+        session.energy,
+        full_load_hours_by_year=np.stack([0.9 * hours, 1.1 * hours], axis=1),
+        years=2.0,
+    )
     system = build_system(session.request)
     whole = sum_totals(session.transfer, energy, system)
     buildings = sum_buildings(session.transfer, energy, system, session.weather)
     summarise_energy(city, session.weather, energy, place="", whole=whole, buildings=buildings)
     mwh = whole["mwh_per_year"]
-    assert city["citypv_totals"][-2:] == [f"P50 of 2 years|–|{mwh:,.0f}|–", f"P90 of 2 years|–|{0.9 * mwh:,.0f}|–"]
+    assert city["citypv_totals"][-2:] == [
+        f"P50 of 2 years|–|{mwh:,.0f}|–",
+        f"P90 of 2 years|–|{0.9 * mwh:,.0f}|–",
+    ]
     # And each building: in the list of the best, and where it is probed.
     for name, kwp, year, half, nine in read_best(city):
         (row,) = buildings[buildings["building_id"] == name].itertuples()
-        assert (row.p50_mwh_per_year, row.p90_mwh_per_year) == pytest.approx((row.mwh_per_year, 0.9 * row.mwh_per_year))
+        assert (row.p50_mwh_per_year, row.p90_mwh_per_year) == pytest.approx(
+            (row.mwh_per_year, 0.9 * row.mwh_per_year)
+        )
         told = row.kwp, row.mwh_per_year, row.p50_mwh_per_year, row.p90_mwh_per_year
         assert (kwp, year, half, nine) == tuple(f"{one:,.1f}" for one in told)
     session.energy, (name, *_) = energy, read_best(city)[0]
     mwh = float(buildings["mwh_per_year"].max())
     rows = np.flatnonzero(np.array(session.transfer.surfaces.building_id) == name)
     told = dict(line.split("|") for line in describe_surfaces(session, rows))
-    assert (told["P50"], told["P90"]) == (f"{mwh:,.2f} MWh per year", f"{0.9 * mwh:,.2f} MWh per year")
+    assert (told["P50"], told["P90"]) == (
+        f"{mwh:,.2f} MWh per year",
+        f"{0.9 * mwh:,.2f} MWh per year",
+    )
 
 
 def test_a_changed_setting_makes_its_step_and_those_after_it_stale(quick, city_file):
@@ -114,8 +138,14 @@ def test_a_dropped_weather_file_is_used_at_once(quick, city_file):
 
 
 def test_files_can_be_dropped(addon):
-    dropped = {item.bl_idname: item for item in bpy.types.FileHandler.__subclasses__() if "CITYPV" in item.bl_idname}
-    assert {".gml", ".json", ".jsonl", ".obj"} <= set(dropped["CITYPV_FH_city"].bl_file_extensions.split(";"))
+    dropped = {
+        item.bl_idname: item
+        for item in bpy.types.FileHandler.__subclasses__()
+        if "CITYPV" in item.bl_idname
+    }
+    assert {".gml", ".json", ".jsonl", ".obj"} <= set(
+        dropped["CITYPV_FH_city"].bl_file_extensions.split(";")
+    )
     assert {".epw", ".nc"} <= set(dropped["CITYPV_FH_weather"].bl_file_extensions.split(";"))
     for item in dropped.values():
         assert getattr(bpy.ops.citypv, item.bl_import_operator.partition(".")[2]).get_rna_type()
@@ -123,11 +153,15 @@ def test_files_can_be_dropped(addon):
 
 def test_materials_need_an_imported_city(quick, city_file):
     quick.albedo_source = "materials"
-    refuse("solar_city", "Albedo: the faces have no materials before the city is imported", filepath=str(city_file))
+    refuse(
+        "solar_city",
+        "Albedo: the faces have no materials before the city is imported",
+        filepath=str(city_file),
+    )
     assert find_city(bpy.context.scene) == (None, None)
 
 
-# -- in a window: each result is shown while the next one is computed, and kept when the step is cancelled --
+# -- in a window: each result is shown while the next is computed, and kept on cancelling --
 
 BODIES = ("refine", "finish", "_show_light")
 
@@ -138,7 +172,11 @@ def watched(addon, city_file):
     addon.city_path = str(city_file)
     request = read_settings(addon)
     # The bodies of the operator, which only Blender can make.
-    step = type("Stand", (Step,), {name: SolarCity.__dict__[name] for name in BODIES} | {"bl_label": "Solar city"})()
+    step = type(
+        "Stand",
+        (Step,),
+        {name: SolarCity.__dict__[name] for name in BODIES} | {"bl_label": "Solar city"},
+    )()
     step._found, step.kept, step.told = SimpleQueue(), [], []
     step.report = lambda level, text: step.told.append((level, text))
     return step, ([str(city_file)], request, settings_of_look(request), step._found)
@@ -153,7 +191,10 @@ def test_results_are_shown_one_after_the_other_and_the_last_are_those_of_a_scrip
         step.refine(bpy.context)
         city = here()
         if city is not None:
-            seen[step.kept[-1]] = (city.get("citypv_colour_attribute"), city.get("citypv_interrupted"))
+            seen[step.kept[-1]] = (
+                city.get("citypv_colour_attribute"),
+                city.get("citypv_interrupted"),
+            )
 
     result = SolarCity.work(task, progress)
     assert list(seen) == ["buildings", "kinds", "first look"]
@@ -167,7 +208,8 @@ def test_results_are_shown_one_after_the_other_and_the_last_are_those_of_a_scrip
     assert states(addon) == ["done"] * 4
     assert city["citypv_interrupted"] == ""
     hours = read_face_attribute(city.data, "full_load_hours")
-    # Four days instead of 24 and a sixteenth of the rays: some hours of hundreds, and never the same.
+    # Four days instead of 24 and a sixteenth of the rays: some hours of hundreds, and never the
+    # same.
     counted = np.isfinite(hours)
     assert np.sqrt(np.mean((look - hours)[counted] ** 2)) < 0.05 * hours[counted].mean()
     assert not np.array_equal(look, hours, equal_nan=True)
@@ -176,7 +218,12 @@ def test_results_are_shown_one_after_the_other_and_the_last_are_those_of_a_scrip
 
 
 @pytest.mark.parametrize(
-    ("stage", "kept"), [("classifying", "buildings"), ("first look", "buildings, kinds"), ("sky and reflections", None)]
+    ("stage", "kept"),
+    [
+        ("classifying", "buildings"),
+        ("first look", "buildings, kinds"),
+        ("sky and reflections", None),
+    ],
 )
 def test_a_cancelled_step_keeps_what_is_shown(watched, addon, stage, kept):
     step, task = watched
@@ -190,7 +237,9 @@ def test_a_cancelled_step_keeps_what_is_shown(watched, addon, stage, kept):
         SolarCity.work(task, progress)
     step._job, step._leave = SimpleNamespace(error=CancelledError()), lambda context: None
     assert step._end(bpy.context) == {"FINISHED"}
-    assert step.told == [({"WARNING"}, f"Solar city was cancelled; kept: {kept or 'buildings, kinds, first look'}")]
+    assert step.told == [
+        ({"WARNING"}, f"Solar city was cancelled; kept: {kept or 'buildings, kinds, first look'}")
+    ]
     if kept is None:  # its light can be weighed with other weather, and traced as the settings say
         run("energy", "trace", weather="clear-sky")
     elif kept == "buildings":
@@ -205,7 +254,12 @@ def test_rounds_are_shown_after_the_look(watched, addon):
         step.refine(bpy.context)
         city = here()
         if city is not None and "citypv_full_load_hours" in city.data.attributes:
-            seen.append((np.nanmean(read_face_attribute(city.data, "full_load_hours")), city["citypv_interrupted"]))
+            seen.append(
+                (
+                    np.nanmean(read_face_attribute(city.data, "full_load_hours")),
+                    city["citypv_interrupted"],
+                )
+            )
 
     SolarCity.work((paths, request, look, found), progress)
     shown = list(dict.fromkeys(seen))

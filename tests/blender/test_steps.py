@@ -1,4 +1,6 @@
-"""The steps as a user takes them, from a file to coloured full load hours, in a script without a window."""
+"""The steps as a user takes them, from a file to coloured full load hours, in a script without a
+window.
+"""
 
 import bpy
 import pytest
@@ -37,7 +39,10 @@ def test_tracing_anew_takes_back_the_energy(addon, city_file):
     refuse("colour", "City: its faces have no full load hours yet")
 
 
-TERRAIN = "ncols 3\nnrows 3\nxllcorner 389940\nyllcorner 5817940\ncellsize 60\nnodata_value -9999\n" + 3 * "32 32 32\n"
+TERRAIN = (
+    "ncols 3\nnrows 3\nxllcorner 389940\nyllcorner 5817940\ncellsize 60\nnodata_value -9999\n"
+    + 3 * "32 32 32\n"
+)
 
 
 def test_the_city_stands_on_the_terrain_of_a_file(addon, city_file, tmp_path):
@@ -87,7 +92,11 @@ def test_a_file_that_cannot_be_used_is_an_error_in_one_line(addon, tmp_path, con
 
 @pytest.mark.parametrize(
     ("weather", "years", "asked"),
-    [("pvgis", "", "pvgis"), ("pvgis", "2005-2023", "pvgis:2005-2023"), ("nasa-power", " 2019 ", "nasa-power:2019")],
+    [
+        ("pvgis", "", "pvgis"),
+        ("pvgis", "2005-2023", "pvgis:2005-2023"),
+        ("nasa-power", " 2019 ", "nasa-power:2019"),
+    ],
 )
 def test_no_download_without_online_access(addon, city_file, weather, years, asked):
     addon.weather, addon.weather_years = weather, years
@@ -119,14 +128,20 @@ def test_settings_become_a_request(addon, tmp_path):
     request = read_settings(addon)
     assert request.suns == "sky-grid:1000"
     assert (request.latitude, request.longitude) == (-33.5, 151.25)
-    assert (request.weather, request.horizon) == (str(tmp_path / "year.epw"), str(tmp_path / "horizon.csv"))
+    assert (request.weather, request.horizon) == (
+        str(tmp_path / "year.epw"),
+        str(tmp_path / "horizon.csv"),
+    )
     assert (request.grid_size, request.threads, request.lod) == (2.5, 3, "1")
     addon.suns = "hourly"
     assert read_settings(addon).suns == "hourly"
     addon.ground, addon.terrain = "none", str(tmp_path / "terrain.tif")
     assert (read_settings(addon).ground, read_settings(addon).terrain) == ("none", None)
     addon.ground = "terrain"
-    assert (read_settings(addon).ground, read_settings(addon).terrain) == ("auto", str(tmp_path / "terrain.tif"))
+    assert (read_settings(addon).ground, read_settings(addon).terrain) == (
+        "auto",
+        str(tmp_path / "terrain.tif"),
+    )
 
 
 def test_a_city_that_is_gone_when_a_step_ends_is_an_error(addon, city_file):

@@ -1,4 +1,6 @@
-"""The timeline: frames are hours, faces show the light of that sun, and the user's scene comes back."""
+"""The timeline: frames are hours, faces show the light of that sun, and the user's scene comes
+back.
+"""
 
 import bpy
 import numpy as np
@@ -16,7 +18,14 @@ NOON_IN_JUNE = 5 * 24 + 13  # frame of 12 to 13 h
 
 @pytest.fixture
 def traced(addon, city_file):
-    run("solar_city", weather="clear-sky", city_path=str(city_file), samples=32, shadow_samples=4, days=4)
+    run(
+        "solar_city",
+        weather="clear-sky",
+        city_path=str(city_file),
+        samples=32,
+        shadow_samples=4,
+        days=4,
+    )
     return here()
 
 
@@ -25,13 +34,20 @@ def test_a_frame_shows_the_direct_light_of_its_hour(traced):
     stage = bpy.context.scene
     assert (stage.frame_start, stage.frame_end) == (1, 288)
     stage.frame_set(NOON_IN_JUNE)
-    # Roofs to the south are free: direct light of the month's mean DNI at pvlib's angle of incidence.
+    # Roofs to the south are free: direct light of the month's mean DNI at pvlib's angle of
+    # incidence.
     session, timeline = find_session(traced), timeline_of(traced)
     surfaces = session.transfer.surfaces
-    start = pd.DatetimeIndex(["2023-06-11 11:30"], tz="UTC")  # June 11th, 12:30 of UTC+1; the year moves it by 0.1°
-    sun = pvlib.solarposition.get_solarposition(start, session.weather.latitude, session.weather.longitude)
+    start = pd.DatetimeIndex(
+        ["2023-06-11 11:30"], tz="UTC"
+    )  # June 11th, 12:30 of UTC+1; the year moves it by 0.1°
+    sun = pvlib.solarposition.get_solarposition(
+        start, session.weather.latitude, session.weather.longitude
+    )
     zenith, azimuth = float(sun["apparent_zenith"].iloc[0]), float(sun["azimuth"].iloc[0])
-    values, faces = (read_face_attribute(traced.data, name) for name in ("direct_irradiance", "surface"))
+    values, faces = (
+        read_face_attribute(traced.data, name) for name in ("direct_irradiance", "surface")
+    )
     south = [row for row, name in enumerate(surfaces.surface_id) if "roof_south" in name]
     assert south
     for row in south:
@@ -57,7 +73,9 @@ def test_night_is_dark_and_the_scale_stays(traced):
     assert not read_face_attribute(traced.data, "direct_irradiance").any()
     assert bpy.data.objects[SUN].data.energy == 0
     assert traced["citypv_colour_high"] == before > 500
-    np.testing.assert_allclose(colours_of(traced.data)[0], np.array([0x44, 0x01, 0x54]) / 255, atol=0.01)
+    np.testing.assert_allclose(
+        colours_of(traced.data)[0], np.array([0x44, 0x01, 0x54]) / 255, atol=0.01
+    )
 
 
 def test_the_months_are_parts_of_the_year(traced):
@@ -67,7 +85,9 @@ def test_the_months_are_parts_of_the_year(traced):
     for month in range(12):
         bpy.context.scene.frame_set(24 * month + 13)
         total = total + read_face_attribute(traced.data, "month_hours").astype(float)
-    np.testing.assert_allclose(total, read_face_attribute(traced.data, "full_load_hours"), rtol=1e-5)
+    np.testing.assert_allclose(
+        total, read_face_attribute(traced.data, "full_load_hours"), rtol=1e-5
+    )
     assert traced["citypv_colour_attribute"] == "month_hours"
 
 
@@ -105,7 +125,9 @@ def test_it_goes_on_in_a_reopened_file_and_after_other_weather(traced, tmp_path)
     stage.frame_set(NOON_IN_JUNE - 2)
     assert timeline_of(city) is not None
     stage.frame_set(NOON_IN_JUNE)
-    np.testing.assert_allclose(read_face_attribute(city.data, "direct_irradiance"), before, rtol=1e-5)
+    np.testing.assert_allclose(
+        read_face_attribute(city.data, "direct_irradiance"), before, rtol=1e-5
+    )
     stage.citypv.weather = "climate"
     bpy.ops.citypv.energy()
     assert timeline_of(city) is None

@@ -1,4 +1,6 @@
-"""What is computed or written out is what is seen: of edited meshes, ground, objects, and buildings of their own."""
+"""What is computed or written out is what is seen: of edited meshes, ground, objects, and buildings
+of their own.
+"""
 
 import json
 
@@ -14,7 +16,9 @@ from citypv.operators.result.compute_energy import read_best
 
 
 def test_what_a_deleted_part_of_the_mesh_yielded_is_told(traced):
-    """Before the first edit the city had all its faces: a house deleted in edit mode is gone with its energy."""
+    """Before the first edit the city had all its faces: a house deleted in edit mode is gone with
+    its energy.
+    """
     city = here()
     yielded = {name: float(mwh.replace(",", "")) for name, _, mwh in read_best(city)}
     number = list(city["citypv_buildings"]).index("house2")
@@ -61,11 +65,15 @@ def test_no_step_computes_on_another_ground_than_is_seen(traced):
     bpy.context.view_layer.update()
     assert describe_edit(here())[0] == "its ground was edited" and not bpy.ops.citypv.update.poll()
     run("classify", "trace", "energy")
-    assert describe_edit(here()) == ("", "") and tuple(here()["citypv_ground"].matrix_world.translation) == (100, 20, 7)
+    assert describe_edit(here()) == ("", "") and tuple(
+        here()["citypv_ground"].matrix_world.translation
+    ) == (100, 20, 7)
 
 
 def test_no_step_computes_on_another_city_than_is_seen(traced, tmp_path):
-    """Without Live a moved tower waits for Update, which every step asks for; so does a modifier of the mesh."""
+    """Without Live a moved tower waits for Update, which every step asks for; so does a modifier of
+    the mesh.
+    """
     bpy.context.scene.citypv_seeing.live = False
     add_tower()
     run("add_to_city", "update")
@@ -74,14 +82,18 @@ def test_no_step_computes_on_another_city_than_is_seen(traced, tmp_path):
     for step in ("trace", "energy", "timeline", "plan_effects", "predict", "probe", "export"):
         refuse(step, "objects of it were edited; press Update")
     run("update")
-    assert bpy.ops.citypv.export(format="faces", filepath=str(tmp_path / "faces.csv")) == {"FINISHED"}
+    assert bpy.ops.citypv.export(format="faces", filepath=str(tmp_path / "faces.csv")) == {
+        "FINISHED"
+    }
     here().modifiers.new("Weld", "DECIMATE").ratio = 0.5
     bpy.context.view_layer.update()
     refuse("energy", "its mesh was edited; press Update")
     refuse("update", "its mesh has modifiers")
 
 
-def test_a_building_of_its_own_stands_for_that_of_the_files_after_an_import(traced, city_file, tmp_path):
+def test_a_building_of_its_own_stands_for_that_of_the_files_after_an_import(
+    traced, city_file, tmp_path
+):
     bpy.ops.citypv.edit_building(building="house1")
     bpy.context.object.location.x += 3
     bpy.context.view_layer.update()

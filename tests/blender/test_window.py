@@ -23,7 +23,9 @@ NAME = "street.gml"
 pytestmark = [
     pytest.mark.window,
     pytest.mark.slow,
-    pytest.mark.skipif(not ROOT, reason="CITYPV_BLENDER names no Blender root; tools/blender_window.py builds one"),
+    pytest.mark.skipif(
+        not ROOT, reason="CITYPV_BLENDER names no Blender root; tools/blender_window.py builds one"
+    ),
 ]
 
 
@@ -49,7 +51,9 @@ def load_tool():
 
 @pytest.fixture(scope="module")
 def window(city_file, tmp_path_factory):
-    """A window with the tab CityPV open; a picture of its end is kept beside the other temporary files."""
+    """A window with the tab CityPV open; a picture of its end is kept beside the other temporary
+    files.
+    """
     tool, root = load_tool(), Path(ROOT)
     assert "Installed" in tool.install_extension(root)
     shutil.copy(city_file, root / tool.EXCHANGE / NAME)
@@ -58,7 +62,8 @@ def window(city_file, tmp_path_factory):
         opened.pictures, opened.places = pictures, {}
         opened.ask(PREPARE + "area.spaces.active.show_region_ui = True")
         opened.wait_for(
-            "any(r.type == 'UI' and r.width > 100 for a in bpy.data.screens['Layout'].areas for r in a.regions)"
+            "any(r.type == 'UI' and r.width > 100 for a in bpy.data.screens['Layout'].areas for r "
+            "in a.regions)"
         )
         opened.ask(
             f"s = bpy.context.scene.citypv; s.city_path = '/{tool.EXCHANGE}/{NAME}'\n"
@@ -72,12 +77,21 @@ def window(city_file, tmp_path_factory):
         opened.take_picture(pictures / "end.png")
 
 
-STEPS = {"import_city": "surface", "classify": "kind", "trace": "diffuse_relative", "energy": "full_load_hours"}
+STEPS = {
+    "import_city": "surface",
+    "classify": "kind",
+    "trace": "diffuse_relative",
+    "energy": "full_load_hours",
+}
 
 
 def test_buttons_do_their_steps_and_the_window_stays_alive(window):
     for operator, name in STEPS.items():
-        press_step(window, f"citypv.{operator}", f"any('citypv_{name}' in mesh.attributes for mesh in bpy.data.meshes)")
+        press_step(
+            window,
+            f"citypv.{operator}",
+            f"any('citypv_{name}' in mesh.attributes for mesh in bpy.data.meshes)",
+        )
         if operator == "classify":
             undo_to_import(window)
 
@@ -93,11 +107,19 @@ def test_the_view_shows_the_city_in_many_colours_and_the_legend(window, tmp_path
     image.pixels.foreach_get(pixels)
     pixels = pixels.reshape(image.size[1], image.size[0], -1)[..., :3]
     left, bottom, width, height = window.ask(
-        PREPARE + "r = next(r for r in area.regions if r.type == 'WINDOW'); answer = (r.x, r.y, r.width, r.height)"
+        PREPARE
+        + (
+            "r = next(r for r in area.regions if r.type == 'WINDOW'); answer = (r.x, r.y, r.width, "
+            "r.height)"
+        )
     )
-    # The colour bar lies 76 to 516 pixels from the view's left edge and 92 to 108 above its lower one.
+    # The colour bar lies 76 to 516 pixels from the view's left edge and 92 to 108 above its lower
+    # one.
     scale = window.ask("answer = bpy.context.preferences.system.ui_scale")
-    row, ends = bottom + round(100 * scale), (left + round(77.5 * scale), left + round(514.5 * scale))
+    row, ends = (
+        bottom + round(100 * scale),
+        (left + round(77.5 * scale), left + round(514.5 * scale)),
+    )
     first, last = pixels[row, ends[0]], pixels[row, ends[1]]
     np.testing.assert_allclose(first, np.array([0x44, 0x01, 0x54]) / 255, atol=0.04)
     np.testing.assert_allclose(last, np.array([0xFD, 0xE7, 0x25]) / 255, atol=0.04)
@@ -129,7 +151,8 @@ def test_a_button_of_the_report_highlights_its_faces_and_can_be_undone(window):
     count = wait_for_kinds(window, [KIND_CODES["roof"]])
     assert window.ask(f"answer = {CITY}.mode, {CITY}['citypv_highlight']") == ["OBJECT", True]
     assert count == window.ask(
-        f"answer = sum(a.value == {KIND_CODES['roof']} for a in {CITY}.data.attributes['citypv_kind'].data)"
+        f"answer = sum(a.value == {KIND_CODES['roof']} for a in "
+        f"{CITY}.data.attributes['citypv_kind'].data)"
     )
     time.sleep(1)
     window.take_picture(window.pictures / "selected.png")
@@ -141,7 +164,9 @@ def test_a_button_of_the_report_highlights_its_faces_and_can_be_undone(window):
 
 
 def measure_frames(window, seconds):
-    """Longest and median time between two turns of Blender's main loop [ms], which has to draw and answer in each."""
+    """Longest and median time between two turns of Blender's main loop [ms], which has to draw and
+    answer in each.
+    """
     window.ask(
         "import time\n"
         "space = bpy.app.driver_namespace\n"
@@ -159,7 +184,9 @@ def measure_frames(window, seconds):
 
 def test_escape_among_the_suns_keeps_those_that_are_traced(window):
     calm = measure_frames(window, 2)
-    window.ask("s = bpy.context.scene.citypv; s.suns, s.samples, s.shadow_samples = 'hourly', 64, 4096")
+    window.ask(
+        "s = bpy.context.scene.citypv; s.suns, s.samples, s.shadow_samples = 'hourly', 64, 4096"
+    )
     press(window, "citypv.trace")
     window.wait_for(f"{RUNNING}.text.startswith('suns') and {RUNNING}.share > 0.1", 120)
     window.take_picture(window.pictures / "running.png")
@@ -201,7 +228,9 @@ def test_the_command_line_runs_inside_blender(window):
     tool, root = load_tool(), Path(ROOT)
     with pytest.raises(RuntimeError, match=r"nowhere\.gml"):
         tool.blender(root, "--command", "citypv", "inspect", "/exchange/nowhere.gml")
-    told = tool.blender(root, "--command", "citypv", "inspect", f"/{tool.EXCHANGE}/{NAME}", "--json")
+    told = tool.blender(
+        root, "--command", "citypv", "inspect", f"/{tool.EXCHANGE}/{NAME}", "--json"
+    )
     assert '"buildings": 3' in told.replace("building_count", "buildings")
 
 
@@ -221,7 +250,9 @@ def test_the_probe_of_a_face(window):
 
 
 def test_a_tower_is_moved_with_live_on(window):
-    """Its neighbours lose something else then, and what they lost before once that is undone, without tracing."""
+    """Its neighbours lose something else then, and what they lost before once that is undone,
+    without tracing.
+    """
     name = f"/{load_tool().EXCHANGE}/{NAME}"
     window.ask(
         f"s = bpy.context.scene.citypv; s.city_path, s.suns, s.days = {name!r}, 'days', 4\n"
@@ -231,7 +262,10 @@ def test_a_tower_is_moved_with_live_on(window):
     window.wait_for(f"{RUNNING} is not None", 20)
     window.wait_for(f"{RUNNING} is None", 600)
     before, after = move_tower(window)
-    assert all(row["change"] < -5 * row["error"] < 0 for row in (before, after)) and before["change"] != after["change"]
+    assert (
+        all(row["change"] < -5 * row["error"] < 0 for row in (before, after))
+        and before["change"] != after["change"]
+    )
     undo_move(window, before)
     assert "Traceback" not in window.read_log()
 
@@ -239,19 +273,31 @@ def test_a_tower_is_moved_with_live_on(window):
 @pytest.fixture
 def no_tower(window):
     """The city of the tests before, without what they added."""
-    window.ask("bpy.data.batch_remove([item for item in bpy.data.objects if item.name.startswith('tower')])")
+    window.ask(
+        "bpy.data.batch_remove([item for item in bpy.data.objects if "
+        "item.name.startswith('tower')])"
+    )
     wait_until_settled(window, [])
 
 
 def test_edits_while_an_update_is_computed(window, no_tower):
-    """Undo at its first report, before its estimate and after that is shown; each other edit after it is shown."""
-    assert edit_at_moments(window, lambda edit, every: [every[0], *every[-2:]] if edit is undo else every[-1:]) == 7
+    """Undo at its first report, before its estimate and after that is shown; each other edit after
+    it is shown.
+    """
+    assert (
+        edit_at_moments(
+            window, lambda edit, every: [every[0], *every[-2:]] if edit is undo else every[-1:]
+        )
+        == 7
+    )
     assert "Traceback" not in window.read_log()
 
 
 @pytest.mark.thorough
 def test_all_edits_at_all_moments_of_an_update(window, no_tower):
-    """Undo, redo, delete, duplicate, and both, at each report of its work and around its estimate: none crashes."""
+    """Undo, redo, delete, duplicate, and both, at each report of its work and around its estimate:
+    none crashes.
+    """
     assert edit_at_moments(window, lambda edit, every: every) >= 35
     assert "Traceback" not in window.read_log()
 

@@ -1,4 +1,6 @@
-"""Edits by mouse in a Blender window: a tower is added and moved with *Live* on, and who loses is read in the table."""
+"""Edits by mouse in a Blender window: a tower is added and moved with *Live* on, and who loses is
+read in the table.
+"""
 
 import json
 
@@ -33,7 +35,8 @@ def read_sums(window):
 
 
 def move_tower(window):
-    """Add a tower beside the city by one click, and move it as a user does: G X, the distance, Enter.
+    """Add a tower beside the city by one click, and move it as a user does: G X, the distance,
+    Enter.
 
     Returns
     -------
@@ -56,8 +59,10 @@ def move_tower(window):
 def undo_move(window, row):
     """Undo the last move: the results of the place before are there again, without tracing."""
     window.ask(
-        "trace = __import__('importlib').import_module('bl_ext.user_default.citypv.core.light.change_light')\n"
-        "space = bpy.app.driver_namespace; space['trace_change'] = trace.trace_change; trace.trace_change = None"
+        "trace = "
+        "__import__('importlib').import_module('bl_ext.user_default.citypv.core.light.change_light')\n"
+        "space = bpy.app.driver_namespace; space['trace_change'] = trace.trace_change; "
+        "trace.trace_change = None"
     )
     place = window.ask("answer = bpy.data.objects['tower'].location.x")
     for _ in range(3):  # clicks in the sidebar are steps of undo as well

@@ -33,7 +33,9 @@ def press_step(window, operator, evidence):
 
 
 def undo_to_import(window):
-    """Undo the classification: the shape is seen in a studio light, not as a white silhouette; then redo it."""
+    """Undo the classification: the shape is seen in a studio light, not as a white silhouette; then
+    redo it.
+    """
     assert window.ask(SHADING) == ["FLAT", "VERTEX"]
     window.point("mousemove", *IN_VIEW, "key", "ctrl+z")
     window.wait_for(f"not {HAS_KIND}")
@@ -48,8 +50,9 @@ def undo_to_import(window):
 def three_clicks(window, path):
     """Run *Solar city*: kinds, first look and result are seen one after the other.
 
-    By so many rays that the window shows the first look before the work has ended, on a busy machine, too. Buildings
-    without kinds are seen for a tick at most: the kinds of this street are known as soon.
+    By so many rays that the window shows the first look before the work has ended, on a busy
+    machine, too. Buildings without kinds are seen for a tick at most: the kinds of this street are
+    known as soon.
     """
     window.ask(
         f"s = bpy.context.scene.citypv; s.city_path = {path!r}\n"
@@ -61,6 +64,10 @@ def three_clicks(window, path):
     window.wait_for(f"{RUNNING} is None", 600)
     keep_picture(window, "solar-city")
     shown = window.ask("s = bpy.app.driver_namespace; s['noting'] = False; answer = s['shown']")
-    assert shown[-3:] == [["kind", ""], ["full_load_hours", "First look"], ["full_load_hours", ""]], shown
+    assert shown[-3:] == [
+        ["kind", ""],
+        ["full_load_hours", "First look"],
+        ["full_load_hours", ""],
+    ], shown
     assert window.ask(f"answer = 'citypv_totals' in {CITY}")
     assert "Traceback" not in window.read_log()

@@ -30,17 +30,26 @@ keymap.keymap_items.new("wm.note_button", "F8", "PRESS")
 
 
 PAGES = 5  # of the sidebar
-NEXT = ["key", "Next", *["click", 4] * 2]  # a window's height down and 80 pixels up, so that pages overlap
+NEXT = [
+    "key",
+    "Next",
+    *["click", 4] * 2,
+]  # a window's height down and 80 pixels up, so that pages overlap
 STEP = 18  # pixels from row to row: a button is 20 high
 ROWS_AT_ONCE = 12
-WAITS = [0.02, 0.05, 0.2]  # over each row before the key [s]: a busy computer draws what is under the mouse late
+WAITS = [
+    0.02,
+    0.05,
+    0.2,
+]  # over each row before the key [s]: a busy computer draws what is under the mouse late
 
 
 def find_button(window, operator, *, below=False):
-    """Find where an operator's button is, on the pages of the sidebar from the top down, or from its end up.
+    """Find where an operator's button is, on the pages of the sidebar from the top down, or from
+    its end up.
 
-    An operator with several buttons is given with its arguments, as Blender writes them. The page on which it was seen
-    last is tried first. What is not found is looked for again, more slowly.
+    An operator with several buttons is given with its arguments, as Blender writes them. The page
+    on which it was seen last is tried first. What is not found is looked for again, more slowly.
     """
     for wait in WAITS:
         found = search_pages(window, operator, below, wait)
@@ -50,27 +59,44 @@ def find_button(window, operator, *, below=False):
 
 
 def search_pages(window, operator, below, wait):
-    """Look for a button on each page of the sidebar once: its place on the screen, None if it was not seen."""
+    """Look for a button on each page of the sidebar once: its place on the screen, None if it was
+    not seen.
+    """
     call = f"bpy.ops.{operator}" if "(" in operator else f"bpy.ops.{operator}("
-    left, bottom, width, height = window.ask(PREPARE + "answer = (sidebar.x, sidebar.y, sidebar.width, sidebar.height)")
-    top, place = window.size[1] - bottom - height, left + width // 4  # where short buttons are as well
-    known = [page for page, commands in window.places.items() if any(call in command for command in commands)]
+    left, bottom, width, height = window.ask(
+        PREPARE + "answer = (sidebar.x, sidebar.y, sidebar.width, sidebar.height)"
+    )
+    top, place = (
+        window.size[1] - bottom - height,
+        left + width // 4,
+    )  # where short buttons are as well
+    known = [
+        page
+        for page, commands in window.places.items()
+        if any(call in command for command in commands)
+    ]
     pages = sorted(range(PAGES), key=lambda page: (page not in known, -page if below else page))
     rows = range(top + 40, top + height - 8, STEP)
     for page in pages:
         window.point("mousemove", place, top + height // 2, "key", "Home", *NEXT * page)
         note_buttons(window, place, rows[:1], wait)  # all keys before it have been heard
         draw_window(window)
-        found = find_row(window, call, place, rows, window.places.setdefault(page, [""] * len(rows)), wait=wait)
+        found = find_row(
+            window, call, place, rows, window.places.setdefault(page, [""] * len(rows)), wait=wait
+        )
         if found is not None:
             return place, found
     return None
 
 
 def find_row(window, call, place, rows, commands, *, wait):
-    """Find the row of a button on one page, first where it was seen last; notes the commands of the rows it reads."""
+    """Find the row of a button on one page, first where it was seen last; notes the commands of the
+    rows it reads.
+    """
     parts = [slice(first, first + ROWS_AT_ONCE) for first in range(0, len(rows), ROWS_AT_ONCE)]
-    for part in sorted(parts, key=lambda part: not any(call in command for command in commands[part])):
+    for part in sorted(
+        parts, key=lambda part: not any(call in command for command in commands[part])
+    ):
         commands[part] = note_buttons(window, place, rows[part], wait)
         for row, command in zip(rows[part], commands[part], strict=True):
             if call in command and call in note_buttons(window, place, [row], wait)[0]:
@@ -79,11 +105,16 @@ def find_row(window, call, place, rows, commands, *, wait):
 
 
 def note_buttons(window, place, rows, wait):
-    """Read the commands of the buttons in some rows, with one press of a key over each: list of str."""
+    """Read the commands of the buttons in some rows, with one press of a key over each: list of
+    str.
+    """
     if not window.ask("answer = 'noted' in bpy.app.driver_namespace"):
         window.ask(NOTE)
     window.ask("bpy.app.driver_namespace['noted'] = []")
-    moves = (("mousemove", place, row, "sleep", 0.01, "mousemove", place + 2, row, "sleep", wait) for row in rows)
+    moves = (
+        ("mousemove", place, row, "sleep", 0.01, "mousemove", place + 2, row, "sleep", wait)
+        for row in rows
+    )
     window.point(*(word for move in moves for word in (*move, "key", "F8")))
     window.wait_for(f"len(bpy.app.driver_namespace['noted']) >= {len(rows)}")
     return window.ask("answer = bpy.app.driver_namespace['noted']")
@@ -103,7 +134,9 @@ def press(window, operator, *, below=False):
 
 
 def read_reports(window):
-    """Read what Blender told the user so far, from its Info editor (opened in place of the timeline)."""
+    """Read what Blender told the user so far, from its Info editor (opened in place of the
+    timeline).
+    """
     window.ask(
         "screen = bpy.context.window_manager.windows[0].screen\n"
         "for area in screen.areas:\n"
@@ -131,7 +164,9 @@ def keep_picture(window, name):
 
 
 def find_on_screen(window, name, normal):
-    """Place on the screen of the middle of the face of an object that looks the most in a direction."""
+    """Place on the screen of the middle of the face of an object that looks the most in a
+    direction.
+    """
     x, y = window.ask(
         PREPARE + "from bpy_extras.view3d_utils import location_3d_to_region_2d as project\n"
         f"item = bpy.data.objects[{name!r}]; normal = __import__('mathutils').Vector({normal!r})\n"

@@ -1,4 +1,6 @@
-"""Edits while an update is computed, in a Blender window: its work is held at a report, so that the moment is known."""
+"""Edits while an update is computed, in a Blender window: its work is held at a report, so that the
+moment is known.
+"""
 
 import time
 
@@ -15,7 +17,8 @@ bpy.context.object.location.x = 91
 bpy.ops.ed.undo_push(message="moved")
 """
 
-# Run once in the window: work waits at the first report of a stage, and its estimate until it may be shown.
+# Run once in the window: work waits at the first report of a stage, and its estimate until it may
+# be shown.
 HOLD = """
 from importlib import import_module
 from threading import Event
@@ -47,10 +50,15 @@ job, update = import_module(rooms + ".job").Job, import_module(rooms + ".edits.u
 job.progress, update.refine = bpy.app.driver_namespace["own"]
 """
 SESSION = f"import_module('bl_ext.user_default.citypv.operators.session').find_session({CITY})"
-BUILDINGS = "sorted({name for name in session.transfer.surfaces.building_id if name.startswith('tower')})"
+BUILDINGS = (
+    "sorted({name for name in session.transfer.surfaces.building_id if name.startswith('tower')})"
+)
 TOWERS = f"from importlib import import_module; session = {SESSION}; answer = {BUILDINGS}"
 # Nothing runs, and what is seen was computed: no edit is left, and no estimate.
-SETTLED = f"{RUNNING} is None and not any({CITY}.get(f'citypv_{{key}}') for key in ('redesigned', 'edited', 'preview'))"
+SETTLED = (
+    f"{RUNNING} is None and not any({CITY}.get(f'citypv_{{key}}') for key in ('redesigned', "
+    "'edited', 'preview'))"
+)
 ADD = """
 bpy.ops.mesh.primitive_cube_add(size=2, location=({x}, -10, 20), scale=(6, 6, 20))
 bpy.context.object.name = "tower"
@@ -100,7 +108,13 @@ def replace(window):
 
 
 # What is done while the work waits -> towers that the city has in the end.
-EDITS = {undo: [], redo: ["tower"], delete: [], duplicate: ["tower", "tower.001"], replace: ["tower.001"]}
+EDITS = {
+    undo: [],
+    redo: ["tower"],
+    delete: [],
+    duplicate: ["tower", "tower.001"],
+    replace: ["tower.001"],
+}
 
 
 def edit_while_computed(window, edit, stage, x, *, shown=True, hidden=False):
@@ -126,7 +140,8 @@ def edit_while_computed(window, edit, stage, x, *, shown=True, hidden=False):
         Stages of the update that were reported.
     """
     window.ask(
-        "hold = bpy.app.driver_namespace['hold']; hold['stages'].clear(); hold['go'].clear(); hold['held'].clear()\n"
+        "hold = bpy.app.driver_namespace['hold']; hold['stages'].clear(); hold['go'].clear(); "
+        "hold['held'].clear()\n"
         f"hold['stage'], hold['shown'] = {stage!r}, {not hidden}"
     )
     window.ask(in_view(ADD.format(x=x)))
@@ -137,7 +152,10 @@ def edit_while_computed(window, edit, stage, x, *, shown=True, hidden=False):
         edit(window)
         window.ask("bpy.app.driver_namespace['hold']['shown'] = True")
         time.sleep(0.4 * hidden)  # until the window has looked at the work
-        window.ask("bpy.app.driver_namespace['hold']['stage'] = ''; bpy.app.driver_namespace['hold']['go'].set()")
+        window.ask(
+            "bpy.app.driver_namespace['hold']['stage'] = ''; "
+            "bpy.app.driver_namespace['hold']['go'].set()"
+        )
     else:
         window.wait_for(f"{RUNNING} is not None", 60)
     wait_until_settled(window, EDITS[edit] if stage else ["tower"])
@@ -155,14 +173,17 @@ def wait_until_settled(window, towers):
 def clear_towers(window):
     """Delete all towers, and wait for the city without them."""
     window.ask(
-        "bpy.data.batch_remove([item for item in bpy.data.objects if item.name.startswith('tower')])\n"
+        "bpy.data.batch_remove([item for item in bpy.data.objects if "
+        "item.name.startswith('tower')])\n"
         "bpy.ops.ed.undo_push(message='cleared')"
     )
     wait_until_settled(window, [])
 
 
 def list_moments(window):
-    """Moments of an update: list of (stage, shown, hidden) of `edit_while_computed`, the estimate's own last."""
+    """Moments of an update: list of (stage, shown, hidden) of `edit_while_computed`, the estimate's
+    own last.
+    """
     stages = edit_while_computed(window, undo, "", 41.0)
     clear_towers(window)
     assert SUNS in stages and len(stages) >= 5, stages
@@ -170,14 +191,18 @@ def list_moments(window):
 
 
 def edit_at_moments(window, choose):
-    """Make each edit of `EDITS` at those of all moments of an update that `choose` takes for it: number made."""
+    """Make each edit of `EDITS` at those of all moments of an update that `choose` takes for it:
+    number made.
+    """
     window.ask(HOLD)
     try:
         every, count = list_moments(window), 0
         for edit in EDITS:
             for stage, shown, hidden in choose(edit, every):
                 count += 1
-                edit_while_computed(window, edit, stage, 41.0 + 0.1 * count, shown=shown, hidden=hidden)
+                edit_while_computed(
+                    window, edit, stage, 41.0 + 0.1 * count, shown=shown, hidden=hidden
+                )
                 clear_towers(window)
     finally:
         window.ask(LEAVE)
@@ -185,22 +210,31 @@ def edit_at_moments(window, choose):
 
 
 def undo_first_city(window, path):
-    """Undo *Solar city* in a new file while it shows the first city, and go on undoing and redoing: it ends.
+    """Undo *Solar city* in a new file while it shows the first city, and go on undoing and redoing:
+    it ends.
 
     Before, the scene and its collection hold no city in any step of undo.
     """
     window.ask("bpy.ops.wm.read_homefile()")
-    window.ask(f"s = bpy.context.scene.citypv; s.city_path, s.suns, s.days, s.samples = {path!r}, 'days', 4, 64")
+    window.ask(
+        f"s = bpy.context.scene.citypv; s.city_path, s.suns, s.days, s.samples = {path!r}, 'days', "
+        "4, 64"
+    )
     window.ask(HOLD)
     try:
         window.ask(f"hold = bpy.app.driver_namespace['hold']; hold['stage'] = {ELECTRICITY!r}")
         window.ask(in_view(BEFORE + "bpy.ops.citypv.solar_city('INVOKE_DEFAULT')"))
-        window.wait_for("bpy.app.driver_namespace['hold']['held'].is_set() and 'City' in bpy.data.objects", 300)
+        window.wait_for(
+            "bpy.app.driver_namespace['hold']['held'].is_set() and 'City' in bpy.data.objects", 300
+        )
         window.point("mousemove", *IN_VIEW, "key", "ctrl+z")
         window.wait_for("'City' not in bpy.data.objects")
         for key in ("ctrl+z", "ctrl+shift+z", "ctrl+shift+z", "ctrl+z"):
             window.point("key", key, "sleep", 0.2)
-        window.ask("bpy.app.driver_namespace['hold']['stage'] = ''; bpy.app.driver_namespace['hold']['go'].set()")
+        window.ask(
+            "bpy.app.driver_namespace['hold']['stage'] = ''; "
+            "bpy.app.driver_namespace['hold']['go'].set()"
+        )
         window.wait_for(f"{RUNNING} is None", 60)
         assert not window.ask("answer = 'City' in bpy.data.objects")
     finally:

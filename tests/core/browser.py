@@ -1,4 +1,6 @@
-"""A Chromium without a window, driven by the DevTools protocol over two pipes: no package is needed for it."""
+"""A Chromium without a window, driven by the DevTools protocol over two pipes: no package is needed
+for it.
+"""
 
 import base64
 import json
@@ -12,9 +14,25 @@ from pathlib import Path
 
 import pytest
 
-NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")  # as in tools/set_up.py
-FLAGS = ["--headless=new", "--remote-debugging-pipe", "--no-sandbox", "--no-first-run", "--hide-scrollbars"]
-FLAGS += ["--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage"]
+NAMES = (
+    "chromium",
+    "chromium-browser",
+    "google-chrome",
+    "google-chrome-stable",
+)  # as in tools/set_up.py
+FLAGS = [
+    "--headless=new",
+    "--remote-debugging-pipe",
+    "--no-sandbox",
+    "--no-first-run",
+    "--hide-scrollbars",
+]
+FLAGS += [
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-dev-shm-usage",
+]
 WITH_3D = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
 WITHOUT_3D = ["--disable-gpu", "--disable-3d-apis"]
 LONGEST = 60.0  # [s] that a page may take
@@ -29,7 +47,9 @@ def start_browser(**options):
     """A Browser; where there is no Chromium, the test is skipped, or fails if one is wanted."""
     chromium = find_chromium()
     if chromium is None:
-        (pytest.fail if "CITYPV_NEEDS_BROWSER" in os.environ else pytest.skip)("no Chromium on this machine")
+        (pytest.fail if "CITYPV_NEEDS_BROWSER" in os.environ else pytest.skip)(
+            "no Chromium on this machine"
+        )
     return Browser(chromium, **options)
 
 
@@ -44,13 +64,20 @@ class Browser:
         read, write = (fcntl.fcntl(pipe, fcntl.F_DUPFD_CLOEXEC, 10) for pipe in (to_read, to_write))
         flags = [*FLAGS, *(WITH_3D if webgl else WITHOUT_3D), f"--user-data-dir={self._profile}"]
         quiet = os.open(os.devnull, os.O_WRONLY)
-        actions = [(os.POSIX_SPAWN_DUP2, end, place) for end, place in ((quiet, 1), (quiet, 2), (read, 3), (write, 4))]
-        self._process = os.posix_spawn(chromium, [chromium, *flags, "about:blank"], os.environ, file_actions=actions)
+        actions = [
+            (os.POSIX_SPAWN_DUP2, end, place)
+            for end, place in ((quiet, 1), (quiet, 2), (read, 3), (write, 4))
+        ]
+        self._process = os.posix_spawn(
+            chromium, [chromium, *flags, "about:blank"], os.environ, file_actions=actions
+        )
         for pipe in (to_read, to_write, read, write, quiet):
             os.close(pipe)
         self._number, self._rest, self.requests, self.complaints = 0, b"", [], []
         self._session = None
-        target = next(one for one in self.call("Target.getTargets")["targetInfos"] if one["type"] == "page")
+        target = next(
+            one for one in self.call("Target.getTargets")["targetInfos"] if one["type"] == "page"
+        )
         attached = self.call("Target.attachToTarget", targetId=target["targetId"], flatten=True)
         self._session = attached["sessionId"]
         for domain in ("Page", "Runtime", "Network", "Log"):
@@ -84,7 +111,9 @@ class Browser:
         if event == "Network.requestWillBeSent":
             self.requests.append(details["request"]["url"])
         elif event == "Runtime.exceptionThrown":
-            self.complaints.append(details["exceptionDetails"].get("exception", {}).get("description", "exception"))
+            self.complaints.append(
+                details["exceptionDetails"].get("exception", {}).get("description", "exception")
+            )
         elif event == "Log.entryAdded" and details["entry"]["level"] == "error":
             self.complaints.append(details["entry"]["text"])
         return message
@@ -94,11 +123,15 @@ class Browser:
         self.requests.clear()
         self.complaints.clear()
         self.call("Page.navigate", url=Path(path).absolute().as_uri())
-        self.wait("document.querySelector('#city-buildings tbody tr, #city-note:not([hidden])') !== null")
+        self.wait(
+            "document.querySelector('#city-buildings tbody tr, #city-note:not([hidden])') !== null"
+        )
 
     def run(self, code):
         """Value of an expression in the page, awaited if it is a promise."""
-        answer = self.call("Runtime.evaluate", expression=code, returnByValue=True, awaitPromise=True)
+        answer = self.call(
+            "Runtime.evaluate", expression=code, returnByValue=True, awaitPromise=True
+        )
         assert "exceptionDetails" not in answer, answer["exceptionDetails"]
         return answer["result"].get("value")
 

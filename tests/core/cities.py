@@ -36,7 +36,9 @@ def box(building, *bounds, semantics=True):
 
 
 def heights_below(vertices, triangles, places):
-    """Height where a ray from far above first meets the triangles, NaN where it meets none, by Embree."""
+    """Height where a ray from far above first meets the triangles, NaN where it meets none, by
+    Embree.
+    """
     scene = rtcore_scene.EmbreeScene()
     TriangleMesh(scene, vertices.astype(np.float32), triangles.astype(np.int32))
     top = float(vertices[:, 2].max()) + 10.0

@@ -2,7 +2,8 @@
 
 HEAD = (
     '<?xml version="1.0" encoding="UTF-8"?>\n<CityModel xmlns="http://www.opengis.net/citygml/2.0" '
-    'xmlns:gml="http://www.opengis.net/gml" xmlns:bldg="http://www.opengis.net/citygml/building/2.0" '
+    'xmlns:gml="http://www.opengis.net/gml" '
+    'xmlns:bldg="http://www.opengis.net/citygml/building/2.0" '
     'xmlns:xlink="http://www.w3.org/1999/xlink">\n'
 )
 SQUARE = [(0, 0, 0), (4, 0, 0), (4, 0, 3), (0, 0, 3)]
@@ -16,7 +17,9 @@ def ring(points, closed=True):
 
 def polygon(name, points, *holes, closed=True):
     identifier = f' gml:id="{name}"' if name else ""
-    inside = wrap(ring(points, closed), "gml:exterior") + "".join(wrap(ring(hole), "gml:interior") for hole in holes)
+    inside = wrap(ring(points, closed), "gml:exterior") + "".join(
+        wrap(ring(hole), "gml:interior") for hole in holes
+    )
     return f"<gml:Polygon{identifier}>{inside}</gml:Polygon>"
 
 
@@ -36,7 +39,9 @@ def wrap(inside, *tags):
 
 
 def surface(inside, kind="WallSurface", lod=2):
-    return wrap(inside, "bldg:boundedBy", f"bldg:{kind}", f"bldg:lod{lod}MultiSurface", "gml:MultiSurface")
+    return wrap(
+        inside, "bldg:boundedBy", f"bldg:{kind}", f"bldg:lod{lod}MultiSurface", "gml:MultiSurface"
+    )
 
 
 def solid(inside, lod=2):

@@ -18,7 +18,13 @@ def house(*geometries, kind="Building", **more):
 
 
 def model(objects, vertices=CUBE, **more):
-    return {"type": "CityJSON", "version": "2.0", "CityObjects": objects, "vertices": vertices, **more}
+    return {
+        "type": "CityJSON",
+        "version": "2.0",
+        "CityObjects": objects,
+        "vertices": vertices,
+        **more,
+    }
 
 
 def read(tmp_path, document, **options):
@@ -34,7 +40,11 @@ def instance(number=0, corner=0, matrix=(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 
 
 def at(number):
     """The cube whose corners follow those of so many others."""
-    return {"type": "Solid", "lod": "2", "boundaries": [[[[k + 8 * number for k in ring]] for ring in FACES]]}
+    return {
+        "type": "Solid",
+        "lod": "2",
+        "boundaries": [[[[k + 8 * number for k in ring]] for ring in FACES]],
+    }
 
 
 def row(count):

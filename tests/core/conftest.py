@@ -1,4 +1,6 @@
-"""Helpers beside the tests can be imported by their names; a small city and a year that many tests begin with."""
+"""Helpers beside the tests can be imported by their names; a small city and a year that many tests
+begin with.
+"""
 
 import sys
 from functools import cache, partial

@@ -1,4 +1,6 @@
-"""The horizon of a raster by brute force: every edge between posts, in Earth-centred coordinates."""
+"""The horizon of a raster by brute force: every edge between posts, in Earth-centred
+coordinates.
+"""
 
 import numpy as np
 import pyproj
@@ -9,7 +11,9 @@ RADIUS, REFRACTION = 6_371_000.0, 0.13  # light bends by k d/2R: Gauss' coeffici
 
 
 class Edges:
-    """Edges between neighbouring posts of a raster in degrees, as seen from the ground of one place."""
+    """Edges between neighbouring posts of a raster in degrees, as seen from the ground of one
+    place.
+    """
 
     def __init__(self, path, latitude, longitude, near):
         with rasterio.open(path) as dataset:
@@ -27,7 +31,9 @@ class Edges:
         self.near = near
 
     def elevation(self, azimuth):
-        """Greatest elevation [°] on a vertical plane at an azimuth [°], beyond the distance `near` [m]."""
+        """Greatest elevation [°] on a vertical plane at an azimuth [°], beyond the distance `near`
+        [m].
+        """
         turn = np.radians(azimuth)
         side = self.x * np.cos(turn) - self.y * np.sin(turn)  # to the right of the plane
         ahead = self.x * np.sin(turn) + self.y * np.cos(turn)
@@ -36,7 +42,12 @@ class Edges:
             crossed = side[one] * side[other] <= 0
             width = side[one][crossed] - side[other][crossed]
             share = np.divide(side[one][crossed], width, out=np.zeros(len(width)), where=width != 0)
-            places.append([part[one][crossed] * (1 - share) + part[other][crossed] * share for part in (ahead, self.z)])
+            places.append(
+                [
+                    part[one][crossed] * (1 - share) + part[other][crossed] * share
+                    for part in (ahead, self.z)
+                ]
+            )
         distance, height = np.hstack(places)
         order = np.argsort(distance)
         distance, height = distance[order], height[order]

@@ -11,13 +11,20 @@ BERLIN = 52.5, 13.4
 
 def scene_with(racks, polygons, **more):
     """Scene of polygons at a place, Berlin unless said otherwise."""
-    settings = {"latitude": BERLIN[0], "longitude": BERLIN[1], "ground": "none", "patch_size": 10.0} | more
+    settings = {
+        "latitude": BERLIN[0],
+        "longitude": BERLIN[1],
+        "ground": "none",
+        "patch_size": 10.0,
+    } | more
     return stand_city(make_city(polygons), Request(racks=racks, **settings))
 
 
 def roof(*outline, holes=(), height=10.0):
     """A flat roof alone."""
-    return [("b", "RoofSurface", [[(*place, height) for place in ring] for ring in (outline, *holes)])]
+    return [
+        ("b", "RoofSurface", [[(*place, height) for place in ring] for ring in (outline, *holes)])
+    ]
 
 
 def rectangle(width, depth, **more):

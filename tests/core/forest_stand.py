@@ -1,4 +1,5 @@
-"""Forest stands with measured light below the crowns, in the format of SamsaraLight (.inv), and their simulation.
+"""Forest stands with measured light below the crowns, in the format of SamsaraLight (.inv), and
+their simulation.
 
 PACL: light at a sensor over light above the canopy, in the season with leaves.
 """
@@ -22,7 +23,10 @@ from citypv.core.weather.weather import darken_hours
 REACH = 140.0  # [m] around the sensors, up to which the stand is repeated
 SENSOR = 0.05  # [m] its side
 SECTIONS = ("# Inventory zone records", "# Sensor records", "# Tree records")
-PLACE = (50.04, 5.21)  # [°] of both plots; one file gives latitude and longitude in each other's place
+PLACE = (
+    50.04,
+    5.21,
+)  # [°] of both plots; one file gives latitude and longitude in each other's place
 
 
 @dataclass
@@ -31,7 +35,9 @@ class Stand:
 
     zone: shapely.Polygon  # in which all trees are recorded
     sensors: np.ndarray  # (m, 7): number, x, y, height [m], PACL total, diffuse, direct
-    trees: np.ndarray  # (n, 14): id, species, x, y, dbh [cm], height, base, height of greatest radius [m], radii
+    trees: (
+        np.ndarray
+    )  # (n, 14): id, species, x, y, dbh [cm], height, base, height of greatest radius [m], radii
     # to north, east, south, west [m], openness, leaf area density [m²/m³]
     slope: float  # [°]
     aspect: float  # [°] downhill
@@ -45,16 +51,30 @@ def read_stand(path):
     for heading in SECTIONS:
         lines = [line for line in text.partition(heading)[2].splitlines() if line.strip()]
         rows = dropwhile(lambda line: line.startswith("#"), map(str.strip, lines))
-        tables.append(np.array([row.split() for row in takewhile(lambda row: not row.startswith("#"), rows)], float))
+        tables.append(
+            np.array(
+                [row.split() for row in takewhile(lambda row: not row.startswith("#"), rows)], float
+            )
+        )
     keys = dict(line.split(" = ") for line in text.splitlines() if " = " in line)
-    return Stand(shapely.Polygon(tables[0]), tables[1], tables[2], float(keys["plotSlope"]), float(keys["plotAspect"]))
+    return Stand(
+        shapely.Polygon(tables[0]),
+        tables[1],
+        tables[2],
+        float(keys["plotSlope"]),
+        float(keys["plotAspect"]),
+    )
 
 
 def repeat_stand(stand):
-    """Trees of the plot and of its copies around it, (k, 14): each copy fills what nearer ones have left free."""
+    """Trees of the plot and of its copies around it, (k, 14): each copy fills what nearer ones have
+    left free.
+    """
     west, south, east, north = stand.zone.bounds
     steps = [(i, j) for i in range(-12, 13) for j in range(-12, 13)]
-    steps.sort(key=lambda step: (np.hypot(step[0] * (east - west), step[1] * (north - south)), step))
+    steps.sort(
+        key=lambda step: (np.hypot(step[0] * (east - west), step[1] * (north - south)), step)
+    )
     near = shapely.MultiPoint(stand.sensors[:, 1:3]).convex_hull.buffer(REACH)
     filled, kept = shapely.Polygon(), []
     for i, j in steps:
@@ -79,14 +99,18 @@ def ground_height(stand, places):
 
 
 def crowns_of_stand(stand, trees):
-    """Crowns of trees: eighths of ellipsoids; paraboloids where the greatest radius is the lowest."""
+    """Crowns of trees: eighths of ellipsoids; paraboloids where the greatest radius is the
+    lowest.
+    """
     sphere, faces = unit_sphere()
     middle = np.array(stand.zone.centroid.coords[0])
     vertices, triangles, trunk, start = [], [], [], 0
     for tree, foot in zip(trees, ground_height(stand, trees[:, 2:4]), strict=True):
         place = np.array([*(tree[2:4] - middle), foot])
         top, base, widest = tree[5:8]
-        across = np.where(sphere[:, :2] > 0, tree[[9, 8]], tree[[11, 10]])  # east or west, north or south
+        across = np.where(
+            sphere[:, :2] > 0, tree[[9, 8]], tree[[11, 10]]
+        )  # east or west, north or south
         shape = sphere.copy()
         if widest - base < 0.01 * top:
             # z = 1 - r² at the same r: the lower half of the sphere becomes the flat bottom.
@@ -113,7 +137,9 @@ def crowns_of_stand(stand, trees):
 
 
 def predict_light(stand, samples=4096, shadow_samples=4, suns="days:24"):
-    """PACL of the sensors: (m, 3) total, diffuse and direct, from May to October under the built-in climate."""
+    """PACL of the sensors: (m, 3) total, diffuse and direct, from May to October under the built-in
+    climate.
+    """
     places = stand.sensors[:, 1:4].copy()
     places[:, 2] += ground_height(stand, places[:, :2])
     places[:, :2] -= stand.zone.centroid.coords[0]
@@ -121,9 +147,16 @@ def predict_light(stand, samples=4096, shadow_samples=4, suns="days:24"):
     scene.site = Site(*PLACE, 300.0, 0.0, None, (0.0, 0.0, 0.0))
     scene.trees = crowns_of_stand(stand, repeat_stand(stand))
     request = Request(
-        samples=samples, shadow_samples=shadow_samples, suns=suns, max_bounces=0, far_ground=False,
-        leaf_months="all", sky="isotropic", threads=1, effects={"sky-rays": True, "shadow-rays": True},
-    )  # fmt: skip
+        samples=samples,
+        shadow_samples=shadow_samples,
+        suns=suns,
+        max_bounces=0,
+        far_ground=False,
+        leaf_months="all",
+        sky="isotropic",
+        threads=1,
+        effects={"sky-rays": True, "shadow-rays": True},
+    )
     weather = read_year(scene.site, request)
     month = (weather.data.index + weather.interval / 2).month
     weather = darken_hours(weather, ~np.isin(month, NORTHERN))

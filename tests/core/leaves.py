@@ -7,7 +7,9 @@ from citypv.core.city.scene import Crowns
 
 
 def crowns_of(*shapes, area_density=None, trunks=()):
-    """Crowns from (vertices, triangles) of each, and the indices of those that are trunks of the first tree."""
+    """Crowns from (vertices, triangles) of each, and the indices of those that are trunks of the
+    first tree.
+    """
     start = np.cumsum([0, *(len(points) for points, _ in shapes)])
     count = np.array([len(faces) for _, faces in shapes])
     own = np.repeat(np.arange(len(shapes)), count)

@@ -16,10 +16,14 @@ print(peak_memory() - before)
 
 
 def memory_of_refusal(path):
-    """Problem that a city file is refused for, and growth of the process's own peak memory [bytes]: str, int.
+    """Problem that a city file is refused for, and growth of the process's own peak memory [bytes]:
+    str, int.
 
-    Not by the difference of `ru_maxrss`: on Linux that starts at the peak of the process that started this one.
+    Not by the difference of `ru_maxrss`: on Linux that starts at the peak of the process that
+    started this one.
     """
-    told = subprocess.run([sys.executable, "-c", SCRIPT, str(path)], capture_output=True, text=True, check=True)
+    told = subprocess.run(
+        [sys.executable, "-c", SCRIPT, str(path)], capture_output=True, text=True, check=True
+    )
     problem, grown = told.stdout.splitlines()
     return problem, int(grown)

@@ -1,4 +1,6 @@
-"""A facade and the street opposite, in strips: the light that a mirror throws there is known in closed form."""
+"""A facade and the street opposite, in strips: the light that a mirror throws there is known in
+closed form.
+"""
 
 import itertools
 
@@ -33,7 +35,9 @@ def finish(tmp_path, text):
 
 
 def trace_street(tmp_path, text, elevation, estimator="gather", **settings):
-    """Transfer of the street with the finishes of a text, under one sun that stands before the facade."""
+    """Transfer of the street with the finishes of a text, under one sun that stands before the
+    facade.
+    """
     angle = np.radians(elevation)
     run, rays = {
         "gather": (run_hybrid, {"samples": 1 << 17, "shadow_samples": 1 << 15}),
@@ -44,16 +48,24 @@ def trace_street(tmp_path, text, elevation, estimator="gather", **settings):
 
 
 def light_of_strips(transfer, column=None):
-    """Mean and standard error of each strip: of diffuse light, or of what a sun reflects onto it."""
+    """Mean and standard error of each strip: of diffuse light, or of what a sun reflects
+    onto it.
+    """
     area = transfer.surfaces.area[MIDDLE].reshape(4, 2)
     values = transfer.diffuse_relative if column is None else transfer.direct_reflected[:, column]
-    error = transfer.diffuse_relative_standard_error if column is None else transfer.direct_annual_standard_error
+    error = (
+        transfer.diffuse_relative_standard_error
+        if column is None
+        else transfer.direct_annual_standard_error
+    )
     share = area / area.sum(axis=1, keepdims=True)
     mean = (share * values[MIDDLE].reshape(4, 2)).sum(axis=1)
     return mean, np.sqrt((share**2 * error[MIDDLE].reshape(4, 2) ** 2).sum(axis=1))
 
 
 def lit_share(elevation):
-    """Share of each strip onto which the mirror image of the sun shines: a beam as wide as the facade is high."""
+    """Share of each strip onto which the mirror image of the sun shines: a beam as wide as the
+    facade is high.
+    """
     reach = HEIGHT / np.tan(np.radians(elevation))
     return np.clip((reach - EDGES[:-1]) / np.diff(EDGES), 0, 1)

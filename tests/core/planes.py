@@ -10,7 +10,8 @@ SANDIA = "SunPower_SPR_300_WHT__2007__E__"
 
 
 def light_on_plane(data, tilt, azimuth, sky="isotropic"):
-    """Direct, diffuse and ground irradiance [Wm⁻²] of hourly weather, and the angle of incidence [°].
+    """Direct, diffuse and ground irradiance [Wm⁻²] of hourly weather, and the angle of incidence
+    [°].
 
     The Perez sky is isotropic with the sun below the horizon.
     """
@@ -20,7 +21,9 @@ def light_on_plane(data, tilt, azimuth, sky="isotropic"):
     if sky == "perez":
         extra = pvlib.irradiance.get_extra_radiation(data.index + HOUR / 2).to_numpy()
         airmass = pvlib.atmosphere.get_relative_airmass(sun[0])
-        uneven = pvlib.irradiance.perez(tilt, azimuth, data["dhi"], data["dni"], extra, *sun, airmass)
+        uneven = pvlib.irradiance.perez(
+            tilt, azimuth, data["dhi"], data["dni"], extra, *sun, airmass
+        )
         diffuse = uneven.where(airmass.notna() & (data["dhi"] > 0), diffuse)
     horizontal = data["dhi"] + data["dni"] * np.maximum(np.cos(np.radians(sun[0])), 0)
     ground = pvlib.irradiance.get_ground_diffuse(tilt, horizontal, ALBEDO)
@@ -31,7 +34,9 @@ def spectral_by_pvlib(data, name=SANDIA):
     """Sandia's f₁, constant beyond an air mass of 10."""
     relative = pvlib.atmosphere.get_relative_airmass(data["apparent_zenith"])
     airmass = np.minimum(pvlib.atmosphere.get_absolute_airmass(relative, data["pressure"]), 10)
-    return pvlib.spectrum.spectral_factor_sapm(airmass, pvlib.pvsystem.retrieve_sam("SandiaMod")[name])
+    return pvlib.spectrum.spectral_factor_sapm(
+        airmass, pvlib.pvsystem.retrieve_sam("SandiaMod")[name]
+    )
 
 
 def cell_temperature(data, poa, mounting="open_rack_glass_polymer"):
@@ -46,8 +51,11 @@ def sapm_power(effective, temp_cell, name=SANDIA):
     return power.fillna(0.0) / (module["Impo"] * module["Vmpo"])
 
 
-def run_chain(data, tilt, azimuth, *, name=SANDIA, sky="isotropic", without=(), share=1.0, diffuse=None):
-    """In-plane irradiance [Wm⁻²] and capacity factor of a plane in the open, with some effects of modules left out.
+def run_chain(
+    data, tilt, azimuth, *, name=SANDIA, sky="isotropic", without=(), share=1.0, diffuse=None
+):
+    """In-plane irradiance [Wm⁻²] and capacity factor of a plane in the open, with some effects of
+    modules left out.
 
     Or of a shaded one, by its visible share of the sun and its diffuse light.
     """
@@ -58,4 +66,6 @@ def run_chain(data, tilt, azimuth, *, name=SANDIA, sky="isotropic", without=(), 
     taken = direct if "aoi" in without else direct * pvlib.iam.sapm(aoi, module)
     warm = cell_temperature(data, direct + diffuse)
     effective = factor * (taken + module["FD"] * diffuse)
-    return direct + diffuse, sapm_power(effective, 0 * warm + 25.0 if "temperature" in without else warm, name)
+    return direct + diffuse, sapm_power(
+        effective, 0 * warm + 25.0 if "temperature" in without else warm, name
+    )

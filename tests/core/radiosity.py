@@ -45,10 +45,15 @@ def canyon_after_bounces(height, width, albedo, bounces, strips=80):
 
 
 def bowl(steps=24):
-    """The inside of a half sphere that opens upwards: each point sees the sky with half of its hemisphere."""
+    """The inside of a half sphere that opens upwards: each point sees the sky with half of its
+    hemisphere.
+    """
     angle = np.linspace(0, 2 * np.pi, 4 * steps, endpoint=False)
     depth = np.linspace(0, np.pi / 2, steps + 1)[1:, None]
-    rings = np.stack([np.sin(depth) * np.cos(angle), np.sin(depth) * np.sin(angle), 0 * angle - np.cos(depth)], axis=-1)
+    rings = np.stack(
+        [np.sin(depth) * np.cos(angle), np.sin(depth) * np.sin(angle), 0 * angle - np.cos(depth)],
+        axis=-1,
+    )
     vertices = 10 * np.concatenate([[[0, 0, -1.0]], *rings])
     count, triangles = len(angle), []
     for side in range(count):

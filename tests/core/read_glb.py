@@ -1,4 +1,6 @@
-"""Reads a tile as the specifications say: glTF 2.0, EXT_mesh_features, EXT_structural_metadata, 3D Tiles 1.1."""
+"""Reads a tile as the specifications say: glTF 2.0, EXT_mesh_features, EXT_structural_metadata, 3D
+Tiles 1.1.
+"""
 
 import json
 import struct
@@ -6,7 +8,15 @@ from itertools import pairwise
 
 import numpy as np
 
-NUMBERS = {5121: "u1", 5123: "<u2", 5125: "<u4", 5126: "<f4", "UINT8": "u1", "UINT32": "<u4", "FLOAT32": "<f4"}
+NUMBERS = {
+    5121: "u1",
+    5123: "<u2",
+    5125: "<u4",
+    5126: "<f4",
+    "UINT8": "u1",
+    "UINT32": "<u4",
+    "FLOAT32": "<f4",
+}
 WIDTH = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}
 
 
@@ -32,18 +42,26 @@ class Glb:
 
     def accessor(self, number):
         one = self.json["accessors"][number]
-        kind, view = np.dtype(NUMBERS[one["componentType"]]), self.json["bufferViews"][one["bufferView"]]
+        kind, view = (
+            np.dtype(NUMBERS[one["componentType"]]),
+            self.json["bufferViews"][one["bufferView"]],
+        )
         width, first = WIDTH[one["type"]], one.get("byteOffset", 0)
         assert view.get("byteStride", width * kind.itemsize) == width * kind.itemsize
         values = np.frombuffer(self.view(one["bufferView"]), kind, one["count"] * width, first)
         values = values.reshape(-1, width) if width > 1 else values
         assert "byteOffset" in one or len(self.view(one["bufferView"])) == values.nbytes
         if "min" in one:
-            assert values.min(axis=0).tolist() == one["min"] and values.max(axis=0).tolist() == one["max"]
+            assert (
+                values.min(axis=0).tolist() == one["min"]
+                and values.max(axis=0).tolist() == one["max"]
+            )
         return values
 
     def features(self):
-        """Corners of the triangles, (t, 3, 3) in the tile's frame with z up, and the feature of each, (t,)."""
+        """Corners of the triangles, (t, 3, 3) in the tile's frame with z up, and the feature of
+        each, (t,).
+        """
         (node,) = self.json["nodes"]
         part = self.json["meshes"][node["mesh"]]["primitives"][0]
         places = self.accessor(part["attributes"]["POSITION"]) + np.array(node["translation"])
@@ -52,7 +70,9 @@ class Glb:
         triangles = self.accessor(part["indices"]).reshape(-1, 3)
         assert (feature[triangles] == feature[triangles[:, :1]]).all()
         assert feature.max() < ids["featureCount"] and ids["propertyTable"] == 0
-        places = np.stack([places[:, 0], -places[:, 2], places[:, 1]], axis=1)  # 3D Tiles 1.1: y up becomes z up
+        places = np.stack(
+            [places[:, 0], -places[:, 2], places[:, 1]], axis=1
+        )  # 3D Tiles 1.1: y up becomes z up
         return places[triangles], feature[triangles[:, 0]].astype(int)
 
     def table(self):
@@ -60,7 +80,10 @@ class Glb:
         metadata = self.json["extensions"]["EXT_structural_metadata"]
         (table,), schema = metadata["propertyTables"], metadata["schema"]
         known = schema["classes"][table["class"]]["properties"]
-        return {name: self.column(known[name], place, schema) for name, place in table["properties"].items()}
+        return {
+            name: self.column(known[name], place, schema)
+            for name, place in table["properties"].items()
+        }
 
     def column(self, about, place, schema):
         for name in ("values", "stringOffsets"):
@@ -72,15 +95,24 @@ class Glb:
         if about["type"] == "ENUM":
             one = schema["enums"][about["enumType"]]
             names = {entry["value"]: entry["name"] for entry in one["values"]}
-            return [names[value] for value in np.frombuffer(values, NUMBERS[one["valueType"]]).tolist()]
+            return [
+                names[value] for value in np.frombuffer(values, NUMBERS[one["valueType"]]).tolist()
+            ]
         numbers = np.frombuffer(values, NUMBERS[about["componentType"]])
-        return np.where(numbers == about["noData"], np.nan, numbers) if "noData" in about else numbers
+        return (
+            np.where(numbers == about["noData"], np.nan, numbers) if "noData" in about else numbers
+        )
 
 
 def visit_tiles(folder, name="tileset.json", above=None, transform=None):
-    """All tiles with content, of which the rules are checked: yields (tile, path, (4, 4) for rows [x, y, z, 1])."""
+    """All tiles with content, of which the rules are checked: yields (tile, path, (4, 4) for rows
+    [x, y, z, 1]).
+    """
     tileset = json.loads((folder / name).read_text("utf-8"))
-    assert tileset["asset"]["version"] == "1.1" and tileset["geometricError"] >= tileset["root"]["geometricError"]
+    assert (
+        tileset["asset"]["version"] == "1.1"
+        and tileset["geometricError"] >= tileset["root"]["geometricError"]
+    )
     waiting = [(tileset["root"], above, np.eye(4) if transform is None else transform)]
     while waiting:
         tile, error, matrix = waiting.pop()

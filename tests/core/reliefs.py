@@ -14,10 +14,14 @@ def hill(x, y):
 
 
 def tin(low=(-150.0, -150.0), high=(180.0, 180.0), step=11.0, height=hill, seed=1):
-    """Points (n, 3) and triangles (t, 3) of a Delaunay triangulation; off the grid, so that nothing ties."""
+    """Points (n, 3) and triangles (t, 3) of a Delaunay triangulation; off the grid, so that nothing
+    ties.
+    """
     x, y = (np.arange(a, b + 0.5 * step, step) for a, b in zip(low, high, strict=True))
     places = np.column_stack([axis.ravel() for axis in np.meshgrid(x, y)])
-    places = np.round(places + np.random.default_rng(seed).uniform(-0.3, 0.3, places.shape) * step, 3)
+    places = np.round(
+        places + np.random.default_rng(seed).uniform(-0.3, 0.3, places.shape) * step, 3
+    )
     return np.column_stack([places, height(*places.T)]).round(3), Delaunay(places).simplices
 
 
@@ -28,7 +32,11 @@ def relief(points, triangles, *, lod="2", move=(EAST, NORTH, UP), srs_name="", e
         patches += triangle(" ".join(f"{value:.9f}" for value in corners[[0, 1, 2, 0]].ravel()))
     srs = f' srsName="{srs_name}"' if srs_name else ""
     surface = f"<gml:TriangulatedSurface{srs}>{wrap(patches, 'gml:trianglePatches')}</gml:TriangulatedSurface>"
-    component = wrap(f"<dem:lod>{lod}</dem:lod>{wrap(surface, 'dem:tin')}", "dem:reliefComponent", "dem:TINRelief")
+    component = wrap(
+        f"<dem:lod>{lod}</dem:lod>{wrap(surface, 'dem:tin')}",
+        "dem:reliefComponent",
+        "dem:TINRelief",
+    )
     head = f'<dem:ReliefFeature xmlns:dem="{DEM}" gml:id="r">{envelope}<dem:lod>{lod}</dem:lod>'
     return f"<cityObjectMember>{head}{component}</dem:ReliefFeature></cityObjectMember>\n"
 

@@ -1,4 +1,6 @@
-"""What report.html shows in a browser: the numbers beside the picture, and what its pixels ought to show."""
+"""What report.html shows in a browser: the numbers beside the picture, and what its pixels ought to
+show.
+"""
 
 import re
 from xml.sax.saxutils import escape
@@ -13,9 +15,15 @@ LEAST, MOST = (8, 8, 4), (16, 16, 20)  # [m] sizes of houses
 
 
 def simulate_houses(out, names, rng, columns, *options, east=0.0):
-    """Results of houses in rows of so many, 24 m apart, whose ids may want to do harm: their folder."""
+    """Results of houses in rows of so many, 24 m apart, whose ids may want to do harm: their
+    folder.
+    """
     members = [
-        house(escape(name, {'"': "&quot;"}), (east + 24 * (k % columns), 24 * (k // columns)), rng.uniform(LEAST, MOST))
+        house(
+            escape(name, {'"': "&quot;"}),
+            (east + 24 * (k % columns), 24 * (k // columns)),
+            rng.uniform(LEAST, MOST),
+        )
         for k, name in enumerate(names)
     ]
     city = write_gml(out.with_suffix(".gml"), *members)
@@ -25,7 +33,10 @@ def simulate_houses(out, names, rng, columns, *options, east=0.0):
 
 def shown(page):
     """Rows of the numbers beside the picture: dict of str to str."""
-    code = "[...document.querySelector('#city-chosen table').rows].map((row) => row.innerText.split('\\t'))"
+    code = (
+        "[...document.querySelector('#city-chosen table').rows].map((row) => "
+        "row.innerText.split('\\t'))"
+    )
     return dict(page.run(code))
 
 
@@ -34,8 +45,13 @@ def numbers(text):
 
 
 def shown_parts(page):
-    """Area, kWp, MWh and hours of the parts of the chosen building: dict of str to list of float."""
-    rows = page.run("[...document.querySelector('#city-chosen table').tBodies[0].rows].map((row) => row.innerText)")
+    """Area, kWp, MWh and hours of the parts of the chosen building: dict of str to list
+    of float.
+    """
+    rows = page.run(
+        "[...document.querySelector('#city-chosen table').tBodies[0].rows].map((row) => "
+        "row.innerText)"
+    )
     return {row.split("\t")[0]: [numbers(text)[0] for text in row.split("\t")[1:]] for row in rows}
 
 
@@ -45,32 +61,46 @@ def on_counted_area(faces, column):
 
 
 class Picture:
-    """What rays through places of the window meet, by planes and convex polygons: neither three.js nor Embree."""
+    """What rays through places of the window meet, by planes and convex polygons: neither three.js
+    nor Embree.
+    """
 
     def __init__(self, page, folder, bring=np.asarray):
         outlines = read_results(folder).outlines
         rings = [outlines.rings(surface)[0] for surface in range(len(outlines.surface_start) - 1)]
-        padded = [np.concatenate([ring, np.repeat(ring[-1:], 5 - len(ring), axis=0)]) for ring in rings]
+        padded = [
+            np.concatenate([ring, np.repeat(ring[-1:], 5 - len(ring), axis=0)]) for ring in rings
+        ]
         self.corners = bring(np.array(padded, float))  # (n, 5, 3) in the frame of the page
-        self.normal = np.cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, 2] - self.corners[:, 0])
+        self.normal = np.cross(
+            self.corners[:, 1] - self.corners[:, 0], self.corners[:, 2] - self.corners[:, 0]
+        )
         self.frame = self.frame_of(page)
-        self.origin, target = np.array(page.run("[view.camera.position.toArray(), view.controls.target.toArray()]"))
+        self.origin, target = np.array(
+            page.run("[view.camera.position.toArray(), view.controls.target.toArray()]")
+        )
         self.ahead = (target - self.origin) / np.linalg.norm(target - self.origin)
         right = np.cross(self.ahead, [0, 0, 1])
         self.right = right / np.linalg.norm(right)
-        self.scale = 2 * np.tan(np.radians(page.run("view.camera.fov") / 2)) / self.frame[3]  # per pixel
+        self.scale = (
+            2 * np.tan(np.radians(page.run("view.camera.fov") / 2)) / self.frame[3]
+        )  # per pixel
 
     @staticmethod
     def frame_of(page):
         """Left, top, width and height of the picture in the window."""
-        return np.array(page.run("Object.values(view.canvas.getBoundingClientRect().toJSON()).slice(0, 4)"))
+        return np.array(
+            page.run("Object.values(view.canvas.getBoundingClientRect().toJSON()).slice(0, 4)")
+        )
 
     def meet(self, x, y):
         """The nearest surface, and where it is met; -1 for none."""
         left, top, width, height = self.frame
         across, upward = (x - left - width / 2) * self.scale, (top + height / 2 - y) * self.scale
         ray = self.ahead + across * self.right + upward * np.cross(self.right, self.ahead)
-        distance = np.einsum("nk,nk->n", self.corners[:, 0] - self.origin, self.normal) / (self.normal @ ray)
+        distance = np.einsum("nk,nk->n", self.corners[:, 0] - self.origin, self.normal) / (
+            self.normal @ ray
+        )
         hit = self.origin + distance[:, None] * ray
         along = np.roll(self.corners, -1, axis=1) - self.corners
         side = np.einsum("nck,nk->nc", np.cross(along, hit[:, None] - self.corners), self.normal)
@@ -78,11 +108,15 @@ class Picture:
         return int(np.argmin(np.where(inside, distance, np.inf))) if inside.any() else -1
 
     def places(self, count, seed):
-        """Random places whose neighbours show the same, with what they show: list of (x, y, surface)."""
+        """Random places whose neighbours show the same, with what they show: list of (x, y,
+        surface).
+        """
         rng, found = np.random.default_rng(seed), []
         while len(found) < count:
             x, y = self.frame[:2] + rng.uniform(0.2, 0.8, 2) * self.frame[2:]
-            met = {self.meet(x + dx, y + dy) for dx, dy in ((0, 0), (2, 0), (-2, 0), (0, 2), (0, -2))}
+            met = {
+                self.meet(x + dx, y + dy) for dx, dy in ((0, 0), (2, 0), (-2, 0), (0, 2), (0, -2))
+            }
             if len(met) == 1:
                 found.append((x, y, met.pop()))
         return found

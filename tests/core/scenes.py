@@ -18,13 +18,19 @@ strip = rectangle  # (start, along, across, count)
 
 
 def scene_of_triangles(vertices, triangles, triangle_surface=None, *, thematic=None):
-    """A scene whose surfaces are given by triangles, one surface per triangle unless said otherwise."""
+    """A scene whose surfaces are given by triangles, one surface per triangle unless said
+    otherwise.
+    """
     vertices, triangles = np.asarray(vertices, float), np.asarray(triangles, np.int32)
     own = np.arange(len(triangles)) if triangle_surface is None else np.asarray(triangle_surface)
     count = own.max() + 1
     corners = vertices[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    summed = np.array([normal[own == surface].sum(axis=0) for surface in range(count)]) if count < len(own) else normal
+    summed = (
+        np.array([normal[own == surface].sum(axis=0) for surface in range(count)])
+        if count < len(own)
+        else normal
+    )
     area = np.linalg.norm(summed, axis=1) / 2
     unit = summed / np.maximum(2 * area, 1e-300)[:, None]
     tilt = np.degrees(np.arccos(np.clip(unit[:, 2], -1, 1)))
@@ -32,7 +38,9 @@ def scene_of_triangles(vertices, triangles, triangle_surface=None, *, thematic=N
     thematic = [""] * count if thematic is None else thematic
     kind, orientation, eligible = classify(area, tilt, azimuth, thematic)
     ids = [f"s{index}" for index in range(count)]
-    surfaces = Surfaces(ids, ["b"] * count, thematic, kind, orientation, eligible, area, tilt, azimuth, unit)
+    surfaces = Surfaces(
+        ids, ["b"] * count, thematic, kind, orientation, eligible, area, tilt, azimuth, unit
+    )
     nothing = np.zeros(len(triangles), bool)
     site = Site(52.5, 13.4, 0.0, 0.0, None, (0.0, 0.0, 0.0))
     return Scene(vertices, triangles, own.astype(np.int32), nothing, nothing.copy(), surfaces, site)

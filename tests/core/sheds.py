@@ -19,18 +19,29 @@ SHED = {  # corners by name: east, north, up [m]; outwards
     "west": [(0, 8, 0), (0, 0, 0), (0, 0, 4), (0, 8, 10)],
     "east": [(10, 0, 0), (10, 8, 0), (10, 8, 10), (10, 0, 4)],
 }
-AREAS = {("roof", "south"): 100, ("facade", "south"): 40, ("facade", "north"): 100, ("facade", "east"): 56}
+AREAS = {
+    ("roof", "south"): 100,
+    ("facade", "south"): 40,
+    ("facade", "north"): 100,
+    ("facade", "east"): 56,
+}
 AREAS |= {("facade", "west"): 56}
 
 
-def write_shed(path, crs, latitude, longitude, *, order="registered", srs_name=None, thematic=True, envelope=""):
-    """A shed at a place in a system, its coordinates in the registered order or the other one: path."""
+def write_shed(
+    path, crs, latitude, longitude, *, order="registered", srs_name=None, thematic=True, envelope=""
+):
+    """A shed at a place in a system, its coordinates in the registered order or the other one:
+    path.
+    """
     system = pyproj.CRS.from_user_input(crs)
     plane = system.sub_crs_list[0] if system.is_compound else system
     turn = pyproj.Transformer.from_pipeline(
         f"+proj=pipeline +step +inv +proj=tmerc +lat_0={latitude} +lon_0={longitude} +ellps=GRS80"
     )
-    own = "EPSG:4275" if crs == "EPSG:27572" else plane.geodetic_crs.to_2d()  # NTF in degrees from Greenwich
+    own = (
+        "EPSG:4275" if crs == "EPSG:27572" else plane.geodetic_crs.to_2d()
+    )  # NTF in degrees from Greenwich
     away = pyproj.Transformer.from_crs(own, plane)
     unit = plane.axis_info[0].unit_conversion_factor if plane.is_projected else 1.0
     texts = []
@@ -41,17 +52,24 @@ def write_shed(path, crs, latitude, longitude, *, order="registered", srs_name=N
         places = places if order == "registered" else places[:, ::-1]
         digits = 10 if plane.is_geographic else 5
         points = [
-            (f"{x:.{digits}f}", f"{y:.{digits}f}", f"{z / unit:.5f}") for (x, y), z in zip(places, up, strict=True)
+            (f"{x:.{digits}f}", f"{y:.{digits}f}", f"{z / unit:.5f}")
+            for (x, y), z in zip(places, up, strict=True)
         ]
-        kind = (name if name.endswith("Surface") else "WallSurface") if thematic else "ClosureSurface"
+        kind = (
+            (name if name.endswith("Surface") else "WallSurface") if thematic else "ClosureSurface"
+        )
         drawn = polygon(name, points)
         texts.append(surface(members(drawn), kind) if thematic else drawn)
     inside = "".join(texts)
     if not thematic:
         inside = (
-            f"<bldg:lod2MultiSurface><gml:MultiSurface>{members(*texts)}</gml:MultiSurface></bldg:lod2MultiSurface>"
+            f"<bldg:lod2MultiSurface><gml:MultiSurface>{members(*texts)}"
+            "</gml:MultiSurface></bldg:lod2MultiSurface>"
         )
-    named = f'<gml:boundedBy><gml:Envelope srsName="{srs_name or crs}"{envelope}</gml:Envelope></gml:boundedBy>'
+    named = (
+        "<gml:boundedBy><gml:Envelope "
+        f'srsName="{srs_name or crs}"{envelope}</gml:Envelope></gml:boundedBy>'
+    )
     path.write_text(HEAD + named + building(inside) + "</CityModel>\n")
     return path
 
@@ -66,11 +84,15 @@ def stand(path, **settings):
 def check_shed(scene, latitude, longitude, rel=2e-4):
     surfaces = scene.surfaces
     found = {}
-    for kind, orientation, area in zip(surfaces.kind, surfaces.orientation, surfaces.area, strict=True):
+    for kind, orientation, area in zip(
+        surfaces.kind, surfaces.orientation, surfaces.area, strict=True
+    ):
         if kind in ("roof", "facade"):
             found[kind, orientation] = found.get((kind, orientation), 0) + area
     assert found == pytest.approx(AREAS, rel=rel)
-    assert (scene.site.latitude, scene.site.longitude) == pytest.approx((latitude, longitude), abs=2e-4)
+    assert (scene.site.latitude, scene.site.longitude) == pytest.approx(
+        (latitude, longitude), abs=2e-4
+    )
 
 
 CLOSED = "><gml:lowerCorner>0 0 0</gml:lowerCorner><gml:upperCorner>1 1 1</gml:upperCorner>"

@@ -9,8 +9,26 @@ HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 </gml:lowerCorner><gml:upperCorner>390100 5818100 60</gml:upperCorner></gml:Envelope></gml:boundedBy>
 """
 # Options of a quick run.
-FAST = ["--suns", "typical-days:1", "--samples", "16", "--shadow-samples", "4", "--max-bounces", "1", "--quiet"]
-TABLES = {"faces.csv", "groups.csv", "buildings.csv", "timeseries.nc", "surfaces.nc", "transfer.nc", "summary.json"}
+FAST = [
+    "--suns",
+    "typical-days:1",
+    "--samples",
+    "16",
+    "--shadow-samples",
+    "4",
+    "--max-bounces",
+    "1",
+    "--quiet",
+]
+TABLES = {
+    "faces.csv",
+    "groups.csv",
+    "buildings.csv",
+    "timeseries.nc",
+    "surfaces.nc",
+    "transfer.nc",
+    "summary.json",
+}
 EAST, NORTH, UP = 390_000.0, 5_818_000.0, 30.0
 
 
@@ -30,7 +48,11 @@ def house(name, low, size, ridge=4.0):
         "north": [(x1, y1, 0), (x0, y1, 0), (x0, y1, z), (x1, y1, z)],
         "west": [(x0, y1, 0), (x0, y0, 0), (x0, y0, z), (x0, middle, top), (x0, y1, z)],
     }
-    parts = [surface("GroundSurface", f"{name}_ground", [(x0, y0, 0), (x0, y1, 0), (x1, y1, 0), (x1, y0, 0)])]
+    parts = [
+        surface(
+            "GroundSurface", f"{name}_ground", [(x0, y0, 0), (x0, y1, 0), (x1, y1, 0), (x1, y0, 0)]
+        )
+    ]
     parts += [surface("WallSurface", f"{name}_{side}", points) for side, points in walls.items()]
     south = [(x0, y0, z), (x1, y0, z), (x1, middle, top), (x0, middle, top)]
     north = [(x1, y1, z), (x0, y1, z), (x0, middle, top), (x1, middle, top)]
@@ -39,7 +61,11 @@ def house(name, low, size, ridge=4.0):
     return text.building(*parts, name=name)
 
 
-HOUSES = house("a", (0, 0), (12, 10, 8)) + house("b", (20, -3), (10, 14, 14)) + house("c", (2, 24), (14, 9, 6))
+HOUSES = (
+    house("a", (0, 0), (12, 10, 8))
+    + house("b", (20, -3), (10, 14, 14))
+    + house("c", (2, 24), (14, 9, 6))
+)
 
 
 def write_gml(path, *members, head=HEAD):

@@ -1,4 +1,6 @@
-"""Years asked of services: servers of this machine answer as the services document, or refuse, or wait."""
+"""Years asked of services: servers of this machine answer as the services document, or refuse, or
+wait.
+"""
 
 import time
 from datetime import UTC, datetime
@@ -42,7 +44,9 @@ def test_a_year_of_each_service(server, key):
     given, same = weather.data[BOTH], weather.data.index.intersection(year().index)
     assert len(same) >= 8759 and len(weather.data) == 8760
     for name in BOTH:
-        np.testing.assert_allclose(given.loc[same, name], year().loc[same, name], atol=2 * ROUNDED[key])
+        np.testing.assert_allclose(
+            given.loc[same, name], year().loc[same, name], atol=2 * ROUNDED[key]
+        )
     assert (weather.latitude, weather.longitude) == BERLIN
     assert weather.altitude == {"pvgis": 40, "nasa-power": 41, "open-meteo": 42, "era5": 34}[key]
     assert "2017, downloaded" in weather.label
@@ -60,10 +64,16 @@ def test_the_address_is_what_the_server_was_asked(server, key):
 
 def test_addresses_ask_for_utc_and_whole_years():
     def ask(text, longitude=13.39):
-        return parse_qs(urlsplit(address_of(build_question(parse_asked(text), 52.51, longitude))).query)
+        return parse_qs(
+            urlsplit(address_of(build_question(parse_asked(text), 52.51, longitude))).query
+        )
 
     power, open_meteo = ask("nasa-power:2015-2023", 373.39), ask("open-meteo:2019")
-    assert (power["start"], power["end"], power["time-standard"]) == (["20150101"], ["20231231"], ["utc"])
+    assert (power["start"], power["end"], power["time-standard"]) == (
+        ["20150101"],
+        ["20231231"],
+        ["utc"],
+    )
     assert power["longitude"] == ["13.39"]
     ends = open_meteo["start_date"] + open_meteo["end_date"]
     assert (ends, open_meteo["timezone"]) == (["2019-01-01", "2019-12-31"], ["GMT"])
@@ -89,11 +99,20 @@ def test_era5_is_asked_with_the_users_own_key(server, monkeypatch):
         (
             "pvgis",
             400,
-            {"message": "endyear: Incorrect value. Please, enter an integer between 2005 and 2023."},
+            {
+                "message": (
+                    "endyear: Incorrect value. Please, enter an integer between 2005 and 2023."
+                )
+            },
             "2023",
         ),
         ("nasa-power", 422, {"messages": ["Please submit a valid end date."]}, "a valid end date"),
-        ("open-meteo", 400, {"error": True, "reason": "Daily API request limit exceeded."}, "limit exceeded"),
+        (
+            "open-meteo",
+            400,
+            {"error": True, "reason": "Daily API request limit exceeded."},
+            "limit exceeded",
+        ),
         ("era5", 403, {"title": "required licences not accepted"}, "licences not accepted"),
         ("pvgis", 529, b"<html>busy</html>", "529"),
         ("nasa-power", 503, b"<html>busy</html>", "refused"),
@@ -113,12 +132,18 @@ def test_half_an_answer(server, key):
 
 
 def test_answers_with_gaps_and_changed_columns(server):
-    server.change = lambda data: data.drop(columns="temp_air").join(data["temp_air"][np.arange(8760) % 1000 != 17])
+    server.change = lambda data: data.drop(columns="temp_air").join(
+        data["temp_air"][np.arange(8760) % 1000 != 17]
+    )
     refuse_asking("open-meteo:2017", "no values for 9 hours", "other years")
 
     def rename(tree):
         hourly = tree["hourly"]
-        return tree | {"hourly": {name.replace("wind_speed", "breeze"): values for name, values in hourly.items()}}
+        return tree | {
+            "hourly": {
+                name.replace("wind_speed", "breeze"): values for name, values in hourly.items()
+            }
+        }
 
     server.change, server.edit = lambda data: data, rename
     refuse_asking("open-meteo:2017", "its columns may have changed")
@@ -171,10 +196,18 @@ def test_answers_are_kept_and_asked_for_again_only_if_missing(server, tmp_path):
     assert len(server.asked) == 1
     np.testing.assert_allclose(again.data, fresh.data, rtol=1e-12)
     assert (again.data.index == fresh.data.index).all()
-    assert (again.label, again.altitude, again.columns) == (fresh.label, fresh.altitude, fresh.columns)
+    assert (again.label, again.altitude, again.columns) == (
+        fresh.label,
+        fresh.altitude,
+        fresh.columns,
+    )
     (path,) = second.iterdir()
     text = path.read_text("utf-8")
-    for words in ("# source: NASA POWER, http://127", "# licence: public domain", f"# date: {datetime.now(UTC):%Y-}"):
+    for words in (
+        "# source: NASA POWER, http://127",
+        "# licence: public domain",
+        f"# date: {datetime.now(UTC):%Y-}",
+    ):
         assert words in text
     assert "time-standard=utc" in text
     # Anyone can use it as a file, of that place.
@@ -190,7 +223,17 @@ def test_a_run_keeps_them_beside_its_results(server, tmp_path, refused):
     from citypv.core.commands.command_line import main
 
     city, out = write_small_city(tmp_path / "small.gml"), tmp_path / "out"
-    run = ["simulate", str(city), "--weather", "open-meteo:2017", "--preset", "draft", "--out", str(out), "--quiet"]
+    run = [
+        "simulate",
+        str(city),
+        "--weather",
+        "open-meteo:2017",
+        "--preset",
+        "draft",
+        "--out",
+        str(out),
+        "--quiet",
+    ]
     assert main(run) == 0
     assert [path.name.split("_")[0] for path in (out / "asked_weather").iterdir()] == ["open-meteo"]
     assert main([*run, "--overwrite"]) == 0
@@ -208,12 +251,16 @@ def test_a_run_keeps_them_beside_its_results(server, tmp_path, refused):
     assert (tmp_path / "yield" / "asked_weather").is_dir()
     # What fails leaves nothing behind.
     server.refuse = 429, {"error": True, "reason": "Minutely API request limit exceeded."}
-    said = refused("simulate", city, "--weather", "open-meteo:2016", "--out", tmp_path / "none", "--quiet")
+    said = refused(
+        "simulate", city, "--weather", "open-meteo:2016", "--out", tmp_path / "none", "--quiet"
+    )
     assert "limit exceeded" in said and not (tmp_path / "none").exists()
 
 
 def test_nineteen_years_give_p90(server, tmp_path):
-    """P50 and P90 of 2005 to 2023, years of 0.9 to 1.08 times the light of one: against their own quantiles."""
+    """P50 and P90 of 2005 to 2023, years of 0.9 to 1.08 times the light of one: against their own
+    quantiles.
+    """
     import citypv
 
     factors = np.linspace(0.9, 1.08, 19)
@@ -222,25 +269,38 @@ def test_nineteen_years_give_p90(server, tmp_path):
         parts = []
         for number, factor in enumerate(factors):
             times = pd.date_range(
-                f"{2005 + number}-01-01", f"{2006 + number}-01-01", freq="h", inclusive="left", tz="UTC"
+                f"{2005 + number}-01-01",
+                f"{2006 + number}-01-01",
+                freq="h",
+                inclusive="left",
+                tz="UTC",
             )
             rows = np.minimum(np.arange(len(times)), 8759)
             table = data.iloc[rows].set_axis(times)
-            parts.append(table.assign(**{name: table[name] * factor for name in ("ghi", "dhi", "dni")}))
+            parts.append(
+                table.assign(**{name: table[name] * factor for name in ("ghi", "dhi", "dni")})
+            )
         return pd.concat(parts)
 
     server.change = years
-    result = citypv.simulate(write_small_city(tmp_path / "small.gml"), weather="pvgis:2005-2023", preset="draft")
+    result = citypv.simulate(
+        write_small_city(tmp_path / "small.gml"), weather="pvgis:2005-2023", preset="draft"
+    )
     assert len(server.asked) == 1
     totals = result.summary["totals"]
-    # Of 19 years the second lowest is exceeded in nine of ten, the tenth in half: Weibull's plotting position.
+    # Of 19 years the second lowest is exceeded in nine of ten, the tenth in half: Weibull's
+    # plotting position.
     ratio = totals["p90_mwh_per_year"] / totals["p50_mwh_per_year"]
     assert ratio == pytest.approx(factors[1] / factors[9], abs=0.01)
 
 
 def test_services_say_what_they_have():
     for service in SERVICES:
-        assert service.licence and service.words and parse_asked(f"{service.key}:2019").service is service
+        assert (
+            service.licence
+            and service.words
+            and parse_asked(f"{service.key}:2019").service is service
+        )
     assert parse_asked("pvgis").typical and parse_asked("weather.csv") is None
     assert parse_asked("C:2019") is None
     assert (parse_asked("era5:2010-2012").first, parse_asked("era5:2010-2012").last) == (2010, 2012)
@@ -249,13 +309,24 @@ def test_services_say_what_they_have():
 def test_horizon_of_the_place(server):
     from citypv.core.sun.read_horizon import ask_horizon
 
-    profile = [{"A": azimuth, "H_hor": 10.0 if azimuth == -90 else 1.0} for azimuth in range(-180, 181, 45)]
-    server.edit, server.horizon = lambda tree: tree, {"outputs": {"horizon_profile": profile}, "meta": {}}
+    profile = [
+        {"A": azimuth, "H_hor": 10.0 if azimuth == -90 else 1.0} for azimuth in range(-180, 181, 45)
+    ]
+    server.edit, server.horizon = (
+        lambda tree: tree,
+        {"outputs": {"horizon_profile": profile}, "meta": {}},
+    )
     horizon = ask_horizon(47.0, 371.0)
     assert "lat=47.0&lon=11.0" in server.asked[0]
     # A = -90 is east; 0.25° apart from north on.
-    assert horizon.elevation[4 * 90] == 10 and horizon.elevation[4 * 270] == 1 and horizon.elevation[0] == 1
+    assert (
+        horizon.elevation[4 * 90] == 10
+        and horizon.elevation[4 * 270] == 1
+        and horizon.elevation[0] == 1
+    )
     server.refuse = 400, {"message": "Location over the sea. Please, select another location"}
-    with pytest.raises(InputError, match=r"--horizon pvgis: .*over the sea.*; give a file") as caught:
+    with pytest.raises(
+        InputError, match=r"--horizon pvgis: .*over the sea.*; give a file"
+    ) as caught:
         ask_horizon(0.0, -30.0)
     assert "\n" not in str(caught.value)

@@ -1,4 +1,6 @@
-"""Where a city stands: axes, scale and systems of files, against a shed whose sizes and directions are known."""
+"""Where a city stands: axes, scale and systems of files, against a shed whose sizes and directions
+are known.
+"""
 
 import re
 
@@ -49,7 +51,9 @@ PLACES = [
 @pytest.mark.parametrize("order", ["registered", "other"])
 @pytest.mark.parametrize(("crs", "latitude", "longitude"), PLACES)
 def test_a_shed_stands_where_it_stands(tmp_path, crs, latitude, longitude, order):
-    """Roof to the south, true areas, the place, and the coordinates of the file to the millimetre on the way back."""
+    """Roof to the south, true areas, the place, and the coordinates of the file to the millimetre
+    on the way back.
+    """
     path = write_shed(tmp_path / "shed.gml", crs, latitude, longitude, order=order, envelope=CLOSED)
     city, scene = stand(path)
     # A plane of the survey is up to 0.1 % off in lengths, and stays as it is.
@@ -62,7 +66,9 @@ def test_a_shed_stands_where_it_stands(tmp_path, crs, latitude, longitude, order
 
 
 def test_open_orders_are_said_and_given(tmp_path):
-    """Where both orders lie within the area, on land, and surfaces have no classes: as registered, unless told."""
+    """Where both orders lie within the area, on land, and surfaces have no classes: as registered,
+    unless told.
+    """
     for order, first in (("registered", "yx"), ("other", "xy")):
         how = {"order": order, "thematic": False, "envelope": CLOSED}
         path = write_shed(tmp_path / f"{order}.gml", "EPSG:2180", 52.2, 21.0, **how)
@@ -78,19 +84,32 @@ def test_open_orders_are_said_and_given(tmp_path):
 
 def test_surfaces_inside_out_do_not_exchange_axes(tmp_path):
     """Washington in US feet, registered east first: both orders lie within its area."""
-    path = write_shed(tmp_path / "shed.gml", "EPSG:2925", 47.6, -122.3, order="other", envelope=CLOSED)
+    path = write_shed(
+        tmp_path / "shed.gml", "EPSG:2925", 47.6, -122.3, order="other", envelope=CLOSED
+    )
     city, _ = stand(path)
     assert city.axes == "xy"
     assert any("--axes yx" in note for note in city.report.notes)
     check_shed(stand(path, axes="yx")[1], 47.6, -122.3, 2e-3)
 
 
-@pytest.mark.parametrize(("labels", "axes"), [("N E H", "yx"), ("Easting Northing H", "xy"), ("x y z", "yx")])
+@pytest.mark.parametrize(
+    ("labels", "axes"), [("N E H", "yx"), ("Easting Northing H", "xy"), ("x y z", "yx")]
+)
 def test_envelopes_that_name_their_axes(tmp_path, labels, axes):
-    """Without classes, an envelope around the shed tells the order; x and y tell nothing, so as registered."""
-    corners = "<gml:lowerCorner>4e5 5e5 0</gml:lowerCorner><gml:upperCorner>6e5 7e5 1</gml:upperCorner>"
+    """Without classes, an envelope around the shed tells the order; x and y tell nothing, so as
+    registered.
+    """
+    corners = (
+        "<gml:lowerCorner>4e5 5e5 0</gml:lowerCorner><gml:upperCorner>6e5 7e5 1</gml:upperCorner>"
+    )
     path = write_shed(
-        tmp_path / "shed.gml", "EPSG:2180", 52.2, 21.0, thematic=False, envelope=f' axisLabels="{labels}">{corners}'
+        tmp_path / "shed.gml",
+        "EPSG:2180",
+        52.2,
+        21.0,
+        thematic=False,
+        envelope=f' axisLabels="{labels}">{corners}',
     )
     assert stand(path)[0].axes == axes
 
@@ -124,19 +143,29 @@ def test_names_of_systems(spelling, crs):
     ],
 )
 def test_systems_without_a_plane_are_one_line(tmp_path, srs_name, words):
-    path = write_shed(tmp_path / "shed.gml", "EPSG:25832", 51.4, 9.0, srs_name=srs_name, envelope=CLOSED)
+    path = write_shed(
+        tmp_path / "shed.gml", "EPSG:25832", 51.4, 9.0, srs_name=srs_name, envelope=CLOSED
+    )
     with pytest.raises(InputError, match=re.escape(words)):
         stand(path)
 
 
 def test_zones_before_eastings(tmp_path):
-    """ETRS89 / UTM 32 whose eastings begin with 32 is EPSG:4647; of another UTM the line says what it is."""
+    """ETRS89 / UTM 32 whose eastings begin with 32 is EPSG:4647; of another UTM the line says what
+    it is.
+    """
     how = {"srs_name": "EPSG:25832", "envelope": CLOSED}
     city, scene = stand(write_shed(tmp_path / "zone.gml", "EPSG:4647", 52.4, 9.7, **how))
     check_shed(scene, 52.4, 9.7, 2e-3)
     assert city.crs == "EPSG:4647"
-    with pytest.raises(InputError, match="begin with the number of the zone, 32; subtract 32,000,000"):
-        stand(write_shed(tmp_path / "other.gml", "EPSG:4647", 52.4, 9.7, **how | {"srs_name": "EPSG:32632"}))
+    with pytest.raises(
+        InputError, match="begin with the number of the zone, 32; subtract 32,000,000"
+    ):
+        stand(
+            write_shed(
+                tmp_path / "other.gml", "EPSG:4647", 52.4, 9.7, **how | {"srs_name": "EPSG:32632"}
+            )
+        )
 
 
 def test_one_grid_in_two_spellings(tmp_path):
@@ -151,14 +180,23 @@ def test_one_grid_in_two_spellings(tmp_path):
 
 
 def test_points_of_attributes_and_buildings_of_extensions(tmp_path):
-    """A point in another system in a property tells nothing of the surfaces; a subclass of Building is a building."""
+    """A point in another system in a property tells nothing of the surfaces; a subclass of Building
+    is a building.
+    """
     path = write_shed(tmp_path / "shed.gml", "EPSG:25832", 51.4, 9.0, envelope=CLOSED)
     text = path.read_text()
-    point = '<x:at xmlns:x="urn:x"><gml:Point srsName="EPSG:4326"><gml:pos>51.4 9 0</gml:pos></gml:Point></x:at>'
-    path.write_text(text.replace('<bldg:Building gml:id="house">', '<bldg:Building gml:id="house">' + point))
+    point = (
+        '<x:at xmlns:x="urn:x"><gml:Point srsName="EPSG:4326"><gml:pos>51.4 9 '
+        "0</gml:pos></gml:Point></x:at>"
+    )
+    path.write_text(
+        text.replace('<bldg:Building gml:id="house">', '<bldg:Building gml:id="house">' + point)
+    )
     assert stand(path)[0].crs == "EPSG:25832"
     own = '<x:Mill xmlns:x="urn:x" gml:id="house">'
-    path.write_text(text.replace('<bldg:Building gml:id="house">', own).replace("</bldg:Building>", "</x:Mill>"))
+    path.write_text(
+        text.replace('<bldg:Building gml:id="house">', own).replace("</bldg:Building>", "</x:Mill>")
+    )
     city, scene = stand(path)
     check_shed(scene, 51.4, 9.0, 2e-3)
     assert "1 Mill (of an extension) read as buildings." in city.report.notes
@@ -166,7 +204,11 @@ def test_points_of_attributes_and_buildings_of_extensions(tmp_path):
 
 def test_a_namespace_declared_on_a_member(tmp_path):
     path = write_shed(tmp_path / "shed.gml", "EPSG:25832", 51.4, 9.0, envelope=CLOSED)
-    text = path.read_text().replace(HEAD, '<c xmlns:gml="http://www.opengis.net/gml">').replace("CityModel>", "c>")
+    text = (
+        path.read_text()
+        .replace(HEAD, '<c xmlns:gml="http://www.opengis.net/gml">')
+        .replace("CityModel>", "c>")
+    )
     own = ' xmlns="http://www.opengis.net/citygml/2.0" xmlns:bldg="http://www.opengis.net/citygml/building/2.0"'
     path.write_text(text.replace("<cityObjectMember", f"<cityObjectMember{own}"))
     check_shed(stand(path)[1], 51.4, 9.0, 2e-3)

@@ -22,7 +22,9 @@ BUGS = (TypeError("a bug"), KeyError("a bug"), AttributeError("a bug"))
 
 
 def open_tiff(folder):
-    with open_raster.open_raster(write_tiff(folder / "a.tif", make_heights("int16")[:30, :40])) as raster:
+    with open_raster.open_raster(
+        write_tiff(folder / "a.tif", make_heights("int16")[:30, :40])
+    ) as raster:
         raster.read_cells(0, 2, 0, 2)
 
 
@@ -64,7 +66,10 @@ def test_a_bug_beside_the_shapes_of_surfaces_is_no_damage(tmp_path):
             raise bug
     with h5netcdf.File(tmp_path / surfaces_file.NAME, "w") as file:
         file.attrs["title"] = surfaces_file.FORMAT
-    with pytest.raises(InputError, match="has no surface_id, direction"), surfaces_file.open_surfaces(tmp_path):
+    with (
+        pytest.raises(InputError, match="has no surface_id, direction"),
+        surfaces_file.open_surfaces(tmp_path),
+    ):
         pass
 
 
@@ -87,7 +92,9 @@ def test_kept_rays_of_another_version_are_told(tmp_path):
 
 
 def damage(lines, way, random):
-    """Lines of a file of which some are cut, missing, shuffled or hold a word, mostly in its head."""
+    """Lines of a file of which some are cut, missing, shuffled or hold a word, mostly in
+    its head.
+    """
     place, lines = int(random.integers(min(12, len(lines)))), list(lines)
     if way == "cut":
         return lines[: int(random.integers(1, len(lines)))]
@@ -103,7 +110,9 @@ def damage(lines, way, random):
     return lines
 
 
-@pytest.mark.parametrize("path", [BARROW, TMY3, STOCKHOLM, POTSDAM_2018, PVGIS], ids=lambda path: path.name[:9])
+@pytest.mark.parametrize(
+    "path", [BARROW, TMY3, STOCKHOLM, POTSDAM_2018, PVGIS], ids=lambda path: path.name[:9]
+)
 def test_any_damage_of_weather_is_one_line(path, tmp_path):
     random, refused = np.random.default_rng(1), 0
     whole = gzip.decompress(path.read_bytes()).splitlines()

@@ -1,4 +1,6 @@
-"""Laws of reflection: samplers against published densities, white furnace, Fresnel's known values."""
+"""Laws of reflection: samplers against published densities, white furnace, Fresnel's known
+values.
+"""
 
 import numpy as np
 import pytest
@@ -15,7 +17,9 @@ PAIRS = [(brdf, zenith) for k, brdf in enumerate(SPREADING) for zenith in ZENITH
 def towards(zenith, azimuth=25.0):
     """A unit vector: (1, 3)."""
     zenith, azimuth = np.radians(zenith), np.radians(azimuth)
-    return np.array([[np.sin(zenith) * np.cos(azimuth), np.sin(zenith) * np.sin(azimuth), np.cos(zenith)]])
+    return np.array(
+        [[np.sin(zenith) * np.cos(azimuth), np.sin(zenith) * np.sin(azimuth), np.cos(zenith)]]
+    )
 
 
 def masking(cosine, roughness):
@@ -24,8 +28,8 @@ def masking(cosine, roughness):
 
 
 def laws(brdf, arriving, leaving):
-    """Reflected radiance over irradiance, D G / (4 cos cos), and density of samples, visible normals times the Jacobian
-    of reflection (Walter 2007, Heitz 2018): two (n,) [1/sr]."""
+    """Reflected radiance over irradiance, D G / (4 cos cos), and density of samples, visible
+    normals times the Jacobian of reflection (Walter 2007, Heitz 2018): two (n,) [1/sr]."""
     facet = arriving + leaving
     facet /= np.maximum(np.linalg.norm(facet, axis=1, keepdims=True), 1e-300)
     facets = brdf.roughness**2 / (np.pi * (facet[:, 2] ** 2 * (brdf.roughness**2 - 1) + 1) ** 2)
@@ -42,19 +46,25 @@ def sphere_grid(across, around):
     azimuth = (np.arange(around) + 0.5) * 2 * np.pi / around - np.pi
     height, azimuth = (grid.ravel() for grid in np.meshgrid(height, azimuth, indexing="ij"))
     level = np.sqrt(1 - height**2)
-    return np.column_stack([level * np.cos(azimuth), level * np.sin(azimuth), height]), 4 * np.pi / len(height)
+    return np.column_stack(
+        [level * np.cos(azimuth), level * np.sin(azimuth), height]
+    ), 4 * np.pi / len(height)
 
 
 def count_cells(directions, across, around):
     """Directions in each cell of `sphere_grid`."""
     row = np.minimum(((1 - directions[:, 2]) * across / 2).astype(int), across - 1)
-    column = ((np.arctan2(directions[:, 1], directions[:, 0]) + np.pi) / (2 * np.pi) * around).astype(int) % around
+    column = (
+        (np.arctan2(directions[:, 1], directions[:, 0]) + np.pi) / (2 * np.pi) * around
+    ).astype(int) % around
     return np.bincount(row * around + column, minlength=across * around)
 
 
 @pytest.mark.parametrize(("brdf", "zenith"), PAIRS, ids=str)
 def test_samples_follow_their_density(brdf, zenith):
-    """χ² over 20 × 30 cells of the sphere; samples that sink, whose share is 0, count as one cell more."""
+    """χ² over 20 × 30 cells of the sphere; samples that sink, whose share is 0, count as one cell
+    more.
+    """
     across, around, fine, count = 20, 30, 30, 200_000
     draws = np.random.default_rng(3).random((count, 3))
     arriving = np.repeat(towards(zenith), count, axis=0)
@@ -78,7 +88,8 @@ def test_samples_follow_their_density(brdf, zenith):
 
 @pytest.mark.parametrize(("brdf", "zenith"), PAIRS, ids=str)
 def test_share_is_what_the_law_says(brdf, zenith):
-    """Radiance · cos = share · density, sample by sample, and the mean share is the integral of radiance · cos.
+    """Radiance · cos = share · density, sample by sample, and the mean share is the integral of
+    radiance · cos.
 
     Facets lose what meets a second one, and never add any.
     """
@@ -90,33 +101,44 @@ def test_share_is_what_the_law_says(brdf, zenith):
     radiance, density = laws(brdf, arriving[lit], leaving[lit])
     assert radiance * leaving[lit, 2] == pytest.approx(share[lit] * density, rel=1e-6)
     middles, angle = sphere_grid(1000, 1000)
-    whole = laws(brdf, np.broadcast_to(towards(zenith), middles.shape), middles)[0] * np.maximum(middles[:, 2], 0)
+    whole = laws(brdf, np.broadcast_to(towards(zenith), middles.shape), middles)[0] * np.maximum(
+        middles[:, 2], 0
+    )
     error = share.std() / np.sqrt(count)
     assert error < 0.003
     assert share.mean() == pytest.approx(whole.sum() * angle, abs=4 * error + 1e-4)
 
 
 def test_what_glossy_faces_lose():
-    """At α = 1 straight on 1 - ln 2 is left, by integration; all over the hemisphere what the docstring says."""
+    """At α = 1 straight on 1 - ln 2 is left, by integration; all over the hemisphere what the
+    docstring says.
+    """
     draws = np.random.default_rng(6).random((400_000, 3))
     _, share = Glossy(1.0, 1.0).sample(np.repeat(towards(0.0), len(draws), axis=0), draws)
     assert share.mean() == pytest.approx(1 - np.log(2), abs=4 * share.std() / np.sqrt(len(draws)))
     arriving = np.column_stack(cosine_direction(draws[:, 0], draws[:, 1]))
     for roughness, lost in ((0.1, 0.03), (0.3, 0.153), (1.0, 0.593)):
-        _, share = Glossy(1.0, roughness).sample(arriving, np.random.default_rng(7).random(draws.shape))
+        _, share = Glossy(1.0, roughness).sample(
+            arriving, np.random.default_rng(7).random(draws.shape)
+        )
         assert 1 - share.mean() == pytest.approx(lost, abs=0.006)
 
 
 def test_mirror_and_glass_know_one_direction():
     arriving = towards(50.0)
-    for brdf, expected in ((Mirror(0.7), 0.7), (Glass(), reflect_interfaces(arriving[:, 2], 1.52, 2))):
+    for brdf, expected in (
+        (Mirror(0.7), 0.7),
+        (Glass(), reflect_interfaces(arriving[:, 2], 1.52, 2)),
+    ):
         leaving, share = brdf.sample(arriving, np.zeros((1, 3)))
         assert leaving == pytest.approx(arriving * [-1, -1, 1])
         assert share == pytest.approx(expected)
 
 
 def test_fresnel():
-    """0.04 straight on at n = 1.5; nothing parallel at Brewster's angle; everything at grazing incidence."""
+    """0.04 straight on at n = 1.5; nothing parallel at Brewster's angle; everything at grazing
+    incidence.
+    """
     assert fresnel([1.0], 1.5) == pytest.approx(0.04)
     brewster = np.cos(np.arctan(1.5))
     perpendicular, parallel = fresnel([brewster], 1.5)
@@ -129,7 +151,9 @@ def test_fresnel():
 
 @pytest.mark.parametrize("interfaces", [1, 2, 4])
 def test_panes(interfaces):
-    """A pane reflects 2R/(1 + R); light that is followed to and fro through the interfaces gives the same."""
+    """A pane reflects 2R/(1 + R); light that is followed to and fro through the interfaces gives
+    the same.
+    """
     cosine = np.array([1.0, 0.7, 0.3, 0.05])
     single = fresnel(cosine, 1.5)
     # Add one interface after the other: R' = R + T² r / (1 - R r), with nothing absorbed.

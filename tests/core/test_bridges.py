@@ -1,4 +1,6 @@
-"""A floor that hangs between the walls of its neighbours is no embankment: the generated ground stays level."""
+"""A floor that hangs between the walls of its neighbours is no embankment: the generated ground
+stays level.
+"""
 
 import numpy as np
 import pytest
@@ -21,7 +23,9 @@ def highest_ground(polygons, turn=0.0):
 
 @pytest.mark.parametrize("semantics", [True, False])
 @pytest.mark.parametrize(
-    ("floor", "turn", "gap"), [(5, 0, 0), (3, 0, 0), (5.9, 37, 0), (4, 0, 0.1)], ids=["5 m", "3 m", "turned", "a gap"]
+    ("floor", "turn", "gap"),
+    [(5, 0, 0), (3, 0, 0), (5.9, 37, 0), (4, 0, 0.1)],
+    ids=["5 m", "3 m", "turned", "a gap"],
 )
 def test_a_bridge_between_towers_leaves_the_ground_level(floor, turn, gap, semantics):
     bridge = box("br", -6 + gap, 0, 12 - 2 * gap, 12, floor, floor + 7, semantics=semantics)
@@ -35,9 +39,17 @@ def test_a_bridge_between_towers_leaves_the_ground_level(floor, turn, gap, seman
 @pytest.mark.parametrize(
     ("houses", "height"),
     [
-        (TOWERS[:6] + box("house", -6, 0, 12, 12, 4, 12), 4),  # beside one wall: at the edge of a terrace
+        (
+            TOWERS[:6] + box("house", -6, 0, 12, 12, 4, 12),
+            4,
+        ),  # beside one wall: at the edge of a terrace
         (TOWERS + box("house", -6, 0, 12, 12, 2, 12), 2),  # between two that stand hardly lower
-        (box("a", -16, 0, 10, 12, 0, 3) + box("b", 6, 0, 10, 12, 0, 3) + box("c", -6, 0, 12, 12, 4, 12), 4),
+        (
+            box("a", -16, 0, 10, 12, 0, 3)
+            + box("b", 6, 0, 10, 12, 0, 3)
+            + box("c", -6, 0, 12, 12, 4, 12),
+            4,
+        ),
     ],
     ids=["one wall", "a step", "above low roofs"],
 )

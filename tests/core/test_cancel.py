@@ -1,4 +1,6 @@
-"""Whoever cancels keeps the suns that are done: the numbers of a whole run, a fair sample of the year, errors told."""
+"""Whoever cancels keeps the suns that are done: the numbers of a whole run, a fair sample of the
+year, errors told.
+"""
 
 import signal
 import threading
@@ -24,7 +26,12 @@ from citypv.core.sun.sun_sampling import choose_suns, match_suns, weigh_by_year
 from citypv.core.sun.suns import end_of_days, interrupted_suns, progressive_order
 
 TRACERS = {"gather": trace_gather, "forward": trace_forward}
-PER_SURFACE = ("diffuse_relative", "diffuse_relative_standard_error", "covered_share", "sky_view_factor")
+PER_SURFACE = (
+    "diffuse_relative",
+    "diffuse_relative_standard_error",
+    "covered_share",
+    "sky_view_factor",
+)
 
 
 def suns_of(way, start="2021-03-01", days=60):
@@ -64,7 +71,9 @@ def test_kept_suns_are_those_of_the_whole_run(estimator, way, share, on_disk, mo
         monkeypatch.setattr(kept_matrix, "LIMIT", 0)
     part = trace(estimator, suns, cancel_at("suns", share))
     count = len(part.suns)
-    assert (share - 0.25) * len(suns) < count <= share * len(suns) + 16  # a block more, when it is told of as done
+    assert (
+        (share - 0.25) * len(suns) < count <= share * len(suns) + 16
+    )  # a block more, when it is told of as done
     assert count in end_of_days(suns)
     assert part.record.interrupted == {"suns_traced": count, "of": len(suns)}
     np.testing.assert_array_equal(part.suns.direction, suns.direction[:count])
@@ -75,13 +84,16 @@ def test_kept_suns_are_those_of_the_whole_run(estimator, way, share, on_disk, mo
         np.testing.assert_array_equal(found, getattr(whole, name)[:, :count])
     for name in PER_SURFACE:
         np.testing.assert_array_equal(getattr(part, name), getattr(whole, name))
-    # The error is that of a run with these suns alone; of a day that was begun the sums hold the first hours as well.
+    # The error is that of a run with these suns alone; of a day that was begun the sums hold the
+    # first hours as well.
     alone = trace(estimator, interrupted_suns(suns, count)).direct_annual_standard_error
     assert alone.max() > 0
     np.testing.assert_allclose(part.direct_annual_standard_error, alone, rtol=0.5, atol=1e-7)
 
 
-@pytest.mark.parametrize(("estimator", "stage"), [("gather", "sky and reflections"), ("forward", "sky and far ground")])
+@pytest.mark.parametrize(
+    ("estimator", "stage"), [("gather", "sky and reflections"), ("forward", "sky and far ground")]
+)
 def test_before_the_suns_there_is_nothing_to_keep(estimator, stage):
     before = threading.active_count()
     for moment in (stage, "suns"):
@@ -108,7 +120,9 @@ def test_both_states_of_trees_keep_the_same_suns():
 def test_progress_of_suns_grows_to_the_end(scene):
     told, request = [], Request(samples=16, shadow_samples=4)
     suns = suns_of("hourly", days=12)
-    trace_gather(scene(), suns, request, lambda *report: told.append(report) if report[0] == "suns" else None)
+    trace_gather(
+        scene(), suns, request, lambda *report: told.append(report) if report[0] == "suns" else None
+    )
     assert told[0][1] == 0
     share = np.array([done / total for _, done, total, _ in told[1:]])
     assert len(share) > 12
@@ -125,7 +139,8 @@ def test_spreading_loses_no_sun_and_splits_no_day(way):
     spread = progressive_order(suns)
     assert spread.sampling == suns.sampling
     one, other = (
-        np.lexsort((part.step, part.day, part.direction[:, 2], part.direction[:, 0])) for part in (suns, spread)
+        np.lexsort((part.step, part.day, part.direction[:, 2], part.direction[:, 0]))
+        for part in (suns, spread)
     )
     for name in ("direction", "weight", "day", "step"):
         np.testing.assert_array_equal(getattr(spread, name)[other], getattr(suns, name)[one])
@@ -136,7 +151,8 @@ def test_spreading_loses_no_sun_and_splits_no_day(way):
         assert (spread.step[inner] > spread.step[inner - 1]).all()
 
 
-BOUNDS = {  # kept part of the suns -> percent of full load hours: of the mean, of single surfaces (rms)
+# kept part of the suns -> percent of full load hours: of the mean, of single surfaces (rms)
+BOUNDS = {
     "hourly": {1 / 90: (0.5, 2.5), 1 / 9: (0.2, 0.4), 1 / 2: (0.1, 0.1)},
     "days:24": {1 / 3: (0.5, 1.5), 1 / 2: (0.2, 0.8), 3 / 4: (0.1, 0.5)},
     "typical-days:12": {1 / 3: (1.5, 2.5), 1 / 2: (0.5, 1.2), 3 / 4: (0.3, 0.8)},
@@ -161,7 +177,9 @@ def test_full_load_hours_of_a_part_of_the_suns(berlin, way):
 
 
 def test_kept_suns_are_weighed_by_the_year_they_stand_for(berlin):
-    """The settings tell of the interruption, weights are shares of the year, errors are not too small."""
+    """The settings tell of the interruption, weights are shares of the year, errors are not too
+    small.
+    """
     scene, request = three_houses(), Request(suns="hourly", samples=16, shadow_samples=4)
     part = study.trace_scene(scene, berlin, request, cancel_at("suns", 0.1))
     count = part.record.interrupted["suns_traced"]
@@ -171,8 +189,8 @@ def test_kept_suns_are_weighed_by_the_year_they_stand_for(berlin):
     share = np.bincount(match.index[match.weight[:, 0] > 0, 0], minlength=count)
     np.testing.assert_allclose(part.suns.weight, share / share.sum(), atol=1e-9)
     alone = trace_gather(scene, interrupted_suns(part.suns, count), request, silent)
-    # Not the same surface by surface: the sums were made with other weights, and four points (two pairs) tell an error
-    # roughly. But it is not too small on the whole.
+    # Not the same surface by surface: the sums were made with other weights, and four points (two
+    # pairs) tell an error roughly. But it is not too small on the whole.
     one, other = part.direct_annual_standard_error, alone.direct_annual_standard_error
     assert np.quantile(one[other > 0] / other[other > 0], 0.05) > 0.5
     assert np.median(one[other > 0] / other[other > 0]) > 1
@@ -182,14 +200,20 @@ def test_kept_suns_are_weighed_by_the_year_they_stand_for(berlin):
     assert 0 < check["rms"] < 5
 
 
-@pytest.mark.parametrize(("way", "largest"), [("days:24", 0.18), ("typical-days:12", 0.36), ("days:60", 0.09)])
+@pytest.mark.parametrize(
+    ("way", "largest"), [("days:24", 0.18), ("typical-days:12", 0.36), ("days:60", 0.09)]
+)
 def test_an_interruption_loses_a_small_share_of_the_suns(way, largest):
-    """A day has about 12 suns: 24 days are cut into six blocks of four days, 12 typical days into three."""
+    """A day has about 12 suns: 24 days are cut into six blocks of four days, 12 typical days into
+    three.
+    """
     suns = suns_of(way, start="2021-01-01", days=365)
     for patches in (10, 30_000):
         blocks = sun_blocks.cut_into_blocks(suns, patches)
         assert max(block.stop - block.start for block in blocks) <= largest * len(suns)
-        assert [sun_blocks.count_kept(suns, blocks[: k + 1]) for k in range(len(blocks))] == [b.stop for b in blocks]
+        assert [sun_blocks.count_kept(suns, blocks[: k + 1]) for k in range(len(blocks))] == [
+            b.stop for b in blocks
+        ]
 
 
 def test_where_days_are_cut_suns_are_kept_up_to_their_ends():

@@ -1,4 +1,6 @@
-"""Ctrl-C as users of the command line meet it: what was traced is kept whole, or nothing is; the status is 130."""
+"""Ctrl-C as users of the command line meet it: what was traced is kept whole, or nothing is; the
+status is 130.
+"""
 
 import json
 import signal
@@ -23,12 +25,23 @@ def hear_interrupts():
 
 
 def run(city, out, *more):
-    options = ["--weather", str(ERA5), "--samples", "64", "--shadow-samples", "4", "--suns", "typical-days:8"]
+    options = [
+        "--weather",
+        str(ERA5),
+        "--samples",
+        "64",
+        "--shadow-samples",
+        "4",
+        "--suns",
+        "typical-days:8",
+    ]
     return main(["simulate", str(city), "--out", str(out), *options, *more])
 
 
 def interrupt(monkeypatch, moment):
-    """Send a signal at the end of a block of suns, or at the beginning of one of the stages of a run."""
+    """Send a signal at the end of a block of suns, or at the beginning of one of the stages of a
+    run.
+    """
     if isinstance(moment, int):
         end = sun_blocks.SunProgress.end
 
@@ -56,7 +69,10 @@ def test_first_interrupt_keeps_the_suns(city, tmp_path, capfd, monkeypatch):
     assert run(city, out) == 130
     assert {path.name for path in out.iterdir()} == TABLES
     summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
-    kept, count = summary["traced"]["interrupted"]["suns_traced"], summary["traced"]["interrupted"]["of"]
+    kept, count = (
+        summary["traced"]["interrupted"]["suns_traced"],
+        summary["traced"]["interrupted"]["of"],
+    )
     assert 40 <= kept < count
     assert summary["suns"]["count"] == kept
     assert summary["suns"]["way"].startswith("typical-days:")
@@ -64,14 +80,28 @@ def test_first_interrupt_keeps_the_suns(city, tmp_path, capfd, monkeypatch):
     assert summary["error_budget"]["sun_sampling"]["patches"] > 10
     said = capfd.readouterr().err
     assert "Interrupting: finished suns are kept" in said
-    assert said.strip().splitlines()[-1].startswith(f"Interrupted: kept {kept} of {count} suns; this changes full")
+    assert (
+        said.strip()
+        .splitlines()[-1]
+        .startswith(f"Interrupted: kept {kept} of {count} suns; this changes full")
+    )
     assert "Traceback" not in said
     # The whole run is not far away, and the part can be weighed again.
     monkeypatch.undo()
     assert run(city, tmp_path / "whole", "--quiet") == 0
-    hours = [pd.read_csv(folder / "faces.csv")["full_load_hours"] for folder in (out, tmp_path / "whole")]
+    hours = [
+        pd.read_csv(folder / "faces.csv")["full_load_hours"] for folder in (out, tmp_path / "whole")
+    ]
     assert np.nanmean(hours[0]) == pytest.approx(np.nanmean(hours[1]), rel=0.03)
-    again = ["yield", str(out / "transfer.nc"), "--weather", str(ERA5), "--out", str(tmp_path / "again"), "--quiet"]
+    again = [
+        "yield",
+        str(out / "transfer.nc"),
+        "--weather",
+        str(ERA5),
+        "--out",
+        str(tmp_path / "again"),
+        "--quiet",
+    ]
     assert main(again) == 0
     assert (tmp_path / "again" / "faces.csv").read_text() == (out / "faces.csv").read_text()
     assert main([*again[:-1], "--overwrite"]) == 0

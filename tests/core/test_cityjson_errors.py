@@ -1,4 +1,6 @@
-"""CityJSON that cannot be used: refused with file, place and cure, or skipped piece by piece with a reason."""
+"""CityJSON that cannot be used: refused with file, place and cure, or skipped piece by piece with a
+reason.
+"""
 
 import copy
 import json
@@ -26,20 +28,41 @@ BAD_DOCUMENTS = {
     "empty": ("", "empty"),
     "blank": (" \n\n", "nothing but whitespace"),
     "cut": (TEXT[:200], r"line 1, column \d+: invalid JSON"),
-    "cut on several lines": (json.dumps(GOOD, indent=1)[:200], r"line \d\d, column \d+: invalid JSON"),
-    "cut in a sequence": ("\n".join(map(json.dumps, (HEAD, FEATURE)))[:-5], r"line 2, column \d+: invalid JSON"),
+    "cut on several lines": (
+        json.dumps(GOOD, indent=1)[:200],
+        r"line \d\d, column \d+: invalid JSON",
+    ),
+    "cut in a sequence": (
+        "\n".join(map(json.dumps, (HEAD, FEATURE)))[:-5],
+        r"line 2, column \d+: invalid JSON",
+    ),
     "no json": ("hello", "line 1, column 1: this is not JSON"),
     "geojson": ('{"type": "FeatureCollection"}', "is GeoJSON, a flat map, not CityJSON"),
     "a feature alone": ('{"type": "CityJSONFeature"}', "put the header object"),
     "old": (json.dumps({**GOOD, "version": "0.9"}), "version '0.9'; give CityJSON 1.0 to 2.0"),
     "new": (json.dumps({**GOOD, "version": "3.0"}), "version '3.0'"),
     "deep": (TEXT[:-1] + ', "x": ' + "[" * 200_000 + "}", "nested too deeply"),
-    "NaN": (TEXT.replace("[2, 0, 0]", "[NaN, 0, 0]"), "line 1: vertex 1 of vertices is not finite or beyond"),
+    "NaN": (
+        TEXT.replace("[2, 0, 0]", "[NaN, 0, 0]"),
+        "line 1: vertex 1 of vertices is not finite or beyond",
+    ),
     "infinite scale": (scaled(1, 1, -np.inf), "three numbers each"),
-    "digits": (TEXT.replace("[2, 0, 0]", f"[{'9' * 5000}, 0, 0]"), "line 1: a number with thousands of digits"),
-    "400 digits": (TEXT.replace("[2, 0, 0]", f"[{'9' * 400}, 0, 0]"), "vertex 1 of vertices is not finite or beyond"),
-    "words": (TEXT.replace("[2, 0, 0]", '["2", "0", "0"]'), "vertex 1 of vertices is not three numbers"),
-    "true": (TEXT.replace("[2, 0, 0]", "[true, 0, 0]"), "vertex 1 of vertices is not three numbers"),
+    "digits": (
+        TEXT.replace("[2, 0, 0]", f"[{'9' * 5000}, 0, 0]"),
+        "line 1: a number with thousands of digits",
+    ),
+    "400 digits": (
+        TEXT.replace("[2, 0, 0]", f"[{'9' * 400}, 0, 0]"),
+        "vertex 1 of vertices is not finite or beyond",
+    ),
+    "words": (
+        TEXT.replace("[2, 0, 0]", '["2", "0", "0"]'),
+        "vertex 1 of vertices is not three numbers",
+    ),
+    "true": (
+        TEXT.replace("[2, 0, 0]", "[true, 0, 0]"),
+        "vertex 1 of vertices is not three numbers",
+    ),
     "no vertices": (json.dumps({**GOOD, "vertices": {}}), "vertices is not a list"),
     "overflow": (scaled(9e7, 9e7, 9e7), "vertex 1 of vertices"),
     "transform": (scaled(1, 1), "transform needs three numbers each for scale"),
@@ -47,7 +70,10 @@ BAD_DOCUMENTS = {
     "objects": (json.dumps({**GOOD, "CityObjects": []}), "CityObjects is not a JSON object"),
     "twice": (TEXT[:-1] + ', "vertices": []}', "line 1: vertices is given twice"),
     "long attribute": ('{"a": "' + "x" * 11_000_000, "line 1, column"),
-    "no such vertices": (json.dumps({**GOOD, "vertices": []}), "no building has usable .*vertex index out of range"),
+    "no such vertices": (
+        json.dumps({**GOOD, "vertices": []}),
+        "no building has usable .*vertex index out of range",
+    ),
     "blank lines": (json.dumps(HEAD) + "\n" * 150_000, "contains no buildings"),
 }
 
@@ -69,9 +95,14 @@ BAD_PIECES = {
     "Blob: no surfaces": {"type": "Blob"},
     "MultiPoint: no surfaces": {"type": "MultiPoint"},
     "inner shell of a solid: cavities receive no light": {"boundaries": [SHELL[:5], SHELL[:1]]},
-    "interior surface": {"semantics": {"surfaces": [{"type": "FloorSurface"}], "values": [[0] + [None] * 5]}},
+    "interior surface": {
+        "semantics": {"surfaces": [{"type": "FloorSurface"}], "values": [[0] + [None] * 5]}
+    },
     "instance of a template that is not in the file": {**instance(), "template": 4},
-    "instance with a missing reference point or an invalid matrix": {**instance(), "boundaries": [99]},
+    "instance with a missing reference point or an invalid matrix": {
+        **instance(),
+        "boundaries": [99],
+    },
 }
 
 
@@ -86,7 +117,9 @@ def test_pieces_that_cannot_be_used_are_reported(tmp_path, reason):
 WRONG = [None, True, -1, 1e308, 10**400, "x", [], {"type": []}]
 FULL = model(
     {
-        "b": house(solid(semantics={"surfaces": [{"type": "RoofSurface", "id": "r"}], "values": [[0] * 6]})),
+        "b": house(
+            solid(semantics={"surfaces": [{"type": "RoofSurface", "id": "r"}], "values": [[0] * 6]})
+        ),
         "p": house(instance(), solid(), kind="BuildingPart", parents=["b"], attributes={"a": 1}),
     },
     transform={"scale": [1, 1, 1], "translate": [0, 0, 0]},
@@ -98,7 +131,13 @@ FULL = model(
 def places(node, path=()):
     """Every place in a document, the first two members of each list standing for all."""
     yield path
-    inside = node.items() if isinstance(node, dict) else enumerate(node[:2]) if isinstance(node, list) else ()
+    inside = (
+        node.items()
+        if isinstance(node, dict)
+        else enumerate(node[:2])
+        if isinstance(node, list)
+        else ()
+    )
     for key, value in inside:
         yield from places(value, (*path, key))
 
@@ -130,7 +169,10 @@ def test_a_name_given_twice_is_reported(tmp_path):
 
 
 def test_names_of_any_kind_fit_into_a_line(tmp_path):
-    ids = {"surfaces": [{"type": "RoofSurface", "id": "two\nlines"}], "values": [[0, None, None, None, None, None]]}
+    ids = {
+        "surfaces": [{"type": "RoofSurface", "id": "two\nlines"}],
+        "values": [[0, None, None, None, None, None]],
+    }
     objects = {"a\nb\u2028": house(solid(semantics=ids)), "x" * 10_000: house(kind="Tree\n" * 100)}
     objects["x" * 10_001] = house(solid(), kind="BuildingPart", parents=["none"])
     objects["half \ud800"] = house(solid(semantics=ids))

@@ -1,4 +1,6 @@
-"""Rules of CityJSON one by one: families, twins, semantics, templates, transforms and sequences of features."""
+"""Rules of CityJSON one by one: families, twins, semantics, templates, transforms and sequences of
+features.
+"""
 
 import json
 
@@ -11,16 +13,28 @@ ROOF = {"surfaces": [{"type": "RoofSurface"}]}
 
 
 def head(**more):
-    return {"type": "CityJSON", "version": "2.0", "transform": {"scale": [1] * 3, "translate": [0] * 3}, **more}
+    return {
+        "type": "CityJSON",
+        "version": "2.0",
+        "transform": {"scale": [1] * 3, "translate": [0] * 3},
+        **more,
+    }
 
 
 def feature(name, step=0, **more):
     vertices = [[x + 10 * step, y, z] for x, y, z in CUBE]
-    return {"type": "CityJSONFeature", "CityObjects": {name: house(solid())}, "vertices": vertices, **more}
+    return {
+        "type": "CityJSONFeature",
+        "CityObjects": {name: house(solid())},
+        "vertices": vertices,
+        **more,
+    }
 
 
 def read_lines(tmp_path, *texts, indent=None, name="city.jsonl"):
-    (tmp_path / name).write_text("\n".join(json.dumps(text, indent=indent) for text in texts), encoding="utf-8")
+    (tmp_path / name).write_text(
+        "\n".join(json.dumps(text, indent=indent) for text in texts), encoding="utf-8"
+    )
     return read_city(tmp_path / name)
 
 
@@ -40,7 +54,10 @@ def test_a_part_of_a_part_belongs_to_the_building_at_the_top(tmp_path):
 
 @pytest.mark.parametrize("parents", [["nowhere", "b"], None])
 def test_a_building_names_its_part_where_the_part_does_not(tmp_path, parents):
-    objects = {"b": house(children=["p"]), "p": house(solid(), kind="BuildingPart", parents=parents)}
+    objects = {
+        "b": house(children=["p"]),
+        "p": house(solid(), kind="BuildingPart", parents=parents),
+    }
     city = read(tmp_path, model(objects))
     assert set(city.building_id) == {"b"}
     assert city.report.building_count == 1
@@ -75,10 +92,17 @@ def test_types_of_extensions(tmp_path):
         assert any(note.startswith(words) for note in city.report.notes)
 
 
-def test_several_drawings_of_one_kind_belong_together_and_parts_drawn_in_different_ways_are_no_twins(tmp_path):
+def test_several_drawings_of_one_kind_belong_together_and_parts_drawn_in_different_ways_are_no_twins(
+    tmp_path,
+):
     semantics = {**ROOF, "values": [0, 0, 0]}
     drawings = [
-        {"type": "MultiSurface", "lod": "2", "boundaries": [[FACES[k]] for k in numbers], "semantics": semantics}
+        {
+            "type": "MultiSurface",
+            "lod": "2",
+            "boundaries": [[FACES[k]] for k in numbers],
+            "semantics": semantics,
+        }
         for numbers in ([0, 1, 2], [3, 4, 5])
     ]
     city = read(tmp_path, model({"b": house(*drawings)}))
@@ -94,10 +118,17 @@ def test_several_drawings_of_one_kind_belong_together_and_parts_drawn_in_differe
 
 @pytest.mark.parametrize("first", [0, 1, 2])
 def test_semantics_tell_which_twin_is_kept(tmp_path, first):
-    """Each drawing stands a millimetre beside the others, so that none is the same point for point."""
+    """Each drawing stands a millimetre beside the others, so that none is the same point
+    for point.
+    """
     drawings = [
         {**at(0), "semantics": {**ROOF, "values": [[0] * 6]}},
-        {"type": "MultiSurface", "lod": "2", "boundaries": at(1)["boundaries"][0], "semantics": {**ROOF, "values": []}},
+        {
+            "type": "MultiSurface",
+            "lod": "2",
+            "boundaries": at(1)["boundaries"][0],
+            "semantics": {**ROOF, "values": []},
+        },
         at(2),
     ]
     turned = drawings[first:] + drawings[:first]
@@ -108,7 +139,8 @@ def test_semantics_tell_which_twin_is_kept(tmp_path, first):
     assert city.thematic == ["RoofSurface"] * 6
 
 
-VALUES = {  # nested as the shells, flat, short, long, one for a shell, none, numbers that name nothing
+# nested as the shells, flat, short, long, one for a shell, none, numbers that name nothing
+VALUES = {
     "nested": ([[0, 0, None, 1, 1, 1]], "RR_WWW", False),
     "flat": ([0, 0, None, 1, 1, 1], "______", True),
     "short": ([[0, 1]], "RW____", True),
@@ -154,7 +186,9 @@ def test_a_transform_scales_and_moves(tmp_path):
     assert any("not integers" in note for note in notes)
 
 
-@pytest.mark.parametrize(("indent", "name"), [(None, "city.json"), (1, "city.jsonl"), (None, "city.city.jsonl")])
+@pytest.mark.parametrize(
+    ("indent", "name"), [(None, "city.json"), (1, "city.jsonl"), (None, "city.city.jsonl")]
+)
 def test_a_sequence_in_any_layout(tmp_path, indent, name):
     city = read_lines(tmp_path, head(), feature("a"), feature("b", 1), indent=indent, name=name)
     assert city.building_id == ["a"] * 6 + ["b"] * 6
@@ -169,7 +203,9 @@ def test_a_feature_with_templates_of_the_head(tmp_path):
 
 
 def test_features_of_one_name(tmp_path):
-    again = read_lines(tmp_path, head(), feature("a"), feature("b", 1), feature("a"), feature("b", 2))
+    again = read_lines(
+        tmp_path, head(), feature("a"), feature("b", 1), feature("a"), feature("b", 2)
+    )
     assert again.building_id == ["a"] * 6 + ["b"] * 6 + ["b~2"] * 6
     assert again.report.skipped == {"building already read": ["a"]}
     assert any("number added: b~2" in note for note in again.report.notes)
@@ -187,5 +223,7 @@ def test_a_folder_gives_its_cityjson_and_no_other_json(tmp_path):
     read_lines(tmp_path, head(), feature("a"), name="a.jsonl")
     read(tmp_path, model({"b": house(at(1))}, row(2)))
     (tmp_path / "package.json").write_text('{"type": "module"}', encoding="utf-8")
-    (tmp_path / "wide.json").write_bytes(json.dumps(model({"c": house(at(2))}, row(3))).encode("utf-16"))
+    (tmp_path / "wide.json").write_bytes(
+        json.dumps(model({"c": house(at(2))}, row(3))).encode("utf-16")
+    )
     assert sorted(set(read_city(tmp_path).building_id)) == ["a", "b", "c"]

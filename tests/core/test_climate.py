@@ -1,4 +1,6 @@
-"""The built-in climate against the grids it is made from, measured years, closed forms and the limits of physics."""
+"""The built-in climate against the grids it is made from, measured years, closed forms and the
+limits of physics.
+"""
 
 import hashlib
 from types import SimpleNamespace
@@ -12,7 +14,13 @@ from weathers import BARROW, HOUR, PVGIS, TMY3
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
 from citypv.core.study import read_year
-from citypv.core.weather.climate import cleanest_sky, climate, look_up_altitude, make_climates, monthly_sums
+from citypv.core.weather.climate import (
+    cleanest_sky,
+    climate,
+    look_up_altitude,
+    make_climates,
+    monthly_sums,
+)
 from citypv.core.weather.climate_grid import is_land, look_up_normals, measure_land_influence
 from citypv.core.weather.draw_clearness import (
     draw_days,
@@ -32,7 +40,8 @@ CELLS = {
     (66.875, 179.625): (-7.969, 3.695),  # Chukotka, east of Greenwich
     (66.875, -179.625): (-7.945, 3.85),  # Chukotka, west of Greenwich
 }
-# The cells of the Atlas around a place, as its file gives them [kWh/m² per day]; without any, SSE's cell.
+# The cells of the Atlas around a place, as its file gives them [kWh/m² per day]; without any, SSE's
+# cell.
 ATLAS = {
     (52.625, 13.375): (2.944, 2.933, 2.91, 2.905),
     (-33.375, -70.625): (5.385, 5.29, 5.571, 5.312),
@@ -42,7 +51,8 @@ ATLAS = {
     (37.74, -25.67): (4.235, 3.865, 3.713),  # the Azores
     (0.5, -29.5): (6.17, 5.86, 6.21),  # the Atlantic: SSE
 }
-# Months at 33° S, 60° W as MERRA-2's grid of 3° gives them [Wm⁻²], and SSE's of 1° [kWh/m² per day].
+# Months at 33° S, 60° W as MERRA-2's grid of 3° gives them [Wm⁻²], and SSE's of 1° [kWh/m² per
+# day].
 MONTHS = np.array(
     [
         [323.6, 274.6, 245.0, 185.9, 133.9, 117.5, 124.2, 157.4, 205.8, 258.5, 299.4, 329.4],
@@ -70,7 +80,9 @@ def cells():
 def test_air_is_that_of_the_grid(place, cells):
     temp_air, wind_speed = CELLS[place]
     data = cells[place].data
-    assert data["temp_air"].mean() == pytest.approx(temp_air, abs=0.051)  # half the step that is kept
+    assert data["temp_air"].mean() == pytest.approx(
+        temp_air, abs=0.051
+    )  # half the step that is kept
     assert data["wind_speed"].mean() == pytest.approx(np.sqrt(np.pi / 4) * wind_speed, abs=0.051)
 
 
@@ -93,7 +105,9 @@ def test_months_are_met_to_the_rounding():
     made = [record.data for record in make_climates(*zip(*places, strict=True))]
     normals = [look_up_normals(*place) for place in places]
     annual = np.array([[found.ghi] for found in normals]) * 365_000
-    sky = cleanest_sky(places, made[0].index, np.array([[look_up_altitude(*place)] for place in places]), annual)
+    sky = cleanest_sky(
+        places, made[0].index, np.array([[look_up_altitude(*place)] for place in places]), annual
+    )
     target = monthly_sums(annual, normals, sky, made[0].index)
     np.testing.assert_allclose(target.sum(axis=1, keepdims=True), annual, rtol=1e-9)
     for data, sums in zip(made, target, strict=True):
@@ -145,13 +159,21 @@ def test_air_from_the_land_is_told_from_air_from_the_sea():
 
 
 def test_the_seed_orders_the_days_and_leaves_the_sums():
-    same, first, second = climate(52.5, 13.4).data, climate(52.5, 13.4, seed=0).data, climate(52.5, 13.4, seed=1).data
+    same, first, second = (
+        climate(52.5, 13.4).data,
+        climate(52.5, 13.4, seed=0).data,
+        climate(52.5, 13.4, seed=1).data,
+    )
     pd.testing.assert_frame_equal(same, first)
     np.testing.assert_allclose(monthly(first), monthly(second), rtol=1e-5)
-    assert np.corrcoef(first["ghi"].resample("D").sum(), second["ghi"].resample("D").sum())[0, 1] < 0.9
+    assert (
+        np.corrcoef(first["ghi"].resample("D").sum(), second["ghi"].resample("D").sum())[0, 1] < 0.9
+    )
     assert first["dni"].sum() == pytest.approx(second["dni"].sum(), rel=0.03)
     place = SimpleNamespace(latitude=52.5, longitude=13.4, altitude=34.0)
-    np.testing.assert_array_equal(read_year(place, Request(weather_seed=1)).data["ghi"], second["ghi"])
+    np.testing.assert_array_equal(
+        read_year(place, Request(weather_seed=1)).data["ghi"], second["ghi"]
+    )
 
 
 def test_many_places_at_once_are_those_one_by_one():
@@ -162,9 +184,13 @@ def test_many_places_at_once_are_those_one_by_one():
 
 
 def test_the_same_bits_everywhere():
-    """Irradiance is rounded so far above a processor's own rounding that its bytes are the same on all of them."""
+    """Irradiance is rounded so far above a processor's own rounding that its bytes are the same on
+    all of them.
+    """
     made = make_climates([52.5, -33.4, 71.1], [13.4, -70.7, -156.6])
-    light = b"".join(one.data[name].to_numpy("<f8").tobytes() for name in ("ghi", "dni") for one in made)
+    light = b"".join(
+        one.data[name].to_numpy("<f8").tobytes() for name in ("ghi", "dni") for one in made
+    )
     assert hashlib.sha256(light).hexdigest()[:16] == "bf97043e800d7e51"
 
 
@@ -179,7 +205,9 @@ def test_limits_of_physics(place, cells):
     np.testing.assert_allclose(data["ghi"], data["dhi"] + data["dni"] * cosine, atol=2e-6)
     assert (data[["ghi", "dhi", "dni", "wind_speed"]].to_numpy() >= 0).all()
     assert (data["ghi"] <= extra * cosine + 1e-3).all()
-    assert (data["ghi"] <= 1.5 * extra * cosine**1.2 + 100).all()  # BSRN's physically possible limit
+    assert (
+        data["ghi"] <= 1.5 * extra * cosine**1.2 + 100
+    ).all()  # BSRN's physically possible limit
     assert (data["dni"] < 0.85 * extra).all()
     assert (data["ghi"][data["apparent_zenith"] > 91] == 0).all()
     assert (data["ghi"][data["apparent_zenith"] < 85] > 0).all()
@@ -202,7 +230,8 @@ def test_afternoons_are_the_warmest_and_sunny_ones_above_all():
 
 @pytest.mark.parametrize(
     ("path", "ghi", "dni", "temp_air"),
-    # The annual GHI of the grid is off by as much as the first (benchmarks/results/climate.md); the arctic is worst.
+    # The annual GHI of the grid is off by as much as the first (benchmarks/results/climate.md); the
+    # arctic is worst.
     [(TMY3, 10, 20, 2), (PVGIS, 10, 20, 4), (BARROW, 30, 140, 5)],
 )
 def test_errors_at_stations(path, ghi, dni, temp_air):
@@ -219,10 +248,14 @@ def test_errors_at_stations(path, ghi, dni, temp_air):
 
 def test_the_exponential_distribution_has_its_mean():
     # Mean of exp(γx) on 0 to 1: 1/(1 - exp(-γ)) - 1/γ; 0.58198 for γ = 1.
-    assert solve_exponential(np.array([0.581976706869, 0.5, 0.418023293131])) == pytest.approx([1, 0, -1], abs=1e-7)
+    assert solve_exponential(np.array([0.581976706869, 0.5, 0.418023293131])) == pytest.approx(
+        [1, 0, -1], abs=1e-7
+    )
     quantile = (np.arange(10000) + 0.5) / 10000
     for mean in (0.1, 0.3, 0.5, 0.7, 0.9):
-        assert exponential_quantile(solve_exponential(np.array(mean)), quantile).mean() == pytest.approx(mean, abs=1e-4)
+        assert exponential_quantile(
+            solve_exponential(np.array(mean)), quantile
+        ).mean() == pytest.approx(mean, abs=1e-4)
 
 
 @pytest.mark.once
@@ -236,13 +269,17 @@ def test_days_spread_as_bendt_has_it():
     xi = (largest - least) / (largest - 0.5)
     gamma = -1.498 + (1.184 * xi - 27.182 * np.exp(-1.5 * xi)) / (largest - least)
     for index in (0.2, 0.3, 0.4, 0.5, 0.6):
-        below = (np.exp(gamma * least) - np.exp(gamma * index)) / (np.exp(gamma * least) - np.exp(gamma * largest))
+        below = (np.exp(gamma * least) - np.exp(gamma * index)) / (
+            np.exp(gamma * least) - np.exp(gamma * largest)
+        )
         assert (days < index).mean() == pytest.approx(below, abs=0.02)
 
 
 def test_days_follow_each_other_as_graham_has_it():
     quantile = rank_days(draw_normals(1, (36500,)), np.zeros(36500, int))
-    assert np.corrcoef(quantile[1:], quantile[:-1])[0, 1] == pytest.approx(0.28, abs=0.02)  # 0.29 of normal numbers
+    assert np.corrcoef(quantile[1:], quantile[:-1])[0, 1] == pytest.approx(
+        0.28, abs=0.02
+    )  # 0.29 of normal numbers
     np.testing.assert_allclose(np.sort(quantile), (np.arange(36500) + 0.5) / 36500)
 
 
@@ -250,6 +287,10 @@ def test_days_follow_each_other_as_graham_has_it():
 def test_sums_are_met_below_the_ceiling():
     rng = np.random.default_rng(0)
     clearness, outside = rng.uniform(0, 0.8, (3, 48)), np.ones((3, 48))
-    scaled = scale_to_sums(clearness, np.full((3, 48), 0.75), outside, np.array([[5.0, 17.9]] * 3), np.array([0, 24]))
-    np.testing.assert_allclose(np.add.reduceat(scaled, [0, 24], axis=1), [[5.0, 17.9]] * 3, rtol=1e-9)
+    scaled = scale_to_sums(
+        clearness, np.full((3, 48), 0.75), outside, np.array([[5.0, 17.9]] * 3), np.array([0, 24])
+    )
+    np.testing.assert_allclose(
+        np.add.reduceat(scaled, [0, 24], axis=1), [[5.0, 17.9]] * 3, rtol=1e-9
+    )
     assert scaled.max() <= 0.75

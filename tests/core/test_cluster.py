@@ -1,4 +1,6 @@
-"""Cities in tiles and worlds in tasks: the same as in one run, whoever computes them and whatever comes between."""
+"""Cities in tiles and worlds in tasks: the same as in one run, whoever computes them and whatever
+comes between.
+"""
 
 import json
 import pickle
@@ -31,11 +33,31 @@ from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
 from citypv.core.study import place_city, prepare_study, read_buildings, read_year, trace_scene
 
-SETTINGS = ["--weather", str(ERA5), "--suns", "typical-days:2", "--samples", "64", "--shadow-samples", "4"]
+SETTINGS = [
+    "--weather",
+    str(ERA5),
+    "--suns",
+    "typical-days:2",
+    "--samples",
+    "64",
+    "--shadow-samples",
+    "4",
+]
 SETTINGS += ["--max-bounces", "2", "--threads", "1"]
 PLACES = [(0, 0), (25, 3), (70, 0), (75, 30), (2, 70), (60, 75)]
-FIGURES = ("visible_share", "direct_reflected", "diffuse_relative", "diffuse_relative_standard_error")
-FIGURES += ("direct_annual_standard_error", "covered_share", "sky_view_factor", "far_ground_view_factor", "albedo")
+FIGURES = (
+    "visible_share",
+    "direct_reflected",
+    "diffuse_relative",
+    "diffuse_relative_standard_error",
+)
+FIGURES += (
+    "direct_annual_standard_error",
+    "covered_share",
+    "sky_view_factor",
+    "far_ground_view_factor",
+    "albedo",
+)
 FIGURES += ("error_parts",)
 
 
@@ -48,7 +70,14 @@ def city(tmp_path_factory):
 @pytest.fixture(scope="module")
 def inputs(city):
     """Weather, Request and PreparedScene of the city."""
-    request = Request(weather=str(ERA5), suns="typical-days:2", samples=64, shadow_samples=4, max_bounces=2, threads=1)
+    request = Request(
+        weather=str(ERA5),
+        suns="typical-days:2",
+        samples=64,
+        shadow_samples=4,
+        max_bounces=2,
+        threads=1,
+    )
     scene = place_city(read_buildings([city], request), request)
     weather = read_year(scene.site, request)
     return prepare_study(scene, weather, request), weather, request
@@ -89,7 +118,9 @@ def test_every_surface_is_in_the_one_tile_around_its_centre(inputs, size):
 
 
 def test_tiles_that_leave_nothing_out_are_the_whole(inputs, serial):
-    """Rays of a tile's own surfaces are the same as in the whole; only those of its surroundings are fewer."""
+    """Rays of a tile's own surfaces are the same as in the whole; only those of its surroundings
+    are fewer.
+    """
     prepared, weather, request = inputs
     whole = trace_scene(prepared.scene, weather, request, prepared=prepared)
     transfer, told = serial
@@ -97,11 +128,15 @@ def test_tiles_that_leave_nothing_out_are_the_whole(inputs, serial):
     np.testing.assert_array_equal(transfer.sky_view_factor, whole.sky_view_factor)
     np.testing.assert_array_equal(transfer.visible_share, whole.visible_share)
     np.testing.assert_array_equal(transfer.covered_share, whole.covered_share)
-    errors = np.hypot(transfer.diffuse_relative_standard_error, whole.diffuse_relative_standard_error)
+    errors = np.hypot(
+        transfer.diffuse_relative_standard_error, whole.diffuse_relative_standard_error
+    )
     assert (np.abs(transfer.diffuse_relative - whole.diffuse_relative) <= 4 * errors + 1e-12).all()
     eligible = transfer.surfaces.eligible
     apart = np.abs(transfer.diffuse_relative - whole.diffuse_relative)[eligible]
-    assert apart.max() < 1e-3  # no more than what the few reflections from a neighbouring tile's ground differ by
+    assert (
+        apart.max() < 1e-3
+    )  # no more than what the few reflections from a neighbouring tile's ground differ by
     assert transfer.record.hemisphere_rays > whole.record.hemisphere_rays
     assert transfer.record.request == request.as_dict()
 
@@ -110,15 +145,23 @@ def test_tiles_that_leave_nothing_out_are_the_whole(inputs, serial):
 def test_what_is_left_out_lies_within_its_bound(tmp_path):
     """Two houses, and a block 1 km long that rises less than 2° behind the fields in the east."""
     houses = [house("a", (0, 0), (10, 9, 7)), house("b", (0, 40), (10, 9, 7))]
-    city = write_gml(tmp_path / "fields.gml", *houses, house("c", (900, -500), (12, 1000, 20), ridge=6.0))
+    city = write_gml(
+        tmp_path / "fields.gml", *houses, house("c", (900, -500), (12, 1000, 20), ridge=6.0)
+    )
     found = []
     for name, more in (("whole", []), ("tiles", ["--cluster", "serial", "--tile", "500"])):
-        assert main(["simulate", str(city), "--out", str(tmp_path / name), "--quiet", *SETTINGS, *more]) == 0
+        assert (
+            main(
+                ["simulate", str(city), "--out", str(tmp_path / name), "--quiet", *SETTINGS, *more]
+            )
+            == 0
+        )
         faces = pd.read_csv(tmp_path / name / "faces.csv", index_col="surface_id").query("eligible")
         found.append(faces["poa_global_annual"])
     told = json.loads((tmp_path / "tiles" / "summary.json").read_text(encoding="utf-8"))["tiles"]
     whole, tiles = found
-    # A band of 1.7° over 58° of azimuth holds 1 % of what an east wall sees, and reflects some light.
+    # A band of 1.7° over 58° of azimuth holds 1 % of what an east wall sees, and reflects some
+    # light.
     assert 0 < (tiles - whole)["a_east"] < 0.02 * whole["a_east"]
     error = 100 * ((tiles - whole) @ faces["area"] / (whole @ faces["area"]))
     assert 0 < error < told["bound"] < 5.0
@@ -126,9 +169,13 @@ def test_what_is_left_out_lies_within_its_bound(tmp_path):
 
 
 def test_glass_has_no_bound_unless_nothing_is_left_out(inputs, tmp_path):
-    """At grazing incidence glass reflects all light, so that no series of reflections has an end."""
+    """At grazing incidence glass reflects all light, so that no series of reflections has
+    an end.
+    """
     _, weather, _ = inputs
-    _, told = trace_tiles.trace_tiles(*inputs, ClusterSettings("serial", 500.0), tmp_path, tell=[].append)
+    _, told = trace_tiles.trace_tiles(
+        *inputs, ClusterSettings("serial", 500.0), tmp_path, tell=[].append
+    )
     assert told["tiles"] == 1
     assert told["left_out"] == {"sky": 0.0, "reflected": 0.0}
     assert bound_hours(told["left_out"], 1.0, weather, "isotropic", 100.0) == 0.0
@@ -136,15 +183,21 @@ def test_glass_has_no_bound_unless_nothing_is_left_out(inputs, tmp_path):
     shares = told["left_out"] | {"reflected": 1e-6}
     assert bound_hours(shares, 1.0, weather, "isotropic", 100.0) is None
     assert 0 < bound_hours(shares, 0.9, weather, "isotropic", 100.0) < 0.01
-    assert describe_bound(told | {"bound": None}).endswith("; no bound is known for what lies beyond")
+    assert describe_bound(told | {"bound": None}).endswith(
+        "; no bound is known for what lies beyond"
+    )
 
 
 def test_a_large_city_is_planned_from_its_fullest_tile(inputs, serial, tmp_path, monkeypatch):
     monkeypatch.setattr(trace_tiles, "LARGEST", 100)
     prepared, weather, request = inputs
     said = []
-    planned = trace_tiles.plan_tiles(prepared.scene, weather, request, ClusterSettings("serial", 60.0), said.append)
-    assert said == ["  (decided for tile 000_000, which has most surfaces)"]  # with two of the houses, as 001_000
+    planned = trace_tiles.plan_tiles(
+        prepared.scene, weather, request, ClusterSettings("serial", 60.0), said.append
+    )
+    assert said == [
+        "  (decided for tile 000_000, which has most surfaces)"
+    ]  # with two of the houses, as 001_000
     assert planned.patches is None
     transfer, _ = trace((planned, weather, request), tmp_path / "planned")
     assert_same_bits(transfer, serial[0])
@@ -216,10 +269,19 @@ def flip_bit(path):
 
 def test_only_what_a_task_has_written_is_its_result(tmp_path):
     """Swapped, damaged in any byte of either file, cut, or half there: it is computed again."""
-    one, other = (tmp_path / f"{name}_{24 * digit}.nc" for name, digit in (("000_000", "a"), ("000_001", "b")))
+    one, other = (
+        tmp_path / f"{name}_{24 * digit}.nc" for name, digit in (("000_000", "a"), ("000_001", "b"))
+    )
     for path in (one, other):
-        finish_task(path, lambda file, path=path: file.write_bytes(path.name.encode() * 50), {"name": path.name})
-    files = {path: path.read_bytes() for path in (one, other, *(own.with_suffix(".json") for own in (one, other)))}
+        finish_task(
+            path,
+            lambda file, path=path: file.write_bytes(path.name.encode() * 50),
+            {"name": path.name},
+        )
+    files = {
+        path: path.read_bytes()
+        for path in (one, other, *(own.with_suffix(".json") for own in (one, other)))
+    }
     assert [read_told(path) for path in (one, other)] == [{"name": one.name}, {"name": other.name}]
 
     def told_with(changes):
@@ -237,7 +299,9 @@ def test_only_what_a_task_has_written_is_its_result(tmp_path):
         for data in (None, b"", files[path][:-1], b"\0" * len(files[path]), files[path] + b" "):
             assert told_with({path: data}) is None
         for place in range(0, len(files[path]), 7):
-            assert told_with({path: files[path][:place] + b"\xff" + files[path][place + 1 :]}) is None
+            assert (
+                told_with({path: files[path][:place] + b"\xff" + files[path][place + 1 :]}) is None
+            )
 
 
 def test_dask_that_is_missing_is_named(city, tmp_path, refused, monkeypatch):
@@ -261,12 +325,14 @@ def test_a_planted_task_is_not_opened(tmp_path):
         read_task(other)
 
 
-# -- what is said of schedulers that do not answer, of programs that are none, and of errors that workers send back --
+# -- schedulers that do not answer, programs that are none, errors that workers send back --
 
 
 @pytest.mark.parametrize("speech", [b"", b"SSH-2.0-x\r\n", b"220"])
 def test_a_port_where_no_scheduler_listens_is_named(tmp_path, refused, monkeypatch, speech):
-    """One that accepts and stays silent, one that speaks another protocol, and one that stops within its greeting."""
+    """One that accepts and stays silent, one that speaks another protocol, and one that stops
+    within its greeting.
+    """
     monkeypatch.setattr(run_tasks, "PATIENCE", 0.5)
 
     class Speak(socketserver.BaseRequestHandler):
@@ -311,8 +377,13 @@ def test_only_those_with_the_key_are_let_in(tmp_path, monkeypatch):
     distributed, yaml = pytest.importorskip("distributed"), pytest.importorskip("yaml")
     from dask import config
 
-    text = (Path(__file__).parents[2] / "docs" / "guide" / "many_machines.md").read_text(encoding="utf-8")
-    command, settings = re.search("    (openssl req .*)", text)[1], re.search("```yaml\n(.*?)```", text, re.DOTALL)[1]
+    text = (Path(__file__).parents[2] / "docs" / "guide" / "many_machines.md").read_text(
+        encoding="utf-8"
+    )
+    command, settings = (
+        re.search("    (openssl req .*)", text)[1],
+        re.search("```yaml\n(.*?)```", text, re.DOTALL)[1],
+    )
 
     def settings_of(name):
         (tmp_path / name).mkdir()
@@ -326,11 +397,15 @@ def test_only_those_with_the_key_are_let_in(tmp_path, monkeypatch):
             address = cluster.scheduler_address
             with run_tasks.open_workers(address) as workers:
                 assert list(run_tasks.run_tasks(workers, pow, [(2, 5)])) == [32]
-            wrong = "does not accept this machine's key, or finds none; see docs/guide/many_machines.md"
+            wrong = (
+                "does not accept this machine's key, or finds none; see docs/guide/many_machines.md"
+            )
             with settings_of("foreign"):
                 refuse_workers(address, wrong)
             refuse_workers(address.replace("tls:", "tcp:"), "does not answer")
             with config.set({"distributed.comm.tls.client.cert": None}):
                 refuse_workers(address, wrong)
-            with pytest.raises(ValueError, match="No client"):  # else xarray asks its scheduler before it writes
+            with pytest.raises(
+                ValueError, match="No client"
+            ):  # else xarray asks its scheduler before it writes
                 distributed.default_client()

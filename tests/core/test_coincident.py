@@ -1,4 +1,6 @@
-"""Faces that lie in one place, and places inside and under buildings: which of them light reaches."""
+"""Faces that lie in one place, and places inside and under buildings: which of them light
+reaches.
+"""
 
 import numpy as np
 import pytest
@@ -36,12 +38,18 @@ def in_pairs(found):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_pairs_are_those_that_overlap(seed):
-    """Triangles of 1 cm to 100 m in three planes, turned any way: those whose overlap shapely knows."""
+    """Triangles of 1 cm to 100 m in three planes, turned any way: those whose overlap shapely
+    knows.
+    """
     generator = np.random.default_rng(seed)
     size = 10 ** generator.uniform(-2, 2, (300, 1, 1))
-    flat = generator.uniform(-30, 30, (300, 1, 2)) * np.sqrt(size / 100) + size * generator.uniform(-1, 1, (300, 3, 2))
+    flat = generator.uniform(-30, 30, (300, 1, 2)) * np.sqrt(size / 100) + size * generator.uniform(
+        -1, 1, (300, 3, 2)
+    )
     plane = generator.integers(0, 3, 300)
-    corners = np.concatenate([flat, np.broadcast_to(plane[:, None, None] * 0.5, (300, 3, 1))], axis=2)
+    corners = np.concatenate(
+        [flat, np.broadcast_to(plane[:, None, None] * 0.5, (300, 3, 1))], axis=2
+    )
     turn = np.linalg.qr(generator.normal(size=(3, 3)))[0]
     found = find_coincident(corners @ turn.T, np.full(300, 1e-4))
     shapes = [Polygon(points) for points in flat]
@@ -69,7 +77,9 @@ def test_threads_and_order_do_not_matter():
     generator = np.random.default_rng(2)
     corners = generator.uniform(0, 60, (40_000, 1, 3)) + generator.uniform(-2, 2, (40_000, 3, 3))
     corners[:, :, 2] = np.round(corners[:, :1, 2])
-    one, other = (find_coincident(corners, np.full(len(corners), 1e-4), threads) for threads in (1, 3))
+    one, other = (
+        find_coincident(corners, np.full(len(corners), 1e-4), threads) for threads in (1, 3)
+    )
     assert len(one) > 10_000
     assert (one.other == other.other).all() and (one.places == other.places).all()
     order = generator.permutation(len(corners))
@@ -85,7 +95,9 @@ def test_thousands_of_faces_in_one_place_are_not_millions_of_pairs():
 
 
 def test_rays_meet_the_front_of_a_sheet_from_either_side():
-    """Two faces cut in different ways, the one a little turned in its plane: 20,000 rays from above and from below."""
+    """Two faces cut in different ways, the one a little turned in its plane: 20,000 rays from above
+    and from below.
+    """
     up = strip([-10, -10, 5], [20, 0, 0], [0, 20, 0], 3)
     down = turned_over(strip([-12, -9, 5], [24, -1, 0], [1, 21, 0], 4))
     scene = join([up, down])
@@ -96,22 +108,32 @@ def test_rays_meet_the_front_of_a_sheet_from_either_side():
     for height, fronts in ((9.0, range(6)), (1.0, range(6, 14))):
         target = np.column_stack([generator.uniform(-9, 9, (20_000, 2)), np.full(20_000, 5.0)])
         target = target[target[:, 1] > -8]
-        start = np.column_stack([generator.uniform(-9, 9, (len(target), 2)), np.full(len(target), height)])
+        start = np.column_stack(
+            [generator.uniform(-9, 9, (len(target), 2)), np.full(len(target), height)]
+        )
         directions = (target - start) / np.linalg.norm(target - start, axis=1, keepdims=True)
         hit, b1, b2 = tree.trace_places(start.astype("f4"), directions.astype("f4"))
         assert np.isin(hit, fronts).all()
         corners = scene.vertices[scene.triangles[hit]]
         place = np.einsum("mk,mkx->mx", np.column_stack([1 - b1 - b2, b1, b2]), corners)
         assert np.abs(place - target).max() < 1e-4
-        plain = RayScene(scene.vertices, scene.triangles).trace_closest(start.astype("f4"), directions.astype("f4"))
+        plain = RayScene(scene.vertices, scene.triangles).trace_closest(
+            start.astype("f4"), directions.astype("f4")
+        )
         known = RayScene.trace_places(tree, start.astype("f4"), directions.astype("f4"))[0]
         assert (known == plain).all()
-        assert not np.isin(plain, fronts).all() or height < 5  # it says something: either may be met
+        assert (
+            not np.isin(plain, fronts).all() or height < 5
+        )  # it says something: either may be met
 
 
 def test_party_walls_are_no_sheets():
-    """Three houses in a row and a board drawn from both sides: light reaches the fronts of the board only."""
-    houses = [face for first in (0, 6, 12) for face in box((first, 0, 0), (first + 6, 10, 8 + first))]
+    """Three houses in a row and a board drawn from both sides: light reaches the fronts of the
+    board only.
+    """
+    houses = [
+        face for first in (0, 6, 12) for face in box((first, 0, 0), (first + 6, 10, 8 + first))
+    ]
     board = strip([30, 0, 1], [0, 10, 0], [0, 0, 8], 2)
     plain = strip([-50, -50, 0], [100, 0, 0], [0, 100, 0], 8)
     scene = join([*houses, board, turned_over(board), plain])
@@ -128,7 +150,10 @@ def test_party_walls_are_no_sheets():
 @both
 def test_a_floor_drawn_on_a_roof_leaves_the_roof_lit(estimator):
     """A floor that is known as a footprint, of a house that has nothing else."""
-    roof, floor = strip([-10, -10, 5], [20, 0, 0], [0, 20, 0], 2), strip([-8, -7, 5], [17, 0, 0], [0, 14, 0], 3)
+    roof, floor = (
+        strip([-10, -10, 5], [20, 0, 0], [0, 20, 0], 2),
+        strip([-8, -7, 5], [17, 0, 0], [0, 14, 0], 3),
+    )
     transfer = trace(estimator, [roof, turned_over(floor)], footprint=range(4, 10), max_bounces=0)
     assert transfer.diffuse_relative[:4] == pytest.approx(1, abs=0.02)
     assert transfer.visible_share[:4] == pytest.approx(1, abs=0.02)
@@ -142,7 +167,9 @@ def test_a_court_drawn_from_both_sides_lights_a_wall(estimator):
     wall = strip([-10, 0, 0], [20, 0, 0], [0, 0, 10], 1)
     transfer = trace(estimator, [court, below, wall], max_bounces=1, albedo=0.5, far_ground=False)
     reflected = transfer.diffuse_relative[-2:].mean() - transfer.sky_view_factor[-2:].mean()
-    once = trace("gather", [court, wall], max_bounces=1, albedo=0.5, far_ground=False, samples=16384)
+    once = trace(
+        "gather", [court, wall], max_bounces=1, albedo=0.5, far_ground=False, samples=16384
+    )
     known = once.diffuse_relative[-2:].mean() - once.sky_view_factor[-2:].mean()
     assert reflected == pytest.approx(known, rel=0.04)
 
@@ -160,7 +187,9 @@ SUN = suns_towards([[0.2, -0.5, 1], [0.7, 0.7, 0.6]])
 
 
 def test_covered_parts_stay_dark_without_shadow_rays():
-    """A low house stands against half of a wall: of any sun the wall gets half of what it would get alone."""
+    """A low house stands against half of a wall: of any sun the wall gets half of what it would get
+    alone.
+    """
     scene = join([*box((0, 0, 0), (10, 10, 10)), *box((0, -10, 0), (10, 0, 5))])
     in_plane = (scene.vertices[scene.triangles][:, :, 1] == 0).all(axis=1)
     wall = np.flatnonzero((scene.surfaces.surface_azimuth == 180) & in_plane)
@@ -171,7 +200,9 @@ def test_covered_parts_stay_dark_without_shadow_rays():
 
 
 def test_covered_ground_hands_on_all_its_light():
-    """A wall stands before a plain, whose patches end at the wall or go on under the house: that is the same."""
+    """A wall stands before a plain, whose patches end at the wall or go on under the house: that is
+    the same.
+    """
     depth = 200.0
     house = box((-depth, 0, 0), (depth, depth, 10))
     whole = join([strip([-depth, -depth, 0], [2 * depth, 0, 0], [0, 2 * depth, 0], 65), *house])
@@ -179,7 +210,9 @@ def test_covered_ground_hands_on_all_its_light():
     walls = []
     for scene in (whole, half):
         transfer = run_gather(scene, SUN, samples=16384, max_bounces=1, far_ground=False)
-        south = np.flatnonzero((transfer.surfaces.surface_azimuth == 180) & (transfer.surfaces.surface_tilt == 90))
+        south = np.flatnonzero(
+            (transfer.surfaces.surface_azimuth == 180) & (transfer.surfaces.surface_tilt == 90)
+        )
         walls.append(np.average(transfer.diffuse_relative[south] - transfer.sky_view_factor[south]))
     assert walls[1] > 0.09
     assert walls[0] == pytest.approx(walls[1], rel=0.02)

@@ -1,4 +1,6 @@
-"""Two states of a city: surfaces are told by their shapes, sums add up, only what the change reaches changes."""
+"""Two states of a city: surfaces are told by their shapes, sums add up, only what the change
+reaches changes.
+"""
 
 import re
 
@@ -34,15 +36,24 @@ def after(folder, before):
     """A tower of 40 m south of the first house in place of the third house."""
 
     def change(text):
-        text = re.sub(r'<cityObjectMember><bldg:Building gml:id="c">.*?</cityObjectMember>\n', "", text, flags=re.S)
+        text = re.sub(
+            r'<cityObjectMember><bldg:Building gml:id="c">.*?</cityObjectMember>\n',
+            "",
+            text,
+            flags=re.S,
+        )
         return text.replace("</CityModel>", house("tower", (0, -16), (12, 10, 40)) + "</CityModel>")
 
     return restate(folder, before, "after.gml", change)
 
 
 def test_the_same_city_under_other_names(folder, before):
-    """Random numbers follow from names: all surfaces are found, and differ by their errors alone."""
-    renamed = restate(folder, before, "names.gml", lambda text: re.sub(r'gml:id="([abc])_', r'gml:id="z\1', text))
+    """Random numbers follow from names: all surfaces are found, and differ by their
+    errors alone.
+    """
+    renamed = restate(
+        folder, before, "names.gml", lambda text: re.sub(r'gml:id="([abc])_', r'gml:id="z\1', text)
+    )
     found = citypv.compare(before, renamed).surfaces.dropna(subset="full_load_hours_change")
     assert set(found["state"]) == {"existing"} and len(found) == 18
     deviation = found["full_load_hours_change"] / found["full_load_hours_change_standard_error"]
@@ -53,7 +64,9 @@ def test_the_same_city_under_other_names(folder, before):
 
 def test_neighbours_lose_and_sums_add_up(before, after):
     found = citypv.compare(before, after)
-    assert re.fullmatch(r"<citypv\.Comparison \S+ to \S+: [\d,]+ buildings?, [+−]?[\d,]+ MWh a year>", repr(found))
+    assert re.fullmatch(
+        r"<citypv\.Comparison \S+ to \S+: [\d,]+ buildings?, [+−]?[\d,]+ MWh a year>", repr(found)
+    )
     states = found.buildings.set_index("building_id")["state"].to_dict()
     assert states == {"a": "existing", "b": "existing", "c": "gone", "tower": "new"}
     south = found.surfaces.set_index("surface_id").loc["a_south"]
@@ -64,10 +77,15 @@ def test_neighbours_lose_and_sums_add_up(before, after):
     for name in ("mwh_before", "mwh_after", "mwh_change"):
         parts = sum(sums[state][name] for state in ("existing", "changed", "new", "gone"))
         assert sums["all"][name] == pytest.approx(parts)
-    assert sums["all"]["mwh_change"] == pytest.approx(sums["all"]["mwh_after"] - sums["all"]["mwh_before"])
+    assert sums["all"]["mwh_change"] == pytest.approx(
+        sums["all"]["mwh_after"] - sums["all"]["mwh_before"]
+    )
     assert sums["gone"]["mwh_after"] == sums["new"]["mwh_before"] == 0
     assert sums["existing"]["mwh_change"] < 0 < sums["new"]["mwh_change"]
-    for result, column in ((before, "mwh_before"), (after, "mwh_after")):  # the program's own sums, by another way
+    for result, column in (
+        (before, "mwh_before"),
+        (after, "mwh_after"),
+    ):  # the program's own sums, by another way
         energy = result.buildings["mwh_per_year"]
         own = dict(zip(result.buildings["building_id"], energy, strict=True))
         told = dict(zip(found.buildings["building_id"], found.buildings[column], strict=True))
@@ -75,11 +93,16 @@ def test_neighbours_lose_and_sums_add_up(before, after):
 
 
 def test_files_and_page(before, after, folder, capfd):
-    assert main(["compare", str(before.folder), str(after.folder), "--out", str(folder / "out")]) == 0
+    assert (
+        main(["compare", str(before.folder), str(after.folder), "--out", str(folder / "out")]) == 0
+    )
     said = capfd.readouterr().err
     assert re.search(r"Existing buildings that stay as they are: −[\d.]+ ± [\d.]+ MWh a year", said)
     # Neighbours alone are named: the removed house loses more, the tower gains more.
-    assert re.search(r"Lose most: a −\d+\.\d\d MWh(, b −[\d.]+ MWh)?\n", said) and "Gain most" not in said
+    assert (
+        re.search(r"Lose most: a −\d+\.\d\d MWh(, b −[\d.]+ MWh)?\n", said)
+        and "Gain most" not in said
+    )
     page = (folder / "out" / "report.html").read_text(encoding="utf-8")
     assert "Who loses, who gains" in page and page.count("<img") == 2
     table = pd.read_csv(folder / "out" / "buildings.csv")

@@ -1,4 +1,6 @@
-"""The second process of a first run: what it compiles, and that it neither prints, nor stays, nor fails the run."""
+"""The second process of a first run: what it compiles, and that it neither prints, nor stays, nor
+fails the run.
+"""
 
 import os
 import subprocess
@@ -46,13 +48,17 @@ def test_a_new_process_finds_what_the_child_compiled_which_ends_with_its_parent(
         time.sleep(0.05)
     child.stdin.close()  # as the system closes it when the parent ends
     assert child.wait(60) == 0
-    assert len(list(fresh_cache.glob("*/*.nbi"))) < len(read_loops()) / 2  # it did not go on to the end
+    assert (
+        len(list(fresh_cache.glob("*/*.nbi"))) < len(read_loops()) / 2
+    )  # it did not go on to the end
     found = subprocess.run([sys.executable, "-c", CALL], capture_output=True, text=True, check=True)
     assert found.stdout.split() == ["1", "0"]  # found, compiled
 
 
 @pytest.mark.parametrize("fault", ["no program", "not Python", "no module"])
-def test_a_failing_child_fails_no_run_and_prints_nothing(nothing_kept, monkeypatch, tmp_path, capfd, fault):
+def test_a_failing_child_fails_no_run_and_prints_nothing(
+    nothing_kept, monkeypatch, tmp_path, capfd, fault
+):
     if fault == "no module":
         monkeypatch.setattr(ahead, "START", "import none_of_this_name")
     else:
@@ -63,7 +69,9 @@ def test_a_failing_child_fails_no_run_and_prints_nothing(nothing_kept, monkeypat
         monkeypatch.setattr(sys, "executable", str(program))
     with ahead.compile_ahead(threads=2):
         child = ahead.start_child()
-        assert (child is None) == (fault == "no program" or (os.name == "nt" and fault == "not Python"))
+        assert (child is None) == (
+            fault == "no program" or (os.name == "nt" and fault == "not Python")
+        )
         if child is not None:
             assert child.wait(60) != 0
             ahead.stop_child(child)
@@ -71,12 +79,21 @@ def test_a_failing_child_fails_no_run_and_prints_nothing(nothing_kept, monkeypat
 
 
 @pytest.mark.parametrize(
-    "kept, threads, estimator", [(True, "2", "gather"), (False, "1", "gather"), (False, "2", "forward")]
+    "kept, threads, estimator",
+    [(True, "2", "gather"), (False, "1", "gather"), (False, "2", "forward")],
 )
 def test_no_child_where_it_is_of_no_use(monkeypatch, tmp_path, kept, threads, estimator):
     monkeypatch.setattr(ahead, "is_compiled", lambda: kept)
     monkeypatch.setattr(ahead, "start_child", lambda: pytest.fail("started"))
-    options = ["--quiet", "--threads", threads, "--estimator", estimator, "--out", str(tmp_path / "out")]
+    options = [
+        "--quiet",
+        "--threads",
+        threads,
+        "--estimator",
+        estimator,
+        "--out",
+        str(tmp_path / "out"),
+    ]
     assert main(["simulate", str(tmp_path / "none.gml"), *options]) == 2  # of the missing file
 
 
@@ -88,7 +105,20 @@ def test_a_run_starts_the_child_before_it_reads_and_ends_it(nothing_kept, monkey
         return started[0]
 
     monkeypatch.setattr(ahead, "start_child", start)
-    assert main(["simulate", str(tmp_path / "none.gml"), "--quiet", "--threads", "2", "--out", str(tmp_path)]) == 2
+    assert (
+        main(
+            [
+                "simulate",
+                str(tmp_path / "none.gml"),
+                "--quiet",
+                "--threads",
+                "2",
+                "--out",
+                str(tmp_path),
+            ]
+        )
+        == 2
+    )
     assert started[0].returncode is not None
 
 

@@ -1,4 +1,6 @@
-"""Which area counts: hidden walls, overhangs, usable shares, flat roofs; and the tables made of it."""
+"""Which area counts: hidden walls, overhangs, usable shares, flat roofs; and the tables
+made of it.
+"""
 
 import json
 from dataclasses import replace
@@ -46,17 +48,23 @@ def test_hidden_walls_are_left_out(transfer, berlin):
     """A group's hours are Σ FLH·A / Σ A·(1 − covered_share): here those of an open wall."""
     energy = compute_energy(transfer, berlin)
     assert energy.eligible.tolist() == [True] * 3 + [False] * 4 + [True] * 2 + [False] * 2
-    assert energy.groups == [("facade", "south"), ("flat", "none")] and energy.group_count.tolist() == [3, 2]
+    assert energy.groups == [
+        ("facade", "south"),
+        ("flat", "none"),
+    ] and energy.group_count.tolist() == [3, 2]
     assert energy.group_area[0] == pytest.approx(100 + 40 + 20)
     np.testing.assert_allclose(energy.open_area[:5], [100, 40, 20, 147, 0])
     area, hours = transfer.surfaces.area[:3], energy.full_load_hours[:3]
     expected = (hours * area).sum() / 160
     assert energy.capacity_factor[:, 0].sum() == pytest.approx(expected, rel=1e-9)
-    # The module is not linear, but nearly: half the light on half a wall gives what the open half does, to 5 %.
+    # The module is not linear, but nearly: half the light on half a wall gives what the open half
+    # does, to 5 %.
     assert expected == pytest.approx(hours[0], rel=0.05)
     total = sum_totals(transfer, energy, build_system(Request()))
     facade = total["kinds"]["facade"]
-    assert facade["eligible_area"] == pytest.approx(160) and facade["kwp"] == pytest.approx(160 / KWP)
+    assert facade["eligible_area"] == pytest.approx(160) and facade["kwp"] == pytest.approx(
+        160 / KWP
+    )
     assert facade["full_load_hours"] == pytest.approx(expected)
     assert facade["mwh_per_year"] == pytest.approx(facade["kwp"] * expected / 1000)
     assert total["kwp"] == pytest.approx(sum(one["kwp"] for one in total["kinds"].values()))
@@ -71,12 +79,19 @@ def test_hidden_walls_are_left_out(transfer, berlin):
     left_out = sum(one["area"] for one in total["without_modules"].values())
     assert total["eligible_area"] + left_out == pytest.approx(transfer.surfaces.area.sum())
     assert total["dark"] == {"count": 0, "area": 0}
-    dim = replace(energy, full_load_hours=energy.full_load_hours * np.where(np.arange(11) == 2, 0.009, 1))
-    assert sum_totals(transfer, dim, build_system(Request()))["dark"] == {"count": 1, "area": pytest.approx(20)}
+    dim = replace(
+        energy, full_load_hours=energy.full_load_hours * np.where(np.arange(11) == 2, 0.009, 1)
+    )
+    assert sum_totals(transfer, dim, build_system(Request()))["dark"] == {
+        "count": 1,
+        "area": pytest.approx(20),
+    }
 
 
 def test_what_has_no_room_carries_no_modules(transfer, berlin):
-    """0.3 of the first wall, 0.4 of the second and 0.3 of the third, of which half is covered; all of a roof."""
+    """0.3 of the first wall, 0.4 of the second and 0.3 of the third, of which half is covered; all
+    of a roof.
+    """
     cramped = np.zeros((11, 2))
     cramped[[0, 1, 2, 7], 1] = 0.3, 0.4, 0.3, 1
     known = replace(transfer, no_room=cramped, clearances=(0.01, 0.3))
@@ -85,9 +100,14 @@ def test_what_has_no_room_carries_no_modules(transfer, berlin):
     # The second has 0.2 covered and 0.4 cramped, together more than half.
     np.testing.assert_allclose(energy.open_area[[0, 1, 2, 7, 8]], [70, 20, 8, 0, 56])
     left_out = sum_totals(known, energy, system)["without_modules"]
-    assert left_out["no room: another face within 0.3 m"] == {"count": 3, "area": pytest.approx(50 + 40 + 60)}
+    assert left_out["no room: another face within 0.3 m"] == {
+        "count": 3,
+        "area": pytest.approx(50 + 40 + 60),
+    }
     assert left_out[PARTS]["area"] == pytest.approx(30 + 24)
-    whole = sum_totals(known, energy, system)["eligible_area"] + sum(one["area"] for one in left_out.values())
+    whole = sum_totals(known, energy, system)["eligible_area"] + sum(
+        one["area"] for one in left_out.values()
+    )
     assert whole == pytest.approx(transfer.surfaces.area.sum())
     paper = compute_energy(known, berlin, build_system(Request(clearance=0.01)))
     assert (paper.eligible == compute_energy(transfer, berlin).eligible).all()
@@ -104,7 +124,9 @@ def test_hidden_walls_counted_as_in_the_paper(transfer, berlin):
     assert energy.group_area[0] == area.sum()
     assert energy.capacity_factor[:, 0].sum() == pytest.approx(expected, rel=1e-9)
     total = sum_totals(transfer, energy, system)["kinds"]["facade"]
-    assert total["kwp"] == pytest.approx(690 / KWP) and total["full_load_hours"] == pytest.approx(expected)
+    assert total["kwp"] == pytest.approx(690 / KWP) and total["full_load_hours"] == pytest.approx(
+        expected
+    )
     # The columns stay means over the whole polygon, whatever counts.
     other = compute_energy(transfer, berlin, build_system(Request()))
     np.testing.assert_array_equal(energy.full_load_hours, other.full_load_hours)
@@ -113,7 +135,14 @@ def test_hidden_walls_counted_as_in_the_paper(transfer, berlin):
 
 def test_overhangs_are_facades_where_asked(transfer, berlin):
     energy = compute_energy(transfer, berlin, build_system(Request(overhangs="count")))
-    assert energy.eligible.tolist() == [True] * 3 + [False] * 2 + [True, False, True, True, False, False]
+    assert energy.eligible.tolist() == [True] * 3 + [False] * 2 + [
+        True,
+        False,
+        True,
+        True,
+        False,
+        False,
+    ]
     assert energy.group_area[0] == pytest.approx(190) and energy.full_load_hours[5] > 0
     assert np.isnan(energy.full_load_hours[6])  # a ceiling looks to no side
     assert np.isnan(compute_energy(transfer, berlin).full_load_hours[5])
@@ -125,33 +154,53 @@ def test_usable_shares_and_flat_roofs(transfer, berlin):
     energy = compute_energy(transfer, berlin, system)
     whole = compute_energy(transfer, berlin, build_system(Request()))
     np.testing.assert_array_equal(energy.capacity_factor, whole.capacity_factor)
-    total, all_of_it = sum_totals(transfer, energy, system), sum_totals(transfer, whole, build_system(Request()))
+    total, all_of_it = (
+        sum_totals(transfer, energy, system),
+        sum_totals(transfer, whole, build_system(Request())),
+    )
     for kind, share in (("facade", 0.6), ("flat", 0.5)):
         for name in ("module_area", "kwp", "mwh_per_year"):
-            assert total["kinds"][kind][name] == pytest.approx(share * all_of_it["kinds"][kind][name])
+            assert total["kinds"][kind][name] == pytest.approx(
+                share * all_of_it["kinds"][kind][name]
+            )
     assert total["eligible_area"] == all_of_it["eligible_area"]
-    # A kWp on the walls and one on the roofs yield what they did before; of the whole they are other shares now.
+    # A kWp on the walls and one on the roofs yield what they did before; of the whole they are
+    # other shares now.
     for one in (total, *total["kinds"].values()):
         assert one["full_load_hours"] == pytest.approx(1000 * one["mwh_per_year"] / one["kwp"])
     facade, flat = (all_of_it["kinds"][kind] for kind in ("facade", "flat"))
     assert total["kinds"]["facade"]["full_load_hours"] == pytest.approx(facade["full_load_hours"])
     none = build_system(Request(usable={"facade": 0.0}))
     bare = sum_totals(transfer, compute_energy(transfer, berlin, none), none)
-    assert bare["kinds"]["facade"]["full_load_hours"] is None and bare["kinds"]["facade"]["eligible_area"] > 0
+    assert (
+        bare["kinds"]["facade"]["full_load_hours"] is None
+        and bare["kinds"]["facade"]["eligible_area"] > 0
+    )
     assert bare["full_load_hours"] == pytest.approx(flat["full_load_hours"])
-    # Level roofs of 60 and 80 m², the second covered by 30 %; the third is covered, the last too small.
+    # Level roofs of 60 and 80 m², the second covered by 30 %; the third is covered, the last too
+    # small.
     assert flat["count"] == 2 and flat["eligible_area"] == pytest.approx(60 + 56)
     hours = (whole.full_load_hours[7] * 60 + whole.full_load_hours[8] * 80) / 116
-    assert flat["full_load_hours"] == pytest.approx(hours) and flat["kwp"] == pytest.approx(116 / KWP)
+    assert flat["full_load_hours"] == pytest.approx(hours) and flat["kwp"] == pytest.approx(
+        116 / KWP
+    )
 
 
 def test_with_the_papers_sectors_flat_roofs_stand_beside_the_whole(transfer, berlin):
-    paper = replace(transfer, surfaces=replace(transfer.surfaces, eligible=transfer.surfaces.kind == "facade"))
+    paper = replace(
+        transfer, surfaces=replace(transfer.surfaces, eligible=transfer.surfaces.kind == "facade")
+    )
     some, every = build_system(Request(sectors="paper")), build_system(Request())
     energy = compute_energy(paper, berlin, some)
-    total, whole = sum_totals(paper, energy, some), sum_totals(transfer, compute_energy(transfer, berlin, every), every)
+    total, whole = (
+        sum_totals(paper, energy, some),
+        sum_totals(transfer, compute_energy(transfer, berlin, every), every),
+    )
     assert energy.groups == [("facade", "south")] and total["kinds"] == whole["kinds"]
-    assert total["kwp"] == total["kinds"]["facade"]["kwp"] and total["without_modules"] == whole["without_modules"]
+    assert (
+        total["kwp"] == total["kinds"]["facade"]["kwp"]
+        and total["without_modules"] == whole["without_modules"]
+    )
 
 
 def three_years(berlin):
@@ -160,7 +209,9 @@ def three_years(berlin):
     for factor, year in ((0.8, 2015), (1.0, 2017), (1.3, 2018)):
         data = berlin.data.copy()
         data[["ghi", "dhi", "dni"]] *= factor
-        parts.append(data.set_axis(data.index + (pd.Timestamp(f"{year}-01-01") - pd.Timestamp("2017-01-01"))))
+        parts.append(
+            data.set_axis(data.index + (pd.Timestamp(f"{year}-01-01") - pd.Timestamp("2017-01-01")))
+        )
     place = berlin.latitude, berlin.longitude
     return [type(berlin)(data, HOUR, *place, 0.0, "one") for data in (*parts, pd.concat(parts))]
 
@@ -184,14 +235,19 @@ def test_years_are_computed_each_and_averaged(berlin, tmp_path):
         assert rows.index.tolist() == [2015, 2017, 2018]
         np.testing.assert_allclose(rows, expected, rtol=1e-4)
         spread = years["groups"][f"{kind}_{orientation}"]
-        assert spread["mean"] == pytest.approx(own[own["period"] == "annual"]["full_load_hours"].item(), rel=1e-5)
+        assert spread["mean"] == pytest.approx(
+            own[own["period"] == "annual"]["full_load_hours"].item(), rel=1e-5
+        )
         assert spread["standard_deviation"] == pytest.approx(np.std(expected, ddof=1), rel=1e-6)
     alone = [compute_energy(transfer, one) for one in single]
     assert describe_years(alone[0]) == {}
     # Of three years the middle one is exceeded in half; a tenth is below all of them.
     system, dc = dc_system(), "mwh_per_year"
     table = sum_buildings(transfer, energy, system, together)
-    each = [sum_buildings(transfer, one, system, own)[dc] for one, own in zip(alone, single, strict=True)]
+    each = [
+        sum_buildings(transfer, one, system, own)[dc]
+        for one, own in zip(alone, single, strict=True)
+    ]
     np.testing.assert_allclose(table[f"p50_{dc}"], np.median(each, axis=0), rtol=1e-6)
     np.testing.assert_allclose(table[f"p90_{dc}"], np.min(each, axis=0), rtol=1e-6)
     whole = sum_totals(transfer, energy, system)
@@ -217,7 +273,9 @@ def test_years_of_a_time_axis(start, stop, expected):
 
 
 def test_hours_of_the_sun(tmp_path):
-    """East and west roofs together give as much before as after solar noon, which comes at 5:20 UTC at 100° E."""
+    """East and west roofs together give as much before as after solar noon, which comes at 5:20 UTC
+    at 100° E.
+    """
     clear = read_weather("clear-sky", 10.0, 100.0)
     suns = choose_suns("hourly", clear.data.index, clear.interval, 10.0, 100.0)
     energy = compute_energy(unshaded_transfer(suns, [16, 16], [90, 270]), clear)
@@ -225,7 +283,12 @@ def test_hours_of_the_sun(tmp_path):
     table = pd.read_csv(tmp_path / "groups.csv")
     for period, noon in (("solar_hour", 12.0), ("hour", 12 - 100 / 15)):
         rows = table[table["period"] == period].groupby("index")["full_load_hours"].sum()
-        middle = np.angle((np.exp(2j * np.pi * (rows.index + 0.5) / 24) * rows).sum()) / (2 * np.pi) * 24 % 24
+        middle = (
+            np.angle((np.exp(2j * np.pi * (rows.index + 0.5) / 24) * rows).sum())
+            / (2 * np.pi)
+            * 24
+            % 24
+        )
         assert middle == pytest.approx(noon, abs=0.1)
         assert rows.sum() == pytest.approx(energy.capacity_factor.sum(), rel=1e-4)
 
@@ -233,13 +296,31 @@ def test_hours_of_the_sun(tmp_path):
 @pytest.fixture(scope="module")
 def traced(city, tmp_path_factory):
     folder = tmp_path_factory.mktemp("traced")
-    common = ["--weather", str(ERA5), "--suns", "typical-days:2", "--samples", "16", "--shadow-samples", "4", "--quiet"]
+    common = [
+        "--weather",
+        str(ERA5),
+        "--suns",
+        "typical-days:2",
+        "--samples",
+        "16",
+        "--shadow-samples",
+        "4",
+        "--quiet",
+    ]
     assert main(["simulate", str(city), "--out", str(folder / "out"), *common]) == 0
     return folder
 
 
 def run_yield(traced, out, *options):
-    arguments = ["yield", str(traced / "out" / "transfer.nc"), "--weather", str(ERA5), "--quiet", "--out", str(out)]
+    arguments = [
+        "yield",
+        str(traced / "out" / "transfer.nc"),
+        "--weather",
+        str(ERA5),
+        "--quiet",
+        "--out",
+        str(out),
+    ]
     return main([*arguments, *options])
 
 
@@ -249,12 +330,21 @@ def settings_in(folder):
 
 def test_options_reach_the_tables(traced, tmp_path, capsys):
     options = ["--losses", "14", "--usable", "facade=0.6,roof=0.8", "flat=0.5", "--monthly"]
-    assert run_yield(traced, tmp_path / "a", *options, "--series", "a_south", "b_roof_south", "buildings") == 0
+    assert (
+        run_yield(
+            traced, tmp_path / "a", *options, "--series", "a_south", "b_roof_south", "buildings"
+        )
+        == 0
+    )
     south = pd.read_csv(tmp_path / "a" / "faces.csv", index_col="surface_id").loc["a_south"]
     hours = south["full_load_hours"]
     assert 0.75 * south["full_load_hours_dc"] < hours < 0.86 * south["full_load_hours_dc"]
-    assert sum(south[f"full_load_hours_{month:02d}"] for month in range(1, 13)) == pytest.approx(hours, rel=1e-4)
-    assert south["open_area"] <= south["area"] and settings_in(tmp_path / "a")["usable"]["flat"] == 0.5
+    assert sum(south[f"full_load_hours_{month:02d}"] for month in range(1, 13)) == pytest.approx(
+        hours, rel=1e-4
+    )
+    assert (
+        south["open_area"] <= south["area"] and settings_in(tmp_path / "a")["usable"]["flat"] == 0.5
+    )
     series = pd.read_csv(tmp_path / "a" / "series.csv")
     assert series["surface_id"].unique().tolist() == ["a_south", "b_roof_south"]
     buildings = pd.read_csv(tmp_path / "a" / "buildings.csv")
@@ -262,7 +352,9 @@ def test_options_reach_the_tables(traced, tmp_path, capsys):
     np.testing.assert_allclose(place, [[6, 5], [25, 4], [9, 28.5]], atol=1e-3)  # houses a, b and c
     with xr.open_dataset(tmp_path / "a" / "timeseries.nc") as file:
         assert file["building"].to_numpy().tolist() == buildings["building_id"].tolist()
-        np.testing.assert_allclose(file["building_power"].sum("time") / 1000, buildings["mwh_per_year"], rtol=1e-4)
+        np.testing.assert_allclose(
+            file["building_power"].sum("time") / 1000, buildings["mwh_per_year"], rtol=1e-4
+        )
     groups = pd.read_csv(tmp_path / "a" / "groups.csv")
     annual = groups[groups["period"] == "annual"]
     assert (annual["full_load_hours"] < 0.86 * annual["full_load_hours_dc"]).all()
@@ -276,13 +368,19 @@ def test_options_reach_the_tables(traced, tmp_path, capsys):
 def test_the_paper_in_a_word(traced, tmp_path):
     assert run_yield(traced, tmp_path / "paper", "--method", "paper") == 0
     found = settings_in(tmp_path / "paper")
-    assert {name: found[name] for name in METHODS["paper"]} == METHODS["paper"] and found["method"] == "paper"
+    assert {name: found[name] for name in METHODS["paper"]} == METHODS["paper"] and found[
+        "method"
+    ] == "paper"
     # Options given beside it win, also before it.
-    assert run_yield(traced, tmp_path / "own", "--hidden-walls", "leave-out", "--method", "paper") == 0
+    assert (
+        run_yield(traced, tmp_path / "own", "--hidden-walls", "leave-out", "--method", "paper") == 0
+    )
     found = settings_in(tmp_path / "own")
     assert found["hidden_walls"] == "leave-out" and found["overhangs"] == "count"
     # The paper has no vegetation, whatever other effects are asked for.
     assert run_yield(traced, tmp_path / "aoi", "--method", "paper", "--effects", "aoi=off") == 0
     assert settings_in(tmp_path / "aoi")["effects"] == {"trees": False, "aoi": False}
-    assert run_yield(traced, tmp_path / "late", "--effects", "trees=off") == 2  # was decided when traced
+    assert (
+        run_yield(traced, tmp_path / "late", "--effects", "trees=off") == 2
+    )  # was decided when traced
     assert settings_in(traced / "out")["hidden_walls"] == "leave-out"

@@ -27,23 +27,34 @@ def trace(name, rounds=(), **changes):
     """Transfer, weather and Energy of some houses."""
     scene, weather, _ = street(name)
     request = replace(REQUEST, **changes)
-    prepared = replace(build_tree(prepare_study(scene, weather, request), request), rounds=bool(rounds))
+    prepared = replace(
+        build_tree(prepare_study(scene, weather, request), request), rounds=bool(rounds)
+    )
     run = trace_run(scene, weather, request, prepared=prepared)
     for size in rounds:
         run = trace_round(run, size)
-    energy = compute_energy(run.transfer, weather, build_system(request), 1, sky=choose_sky(request, run.transfer))
+    energy = compute_energy(
+        run.transfer, weather, build_system(request), 1, sky=choose_sky(request, run.transfer)
+    )
     return run.transfer, weather, energy
 
 
 def hours_of_groups(transfer, energy):
     """Hours times counted area of each kind and orientation and of all: dict."""
-    names, hours = name_groups(transfer.surfaces), energy.counted_area * np.nan_to_num(energy.full_load_hours)
-    groups = {" ".join(name): names == " ".join(name) for name in energy.groups} | {"all": np.ones(len(names), bool)}
+    names, hours = (
+        name_groups(transfer.surfaces),
+        energy.counted_area * np.nan_to_num(energy.full_load_hours),
+    )
+    groups = {" ".join(name): names == " ".join(name) for name in energy.groups} | {
+        "all": np.ones(len(names), bool)
+    }
     return {name: hours[members & energy.eligible].sum() for name, members in groups.items()}
 
 
 def assert_bounded(name, bounces, rounds=(), most=None, **changes):
-    """The bound of each group is above what more reflections add, and where told below so many times that."""
+    """The bound of each group is above what more reflections add, and where told below so many
+    times that.
+    """
     few, many = (trace(name, rounds, max_bounces=count, **changes) for count in (bounces, MANY))
     hours, more = hours_of_groups(few[0], few[2]), hours_of_groups(many[0], many[2])
     stated = bound_cut_reflections(*few)
@@ -57,7 +68,9 @@ def assert_bounded(name, bounces, rounds=(), most=None, **changes):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["alone", "street", "court", "tower"])
-@pytest.mark.parametrize(("albedo", "bounces", "most"), [(0.3, 1, 5), (0.3, 2, 5), (0.6, 5, 5), (0.9, 5, None)])
+@pytest.mark.parametrize(
+    ("albedo", "bounces", "most"), [(0.3, 1, 5), (0.3, 2, 5), (0.6, 5, 5), (0.9, 5, None)]
+)
 def test_forty_reflections_add_no_more_than_is_stated(name, albedo, bounces, most):
     assert_bounded(name, bounces, most=most, albedo=albedo, ground_albedo=albedo)
 
@@ -68,7 +81,9 @@ def test_without_reflections_and_after_rounds():
 
 
 def test_a_bound_of_matrices_holds():
-    """Of random matrices of which some patches see nothing or only dark ones; the closed form sums all reflections."""
+    """Of random matrices of which some patches see nothing or only dark ones; the closed form sums
+    all reflections.
+    """
     rng = np.random.default_rng(1)
     for count in range(1, 30):
         matrix = rng.random((count, count)) * (rng.random((count, count)) < 0.3)
@@ -77,7 +92,9 @@ def test_a_bound_of_matrices_holds():
         beyond = np.linalg.solve(np.eye(count) - matrix, last) - last
         bound = bound_further(lambda light, matrix=matrix: matrix @ light, last)
         assert (beyond <= bound * (1 + 1e-9) + 1e-15).all()
-        assert (bound <= 40 * np.abs(beyond).max() + 1e-15).all()  # of a series whose ratio is 0.95 at most
+        assert (
+            bound <= 40 * np.abs(beyond).max() + 1e-15
+        ).all()  # of a series whose ratio is 0.95 at most
 
 
 def test_light_that_never_leaves_has_no_bound():
@@ -86,6 +103,12 @@ def test_light_that_never_leaves_has_no_bound():
 
 
 def test_of_tiles_the_largest_counts():
-    tiles = [{"all": {"sky": 0.1, "suns": 0.2}}, {"all": {"sky": 0.3, "suns": None}, "flat none": {"sky": 0.0}}]
-    assert _largest_of_groups(tiles) == {"all": {"sky": 0.3, "suns": None}, "flat none": {"sky": 0.0}}
+    tiles = [
+        {"all": {"sky": 0.1, "suns": 0.2}},
+        {"all": {"sky": 0.3, "suns": None}, "flat none": {"sky": 0.0}},
+    ]
+    assert _largest_of_groups(tiles) == {
+        "all": {"sky": 0.3, "suns": None},
+        "flat none": {"sky": 0.0},
+    }
     assert _largest_of_groups([*tiles, None]) is None

@@ -1,4 +1,6 @@
-"""Days spread over the year: interpolation between them against closed forms, at every latitude and time step."""
+"""Days spread over the year: interpolation between them against closed forms, at every latitude and
+time step.
+"""
 
 import numpy as np
 import pandas as pd
@@ -14,14 +16,18 @@ PLACES = [(0.0, 0.0), (52.5, 13.4), (-33.4, -70.8), (66.56, 25.0), (75.0, 179.9)
 
 
 def angles(suns, times, interval, latitude, longitude):
-    """Angles [°] between the places that the traced suns make of the sunny intervals' own, and these."""
+    """Angles [°] between the places that the traced suns make of the sunny intervals' own, and
+    these.
+    """
     match = match_suns(suns, times, interval, latitude, longitude)
     direction, sunny = sunny_directions(times, interval, latitude, longitude)
     np.testing.assert_allclose(match.weight.sum(axis=1), sunny, atol=1e-5)
     assert (match.index[match.weight == 0] == 0).all()
     place = np.einsum("tk,tkx->tx", match.weight[sunny], suns.direction[match.index[sunny]])
     place /= np.linalg.norm(place, axis=1, keepdims=True)
-    return np.degrees(2 * np.arcsin(np.clip(np.linalg.norm(place - direction[sunny], axis=1) / 2, 0, 1)))
+    return np.degrees(
+        2 * np.arcsin(np.clip(np.linalg.norm(place - direction[sunny], axis=1) / 2, 0, 1))
+    )
 
 
 def test_cubics_are_met_exactly():
@@ -30,7 +36,9 @@ def test_cubics_are_met_exactly():
     place = nodes[:, 1] + rng.random(200) * (nodes[:, 2] - nodes[:, 1])
     weight = cubic_weights(place, nodes, np.ones((200, 4), bool))
     for power in range(4):
-        np.testing.assert_allclose((weight * nodes**power).sum(axis=1), place**power, rtol=1e-8, atol=1e-8)
+        np.testing.assert_allclose(
+            (weight * nodes**power).sum(axis=1), place**power, rtol=1e-8, atol=1e-8
+        )
     middle = cubic_weights(np.array([0.5]), np.array([[-1.0, 0, 1, 2]]), np.ones((1, 4), bool))
     np.testing.assert_allclose(middle, [[-1 / 16, 9 / 16, 9 / 16, -1 / 16]])
 
@@ -38,12 +46,16 @@ def test_cubics_are_met_exactly():
 def test_where_nodes_are_missing():
     known = np.array([[0, 1, 1, 1], [1, 1, 0, 1], [1, 0, 1, 1], [1, 0, 0, 1]], bool)
     weight = cubic_weights(np.full(4, 0.25), np.tile([-1.0, 0.0, 1.0, 2.0], (4, 1)), known)
-    np.testing.assert_allclose(weight, [[0, 0.75, 0.25, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 0]])
+    np.testing.assert_allclose(
+        weight, [[0, 0.75, 0.25, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 0]]
+    )
 
 
 @pytest.mark.parametrize(
     ("latitude", "longitude", "minutes"),
-    [(*place, 60) for place in PLACES] + [(52.5, 13.4, minutes) for minutes in (10, 20)] + [(-90.0, 0.0, 15)],
+    [(*place, 60) for place in PLACES]
+    + [(52.5, 13.4, minutes) for minutes in (10, 20)]
+    + [(-90.0, 0.0, 15)],
 )
 def test_the_suns_place_is_met_at_every_time_step(latitude, longitude, minutes):
     interval = pd.Timedelta(minutes=minutes)
@@ -53,7 +65,8 @@ def test_the_suns_place_is_met_at_every_time_step(latitude, longitude, minutes):
     assert suns.weight.sum() == pytest.approx(1) and suns.weight.min() >= 0
     assert len(suns) < 24 * 24 * 60 / max(minutes, 15) * 0.56
     found = angles(suns, times, interval, latitude, longitude)
-    # Days lie 15.2 apart: far from sunrise and sunset a cubic misses the analemma by less than a hundredth of a degree.
+    # Days lie 15.2 apart: far from sunrise and sunset a cubic misses the analemma by less than a
+    # hundredth of a degree.
     assert np.median(found) < 0.03
     assert np.quantile(found, 0.9) < 1.0
     assert found.max() < 7.0
@@ -65,7 +78,9 @@ def test_a_day_for_every_day_is_every_hour():
 
 
 def test_the_year_of_tracing_does_not_matter():
-    """Another year, many years, a year before 1970: the season is that of the sun, not of the calendar."""
+    """Another year, many years, a year before 1970: the season is that of the sun, not of the
+    calendar.
+    """
     suns = choose_suns("days:24", year_of(2017), HOUR, 52.5, 13.4)
     for times in (year_of(2016), year_of(2000, 2001), year_of(1959)):
         assert np.median(angles(suns, times, HOUR, 52.5, 13.4)) < 0.1

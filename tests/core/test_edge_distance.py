@@ -17,22 +17,30 @@ from citypv.core.sun.sky_grid import sky_grid_suns
 
 
 def rows_of_houses(columns, rows, turn=0.0, gap=0):
-    """Scene of houses of 10 × 8 m, 30 m apart each way, without `gap` × `gap` of them in the middle; turned [°]."""
+    """Scene of houses of 10 × 8 m, 30 m apart each way, without `gap` × `gap` of them in the
+    middle; turned [°].
+    """
     places = [(x, y) for x in range(columns) for y in range(rows)]
     left_out = range((columns - gap) // 2, (columns - gap) // 2 + gap)
     places = [place for place in places if not (place[0] in left_out and place[1] in left_out)]
-    city = make_city([face for x, y in places for face in box(f"{x}-{y}", 30 * x, 30 * y, 10, 8, 0, 6 + x)])
+    city = make_city(
+        [face for x, y in places for face in box(f"{x}-{y}", 30 * x, 30 * y, 10, 8, 0, 6 + x)]
+    )
     c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
     city.points[:, :2] = city.points[:, :2] @ np.array([[c, s], [-s, c]])
     return build_scene(city, latitude=50, longitude=10)
 
 
 def sides_of(scene, turn):
-    """Column and row of the house of each facade, and the side that it looks to before the city was turned."""
+    """Column and row of the house of each facade, and the side that it looks to before the city was
+    turned.
+    """
     surfaces, found = scene.surfaces, {}
     distance = measure_edge_distance(scene)
     for row in np.flatnonzero(np.asarray(surfaces.kind) == "facade"):
-        side = "NESW"[round((surfaces.surface_azimuth[row] + turn - scene.site.convergence) / 90) % 4]
+        side = "NESW"[
+            round((surfaces.surface_azimuth[row] + turn - scene.site.convergence) / 90) % 4
+        ]
         found[*map(int, surfaces.building_id[row].split("-")), side] = distance[row]
     assert np.isnan(distance[np.asarray(surfaces.kind) != "facade"]).all()
     return found
@@ -64,7 +72,9 @@ def test_a_run_says_what_it_meant(tmp_path):
     distance = np.array([0, 60, np.nan, np.nan] * 2, float)
     surfaces = replace(transfer.surfaces, area=np.full(8, 100.0), edge_distance=distance)
     hours = np.tile([900.0, 720.0, 600.0, 600.0], 2)
-    energy = SimpleNamespace(eligible=np.ones(8, bool), counted_area=np.full(8, 100.0), full_load_hours=hours)
+    energy = SimpleNamespace(
+        eligible=np.ones(8, bool), counted_area=np.full(8, 100.0), full_load_hours=hours
+    )
     transfer = replace(transfer, surfaces=surfaces)
     edge = measure_edge(transfer, energy)
     assert (edge["share_within_25"], edge["share_within_100"]) == (25, 50)
@@ -77,4 +87,6 @@ def test_a_run_says_what_it_meant(tmp_path):
         assert measure_edge(nowhere, energy) == {} and describe_edge({}) == ""
     # Kept for other weather.
     write_transfer(tmp_path / "transfer.nc", transfer)
-    np.testing.assert_array_equal(read_transfer(tmp_path / "transfer.nc").surfaces.edge_distance, distance)
+    np.testing.assert_array_equal(
+        read_transfer(tmp_path / "transfer.nc").surfaces.edge_distance, distance
+    )

@@ -1,4 +1,6 @@
-"""Edits of a city: traced by the change alone they give what the edited scene gives when it is traced wholly."""
+"""Edits of a city: traced by the change alone they give what the edited scene gives when it is
+traced wholly.
+"""
 
 from dataclasses import replace
 
@@ -22,14 +24,22 @@ from citypv.core.study import change_scene, compute_energy, place_city, read_yea
 pytestmark = pytest.mark.once
 
 REQUEST = Request(
-    samples=64, shadow_samples=16, suns="days:1", weather=["clear-sky"], latitude=50.0, longitude=8.0, threads=1
+    samples=64,
+    shadow_samples=16,
+    suns="days:1",
+    weather=["clear-sky"],
+    latitude=50.0,
+    longitude=8.0,
+    threads=1,
 )
 
 
 def houses(number=9, seed=3):
     """Boxes of several heights, no two of which touch."""
     generator = np.random.default_rng(seed)
-    places = 15.0 * np.stack([np.arange(number) % 3, np.arange(number) // 3], axis=1) + generator.random((number, 2))
+    places = 15.0 * np.stack(
+        [np.arange(number) % 3, np.arange(number) // 3], axis=1
+    ) + generator.random((number, 2))
     size = generator.choice([8.0, 10.0, 12.0, 13.5], (number, 2))
     return [
         part
@@ -41,24 +51,36 @@ def houses(number=9, seed=3):
 def row_of_houses():
     """Party walls, of the same and of other heights."""
     heights = (9.0, 9.0, 12.0, 6.0, 12.0)
-    return [part for k, height in enumerate(heights) for part in box(f"b{k}", 8.0 * k, 0, 8, 10, 0, height)]
+    return [
+        part
+        for k, height in enumerate(heights)
+        for part in box(f"b{k}", 8.0 * k, 0, 8, 10, 0, height)
+    ]
 
 
 def courtyard():
     sides = ((0, 0, 30, 8), (0, 22, 30, 8), (0, 8, 8, 14), (22, 8, 8, 14))
-    blocks = [part for k, (x, y, w, d) in enumerate(sides) for part in box(f"b{k}", x, y, w, d, 0, 12)]
+    blocks = [
+        part for k, (x, y, w, d) in enumerate(sides) for part in box(f"b{k}", x, y, w, d, 0, 12)
+    ]
     return [*blocks, *box("b4", 13, 13, 4, 4, 0, 5)]
 
 
 def canopy():
     """A roof on nothing, lit on both sides, between two houses."""
     sheet = [(6, 2, 4), (16, 2, 4), (16, 9, 5), (6, 9, 5)]
-    return [*box("b0", -4, 0, 8, 10, 0, 9), ("b1", "RoofSurface", [sheet]), *box("b2", 18, 0, 8, 10, 0, 6)]
+    return [
+        *box("b0", -4, 0, 8, 10, 0, 9),
+        ("b1", "RoofSurface", [sheet]),
+        *box("b2", 18, 0, 8, 10, 0, 6),
+    ]
 
 
 def tree(name, x, y, height=9.0, evergreen=False):
     place = np.array([x, y, 0.0])
-    return Tree(name, "made.gml", 1, place=place, height=height, crown_diameter=6.0, evergreen=evergreen)
+    return Tree(
+        name, "made.gml", 1, place=place, height=height, crown_diameter=6.0, evergreen=evergreen
+    )
 
 
 CITIES = {
@@ -101,9 +123,20 @@ def draw_change(city, generator):
     """A random edit: something added, removed, moved, raised, or several of these."""
     names = [*dict.fromkeys(city.building_id)]
     one, other = generator.choice(names, 2, replace=False)
-    x, y = generator.uniform(city.points[:, :2].min(axis=0) - 5, city.points[:, :2].max(axis=0) + 5).round(1)
+    x, y = generator.uniform(
+        city.points[:, :2].min(axis=0) - 5, city.points[:, :2].max(axis=0) + 5
+    ).round(1)
     low = float(city.points[:, 2].min())
-    new = make_city(box("new", x, y, *generator.choice([3.0, 8.0, 20.0], 2), low, low + generator.choice([4.0, 9, 40])))
+    new = make_city(
+        box(
+            "new",
+            x,
+            y,
+            *generator.choice([3.0, 8.0, 20.0], 2),
+            low,
+            low + generator.choice([4.0, 9, 40]),
+        )
+    )
     new.trees = [tree("grown", float(x) - 6, float(y))] if city.trees else []
     removed = [one, city.trees[0].name] if city.trees else [one]
     moved = {other: tuple(generator.uniform(-9, 9, 2).round(2))}
@@ -118,7 +151,9 @@ def draw_change(city, generator):
 
 
 def trace_wholly(base, change, request=None):
-    """The edited scene, its ground as the edit left it, traced like any city, with the same keys: EditableCity."""
+    """The edited scene, its ground as the edit left it, traced like any city, with the same keys:
+    EditableCity.
+    """
     request = request or base.request
     prepared = prepare_decided(base.decisions, change.scene, request)
     full = trace_editable(prepared, base.suns, request, specular=specular_of)
@@ -126,14 +161,19 @@ def trace_wholly(base, change, request=None):
 
 
 def check_law(edited, full):
-    """Hours within a quarter of their stated error on 99 % of the area, the rest within one, the total to 1e-5."""
+    """Hours within a quarter of their stated error on 99 % of the area, the rest within one, the
+    total to 1e-5.
+    """
     one, other = edited.transfer, full.transfer
     assert one.surfaces.surface_id == other.surfaces.surface_id
     assert np.array_equal(one.surfaces.eligible, other.surfaces.eligible)
     assert one.covered_share == pytest.approx(other.covered_share, abs=1e-6)
     weather = read_year(edited.scene.site, edited.request)
     energy = [compute_energy(transfer, weather, edited.request) for transfer in (one, other)]
-    hours, stated = [np.asarray(found.full_load_hours) for found in energy], energy[1].full_load_hours_standard_error
+    hours, stated = (
+        [np.asarray(found.full_load_hours) for found in energy],
+        energy[1].full_load_hours_standard_error,
+    )
     assert np.array_equal(*map(np.isnan, hours))
     known = np.isfinite(hours[1]) & (one.surfaces.area > 0)
     area, apart = one.surfaces.area[known], np.abs(hours[0] - hours[1])[known]
@@ -181,11 +221,15 @@ def test_ten_edits_in_a_row_keep_the_law(base_of, name):
 
 @pytest.mark.parametrize("name", ["houses", "courtyard", "trees", "all rays"])
 def test_single_suns_of_a_large_city_follow_the_change(base_of, name, monkeypatch):
-    """Visible shares are exact, so is the sum over the suns; what is guessed moves light from sun to sun by little."""
+    """Visible shares are exact, so is the sum over the suns; what is guessed moves light from sun
+    to sun by little.
+    """
     monkeypatch.setattr("citypv.core.light.change_suns.SMALL", 0)
     monkeypatch.setattr("citypv.core.light.change_suns.GUESSED", np.inf)
     city, base = base_of(name)
-    change = change_scene(base, city, edit_city(city, Change(raised={"b2": 4.0}, removed=["b0"])), base.request)
+    change = change_scene(
+        base, city, edit_city(city, Change(raised={"b2": 4.0}, removed=["b0"])), base.request
+    )
     edited, full = trace_change(base, change), trace_wholly(base, change)
     assert 0 < edited.drift < 0.05
     seasons = [[one.transfer, one.transfer.bare][: len(one.city.states)] for one in (edited, full)]
@@ -209,13 +253,18 @@ def test_buildings_are_taken_moved_raised_and_named_apart():
     assert sorted(set(house[:, 2])) == [1, 10]
     assert after.building_id == ["a"] * 6 + ["a~2"] * 6
     assert len(set(after.surface_id)) == 12
-    for wrong, words in ((Change(removed=["c"]), "no building of the city"), (Change(removed=["a", "b"]), "is left")):
+    for wrong, words in (
+        (Change(removed=["c"]), "no building of the city"),
+        (Change(removed=["a", "b"]), "is left"),
+    ):
         with pytest.raises(InputError, match=words):
             edit_city(city, wrong)
 
 
 def test_only_the_ground_under_what_comes_and_goes_changes(base_of):
-    """A tower in an open place punches a hole of its own size; where a house goes ground closes its footprint."""
+    """A tower in an open place punches a hole of its own size; where a house goes ground closes its
+    footprint.
+    """
     city, base = base_of("houses")
     plan = {}
     tower = Change(added=(make_city(box("tower", 48, 48, 6, 6, 0, 90)),))
@@ -225,7 +274,9 @@ def test_only_the_ground_under_what_comes_and_goes_changes(base_of):
         sides = corners[:, 1:, :2] - corners[:, :1, :2]
         plan[name] = (sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0]).sum() / 2
     floor = next(
-        row for row in range(len(city)) if city.building_id[row] == "b4" and city.thematic[row] == "GroundSurface"
+        row
+        for row in range(len(city))
+        if city.building_id[row] == "b4" and city.thematic[row] == "GroundSurface"
     )
     size = np.ptp(city.rings(floor)[0][:, :2], axis=0).prod()
     assert plan["before"] - plan["tower"] == pytest.approx(36.0, abs=1e-3)
@@ -237,7 +288,10 @@ def test_what_cannot_be_edited_is_refused_with_a_cure(base_of):
     prepared = base.city.prepared
     before = np.ones(len(prepared.patches), np.uint32)
     ahead = replace(prepared, patches=replace(prepared.patches, points_before=before))
-    tile = replace(prepared, scene=replace(prepared.scene, halo=np.zeros(len(prepared.scene.triangles), np.int8)))
+    tile = replace(
+        prepared,
+        scene=replace(prepared.scene, halo=np.zeros(len(prepared.scene.triangles), np.int8)),
+    )
     for one, request, cure in (
         (prepared, replace(base.request, estimator="forward"), "give gather"),
         (ahead, base.request, "one round"),
@@ -245,7 +299,10 @@ def test_what_cannot_be_edited_is_refused_with_a_cure(base_of):
     ):
         with pytest.raises(InputError, match=cure):
             trace_editable(one, base.suns, request)
-    leaf, record = base.city.states[0], replace(base.transfer.record, interrupted={"suns_traced": 1, "of": 2})
+    leaf, record = (
+        base.city.states[0],
+        replace(base.transfer.record, interrupted={"suns_traced": 1, "of": 2}),
+    )
     states = [replace(leaf, transfer=replace(leaf.transfer, record=record))]
     stopped = replace(base, city=replace(base.city, states=states))
     with pytest.raises(InputError, match="trace it again"):
@@ -258,12 +315,18 @@ def test_what_cannot_be_edited_is_refused_with_a_cure(base_of):
 
 def annual_light(transfer):
     """Light of surfaces per DHI, and per DNI weighted with the suns: (2, n)."""
-    direct = transfer.visible_share * projection_in_front(transfer.surfaces.normal, transfer.suns.direction)
-    return np.stack([transfer.diffuse_relative, (direct + transfer.direct_reflected) @ transfer.suns.weight])
+    direct = transfer.visible_share * projection_in_front(
+        transfer.surfaces.normal, transfer.suns.direction
+    )
+    return np.stack(
+        [transfer.diffuse_relative, (direct + transfer.direct_reflected) @ transfer.suns.weight]
+    )
 
 
 def test_what_an_edit_does_not_reach_differs_by_nothing(base_of):
-    """Without reflections a house behind the others; with them all of a city that is edited into itself."""
+    """Without reflections a house behind the others; with them all of a city that is edited into
+    itself.
+    """
     city, base = base_of("houses")
     same = trace_change(base, change_scene(base, city, edit_city(city, Change()), base.request))
     assert same.transfer.record.hemisphere_rays == same.transfer.record.shadow_rays == 0

@@ -23,7 +23,8 @@ AZIMUTH = [180, 90, 270, 0, 180, 0, 0, 135, 350, 210, 45, 300]
 
 
 @pytest.mark.parametrize(
-    ("plain", "way"), [(True, "hourly"), (False, "days:24"), (True, "typical-days:12"), (False, "sky-grid:300")]
+    ("plain", "way"),
+    [(True, "hourly"), (False, "days:24"), (True, "typical-days:12"), (False, "sky-grid:300")],
 )
 def test_unshaded_surfaces_equal_pvlib(berlin, way, plain, monkeypatch):
     monkeypatch.setattr(module_under_test, "PLAIN_LIMIT", 1e12 if plain else 0)
@@ -34,9 +35,13 @@ def test_unshaded_surfaces_equal_pvlib(berlin, way, plain, monkeypatch):
         poa, capacity_factor = run_chain(berlin.data, tilt, azimuth)
         month = (capacity_factor.index + HOUR / 2).month
         by_month = capacity_factor.groupby(month).sum()
-        assert energy.poa_global_annual[row] == pytest.approx(poa.sum() / 1000, rel=min(tolerance, 1e-6))
+        assert energy.poa_global_annual[row] == pytest.approx(
+            poa.sum() / 1000, rel=min(tolerance, 1e-6)
+        )
         assert energy.full_load_hours[row] == pytest.approx(capacity_factor.sum(), rel=tolerance)
-        np.testing.assert_allclose(energy.full_load_hours_by_month[row], by_month, rtol=10 * tolerance, atol=1e-3)
+        np.testing.assert_allclose(
+            energy.full_load_hours_by_month[row], by_month, rtol=10 * tolerance, atol=1e-3
+        )
     assert energy.years == 1
 
 
@@ -52,7 +57,11 @@ def test_hourly_shaded_surfaces_equal_pvlib_hour_by_hour(berlin):
         share, reflected = np.zeros(len(data)), np.zeros(len(data))
         share[sunny] = transfer.visible_share[row]
         reflected[sunny] = transfer.direct_reflected[row]
-        ground = 0.25 * transfer.far_ground_view_factor[row] * np.cos(np.radians(data["apparent_zenith"]))
+        ground = (
+            0.25
+            * transfer.far_ground_view_factor[row]
+            * np.cos(np.radians(data["apparent_zenith"]))
+        )
         diffuse = data["dhi"] * transfer.diffuse_relative[row] + data["dni"] * (reflected + ground)
         plane = horizons.tilt[row], horizons.azimuth[row]
         poa, capacity_factor = run_chain(berlin.data, *plane, share=share, diffuse=diffuse)
@@ -73,7 +82,9 @@ def test_typical_days_and_sky_grid_come_near_every_hour(berlin):
 
 
 def test_ground_and_downward_have_no_full_load_hours(berlin):
-    transfer = unshaded_transfer(choose_suns("typical-days:12", *berlin.axis), [90, 135, 0], [180, 180, 0])
+    transfer = unshaded_transfer(
+        choose_suns("typical-days:12", *berlin.axis), [90, 135, 0], [180, 180, 0]
+    )
     transfer.surfaces.kind[2] = "ground"
     energy = compute_energy(transfer, berlin)
     assert np.isnan(energy.full_load_hours).tolist() == [False, True, True]
@@ -100,7 +111,9 @@ def test_result_does_not_depend_on_threads_and_is_reported(berlin, monkeypatch):
     transfer = Horizons(300, 2).transfer(choose_suns("typical-days:4", *berlin.axis))
     reports = []
     one = compute_energy(transfer, berlin, threads=1)
-    three = compute_energy(transfer, berlin, threads=3, progress=lambda *report: reports.append(report))
+    three = compute_energy(
+        transfer, berlin, threads=3, progress=lambda *report: reports.append(report)
+    )
     np.testing.assert_array_equal(one.full_load_hours, three.full_load_hours)
     np.testing.assert_array_equal(one.capacity_factor, three.capacity_factor)
     done = [report[1] for report in reports]
@@ -108,12 +121,18 @@ def test_result_does_not_depend_on_threads_and_is_reported(berlin, monkeypatch):
 
 
 def test_a_sun_behind_takes_the_share_of_the_sky_in_front(berlin):
-    """An east wall that sees half of its sky: suns in front keep what was traced, those behind stand for half of it."""
+    """An east wall that sees half of its sky: suns in front keep what was traced, those behind
+    stand for half of it.
+    """
     suns = choose_suns("typical-days:2", *berlin.axis)
     transfer = unshaded_transfer(suns, [90.0], [90.0])
     front = suns.direction[:, 0] > 0
-    transfer = replace(transfer, visible_share=np.where(front, 0.3, 0.0)[None], sky_view_factor=np.array([0.25]))
-    np.testing.assert_allclose(filled_share(transfer, slice(None))[:, 0], np.where(front, 0.3, 0.5), rtol=1e-6)
+    transfer = replace(
+        transfer, visible_share=np.where(front, 0.3, 0.0)[None], sky_view_factor=np.array([0.25])
+    )
+    np.testing.assert_allclose(
+        filled_share(transfer, slice(None))[:, 0], np.where(front, 0.3, 0.5), rtol=1e-6
+    )
 
 
 KWP = 5.431181  # [m²/kWp] of the default module: 1.631 m², 300.303 W
@@ -132,7 +151,8 @@ def test_buildings_sum_up(berlin, tmp_path):
     for name in ("eligible_area", "module_area", "kwp", "mwh_per_year", "mwh_dc_per_year"):
         assert table[name].sum() == pytest.approx(total[name], rel=1e-4)
     assert total["mwh_per_year"] == pytest.approx(0.9 * total["mwh_dc_per_year"], rel=1e-9)
-    # Noise of own rays is independent from surface to surface, and with it those of a building's energy.
+    # Noise of own rays is independent from surface to surface, and with it those of a building's
+    # energy.
     kwp = np.where(energy.eligible, energy.module_area / KWP * transfer.surfaces.area, 0)
     kwp = np.divide(kwp, energy.counted_area, out=np.zeros(60), where=energy.counted_area > 0)
     ids = np.array(transfer.surfaces.building_id)
@@ -144,14 +164,18 @@ def test_buildings_sum_up(berlin, tmp_path):
     # Of every hour: kW of a building is what its surfaces give one by one.
     names, power = compute_building_power(transfer, berlin, energy, system, threads=1)
     assert names.tolist() == table.index.tolist()
-    series = compute_energy(transfer, berlin, system, series=np.arange(60)).series.capacity_factor * kwp
+    series = (
+        compute_energy(transfer, berlin, system, series=np.arange(60)).series.capacity_factor * kwp
+    )
     for column, name in enumerate(names):
         np.testing.assert_allclose(power[:, column], series[:, ids == name].sum(axis=1), atol=2e-3)
     np.testing.assert_allclose(power.sum(axis=0) / 1000, table["mwh_per_year"], rtol=1e-4)
     months = table[[f"full_load_hours_{month:02d}" for month in range(1, 13)]].sum(axis=1)
     np.testing.assert_allclose(months, table["full_load_hours"].fillna(0), rtol=1e-4)
     some = table[table["kwp"] > 0]
-    np.testing.assert_allclose(some["full_load_hours"] * some["kwp"], 1000 * some["mwh_per_year"], rtol=1e-4)
+    np.testing.assert_allclose(
+        some["full_load_hours"] * some["kwp"], 1000 * some["mwh_per_year"], rtol=1e-4
+    )
 
 
 def test_energy_that_is_exceeded():

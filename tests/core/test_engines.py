@@ -70,7 +70,10 @@ def test_without_a_library_single_rays_stand_in(afresh, monkeypatch):
         raise LibraryError("embreex has no Embree 4 library bundled")
 
     monkeypatch.setattr("citypv.core.rays.engines.load_library", nothing)
-    assert engines.choose_engine() == ("rays", "no packets: embreex has no Embree 4 library bundled")
+    assert engines.choose_engine() == (
+        "rays",
+        "no packets: embreex has no Embree 4 library bundled",
+    )
     transfer = run_gather(three_houses(), suns_towards([[0.2, -0.5, 1]]))
     assert transfer.record.engine == "rays"
     monkeypatch.setenv(engines.VARIABLE, "packets")
@@ -81,7 +84,10 @@ def test_without_a_library_single_rays_stand_in(afresh, monkeypatch):
 def test_packets_that_answer_wrongly_are_not_used(afresh, monkeypatch):
     right = engines.PacketTree.trace_shadow_rays
     monkeypatch.setattr(engines.PacketTree, "trace_shadow_rays", lambda *given: ~right(*given))
-    assert engines.choose_engine() == ("rays", "no packets: shadows differ from those of single rays")
+    assert engines.choose_engine() == (
+        "rays",
+        "no packets: shadows differ from those of single rays",
+    )
 
 
 def test_a_library_without_the_functions_is_refused(monkeypatch):

@@ -1,4 +1,6 @@
-"""The error budget: what averages out and what does not, what counts, and parts by source that add up to the whole."""
+"""The error budget: what averages out and what does not, what counts, and parts by source that add
+up to the whole.
+"""
 
 from dataclasses import replace
 
@@ -22,14 +24,20 @@ pytestmark = pytest.mark.once
 
 COUNT = 52
 OPEN = np.where(np.arange(COUNT) % 2, 1.0, 0.6)  # share of each wall
-APART = np.sqrt((OPEN**2).sum()) / OPEN.sum()  # error of the mean over that of a wall, if they are independent
+APART = (
+    np.sqrt((OPEN**2).sum()) / OPEN.sum()
+)  # error of the mean over that of a wall, if they are independent
 NOISE = 0.01  # of the diffuse light
-SIGNS = np.array([1.0, -1.0, 1.0, -1.0])  # deviations of four replicates: variance of their mean 1/3
+SIGNS = np.array(
+    [1.0, -1.0, 1.0, -1.0]
+)  # deviations of four replicates: variance of their mean 1/3
 
 
 @pytest.fixture(scope="module")
 def walls(berlin):
-    """Transfer of walls to the south, all of the same area, half of them covered by 40 %; and a weather."""
+    """Transfer of walls to the south, all of the same area, half of them covered by 40 %; and a
+    weather.
+    """
     suns = choose_suns("typical-days:4", *berlin.axis)
     transfer = unshaded_transfer(suns, np.full(COUNT, 90.0), np.full(COUNT, 180.0))
     transfer.surfaces.area[:] = 10.0
@@ -42,7 +50,9 @@ def walls(berlin):
 
 
 def with_noise(transfer, own, shared):
-    """The Transfer with noise in the light of what is open: standard deviation of each surface, signs of the shared."""
+    """The Transfer with noise in the light of what is open: standard deviation of each surface,
+    signs of the shared.
+    """
     own, deviations = OPEN * own, NOISE * np.sqrt(3) * np.outer(OPEN * shared, SIGNS)
     parts = ErrorParts(deviations, np.zeros((COUNT, 4)), *np.zeros((4, COUNT)))
     error = np.sqrt(own**2 + deviations.var(axis=1, ddof=1) / 4)
@@ -51,11 +61,17 @@ def with_noise(transfer, own, shared):
 
 @pytest.mark.parametrize(
     ("own", "shared", "expected"),
-    [(NOISE, 0.0, APART), (0.0, 1.0, 1.0), (0.0, np.where(np.arange(COUNT) // 2 % 2, 1.0, -1.0), 0.0)],
+    [
+        (NOISE, 0.0, APART),
+        (0.0, 1.0, 1.0),
+        (0.0, np.where(np.arange(COUNT) // 2 % 2, 1.0, -1.0), 0.0),
+    ],
     ids=["own", "shared", "shared with opposite signs"],
 )
 def test_own_noise_averages_out_and_shared_noise_does_not(walls, own, shared, expected):
-    """All walls receive shared noise from the same places: in percent of the mean, over that of one surface."""
+    """All walls receive shared noise from the same places: in percent of the mean, over that of one
+    surface.
+    """
     transfer, weather = walls
     noisy = with_noise(transfer, np.full(COUNT, own), np.full(COUNT, 1.0) * shared)
     energy = compute_energy(noisy, weather)
@@ -66,7 +82,9 @@ def test_own_noise_averages_out_and_shared_noise_does_not(walls, own, shared, ex
 
 
 def test_covered_area_is_not_counted(walls):
-    """The mean is over the open area, 8 of 10 m²: error and hours grow alike, and so does the group's error."""
+    """The mean is over the open area, 8 of 10 m²: error and hours grow alike, and so does the
+    group's error.
+    """
     transfer, weather = walls
     noisy = with_noise(transfer, np.full(COUNT, NOISE), np.zeros(COUNT))
     energy = compute_energy(noisy, weather)
@@ -93,7 +111,9 @@ SUMMER = (5, 6, 7, 8, 9, 10)
 
 @pytest.mark.parametrize(("leaf", "bare"), [(1.0, 0.0), (0.0, 1.0), (1.0, 1.0)])
 def test_each_state_has_its_share_of_the_year(walls, leaf, bare):
-    """Noise in the diffuse light of one state makes an error in proportion to DHI of its months, from the weather."""
+    """Noise in the diffuse light of one state makes an error in proportion to DHI of its months,
+    from the weather.
+    """
     transfer, weather = walls
     own = np.full(COUNT, NOISE)
     in_leaf, without = (with_noise(transfer, one * own, np.zeros(COUNT)) for one in (leaf, bare))
@@ -109,7 +129,9 @@ def test_each_state_has_its_share_of_the_year(walls, leaf, bare):
     assert group == pytest.approx(expected * APART, rel=2e-4)
     # Both states take their time.
     took = replace(seasonal.record, seconds={"suns": 2.0})
-    timed = replace(seasonal, record=took, bare=replace(without, record=replace(took, seconds={"suns": 3.0})))
+    timed = replace(
+        seasonal, record=took, bare=replace(without, record=replace(took, seconds={"suns": 3.0}))
+    )
     assert seconds_of_rounds(timed) == 5.0
 
 
@@ -152,7 +174,9 @@ def test_the_last_sentence_names_the_largest_part(run):
     many = replace(transfer, record=replace(transfer.record, sun_sampling={"rms": 50.0}))
     assert "most of it is due to the choice of suns: --suns" in suggest_more(many, weather, energy)
     nothing = np.zeros(len(transfer.surfaces))
-    parts = replace(transfer.error_parts, diffuse_discretisation=nothing, direct_discretisation=nothing)
+    parts = replace(
+        transfer.error_parts, diffuse_discretisation=nothing, direct_discretisation=nothing
+    )
     alone = replace(transfer, error_parts=parts, record=replace(transfer.record, sun_sampling=None))
     assert "s more would halve it" in suggest_more(alone, weather, energy)
     untimed = replace(alone, record=replace(alone.record, seconds={"suns": np.nan}))
@@ -160,22 +184,31 @@ def test_the_last_sentence_names_the_largest_part(run):
 
 
 def test_the_sky_model_moves_walls_as_published(berlin):
-    """Perez over isotropic, Berlin 2017, by pvlib: south wall +12.1, north wall -8.4 %, and nothing on level ground."""
+    """Perez over isotropic, Berlin 2017, by pvlib: south wall +12.1, north wall -8.4 %, and nothing
+    on level ground.
+    """
     planes = np.array([[0.0, -1.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     south, north, level = change_unshaded(berlin, planes, 0.2)
-    assert [south, north] == pytest.approx([0.121, -0.084], abs=0.003) and level == pytest.approx(0, abs=1e-3)
+    assert [south, north] == pytest.approx([0.121, -0.084], abs=0.003) and level == pytest.approx(
+        0, abs=1e-3
+    )
 
 
 def test_the_sky_model_of_a_group_is_that_of_its_planes(run):
     transfer, weather, energy = run
     found = budget_groups(transfer, weather, energy, {})["facade south"]["sky_model"]["percent"]
     south = np.array([[0.0, -1.0, 0.0]])
-    assert found == pytest.approx(100 * change_unshaded(weather, south, transfer.ground_albedo)[0], abs=0.01)
+    assert found == pytest.approx(
+        100 * change_unshaded(weather, south, transfer.ground_albedo)[0], abs=0.01
+    )
 
 
 def test_a_scene_without_eligible_surfaces_has_no_sources(run):
     transfer, weather, _ = run
-    dark = replace(transfer, surfaces=replace(transfer.surfaces, eligible=np.zeros(len(transfer.surfaces), bool)))
+    dark = replace(
+        transfer,
+        surfaces=replace(transfer.surfaces, eligible=np.zeros(len(transfer.surfaces), bool)),
+    )
     energy = compute_energy(dark, weather, threads=1)
     assert len(split_errors(dark, weather, energy).hours) == 0
     assert not suggest_more(dark, weather, energy)

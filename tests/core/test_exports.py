@@ -1,4 +1,6 @@
-"""What other programs are given: the same polygons, ids, areas and hours, by readers that are not the writers."""
+"""What other programs are given: the same polygons, ids, areas and hours, by readers that are not
+the writers.
+"""
 
 import json
 import sqlite3
@@ -60,7 +62,10 @@ def test_cityjson_has_the_rows_of_faces_csv(exported, document):
 
 
 def test_cityjson_has_the_shapes_of_the_input(exported, document):
-    vertices = np.array(document["vertices"]) * document["transform"]["scale"] + document["transform"]["translate"]
+    vertices = (
+        np.array(document["vertices"]) * document["transform"]["scale"]
+        + document["transform"]["translate"]
+    )
     assert len(np.unique(vertices, axis=0)) == len(vertices)
     before = read_city(exported / "city.gml")
     rings = {surface["id"]: vertices[boundary[0]] for surface, boundary in surfaces_of(document)}
@@ -76,9 +81,13 @@ def test_cityjson_sums_up_each_building(exported, document):
     summary = json.loads((exported / "out" / "summary.json").read_text(encoding="utf-8"))
     kwp = energy = 0.0
     for name, item in document["CityObjects"].items():
-        rows = table[(table["building_id"] == name) & table["eligible"].astype(str).str.lower().eq("true")]
+        rows = table[
+            (table["building_id"] == name) & table["eligible"].astype(str).str.lower().eq("true")
+        ]
         attributes = item["attributes"]
-        assert attributes["citypv_eligible_area"] == pytest.approx(rows["open_area"].sum(), rel=1e-5)
+        assert attributes["citypv_eligible_area"] == pytest.approx(
+            rows["open_area"].sum(), rel=1e-5
+        )
         mean = (rows["full_load_hours"] * rows["area"]).sum() / rows["open_area"].sum()
         assert attributes["citypv_full_load_hours"] == pytest.approx(mean, rel=1e-4)
         assert sum(attributes["citypv_full_load_hours_by_month"]) == pytest.approx(mean, rel=1e-4)
@@ -88,13 +97,24 @@ def test_cityjson_sums_up_each_building(exported, document):
 
 
 def test_cells_are_exported_as_they_were_counted(exported, tmp_path):
-    options = ["--grid-size", "3", "--cityjson", "--gltf", "--ground", "none", "--out", str(tmp_path / "out")]
+    options = [
+        "--grid-size",
+        "3",
+        "--cityjson",
+        "--gltf",
+        "--ground",
+        "none",
+        "--out",
+        str(tmp_path / "out"),
+    ]
     assert main(["simulate", str(exported / "city.gml"), *options, *FAST]) == 0
     document = json.loads((tmp_path / "out" / "city.city.json").read_text(encoding="utf-8"))
     names = [surface["id"] for surface, _ in surfaces_of(document)]
     assert names == pd.read_csv(tmp_path / "out" / "faces.csv")["surface_id"].tolist()
     assert any(name.endswith("#2") for name in names)
-    assert "ground" not in [node["name"] for node in Glb((tmp_path / "out" / "city.glb").read_bytes()).json["nodes"]]
+    assert "ground" not in [
+        node["name"] for node in Glb((tmp_path / "out" / "city.glb").read_bytes()).json["nodes"]
+    ]
 
 
 def test_name_of_the_system():
@@ -110,7 +130,9 @@ def test_gltf_has_the_areas_and_colours_of_the_faces(exported):
     assert [node["name"] for node in city.json["nodes"]] == ["a", "b", "c", "ground"]
     table = pd.read_csv(exported / "out" / "faces.csv")
     extras = city.json["asset"]["extras"]
-    stops = decode(np.array([[*bytes.fromhex(stop)] for stop in MAPS[extras["colour_map"]].split()]))
+    stops = decode(
+        np.array([[*bytes.fromhex(stop)] for stop in MAPS[extras["colour_map"]].split()])
+    )
     for mesh in city.json["meshes"][:3]:
         (primitive,) = mesh["primitives"]
         places = [primitive["attributes"][name] for name in ("POSITION", "NORMAL", "COLOR_0")]
@@ -127,8 +149,12 @@ def test_gltf_has_the_areas_and_colours_of_the_faces(exported):
         assert area[normal[::3, 1] < -0.9].sum() == pytest.approx(floor, rel=1e-4)
         # Each surface has a colour of its own, whose place on the map is its full load hours.
         for _, row in rows[np.isfinite(rows["full_load_hours"])].iterrows():
-            place = np.clip((row["full_load_hours"] - extras["low"]) / (extras["high"] - extras["low"]), 0, 1)
-            expected = [np.interp(place, np.linspace(0, 1, len(stops)), channel) for channel in stops.T]
+            place = np.clip(
+                (row["full_load_hours"] - extras["low"]) / (extras["high"] - extras["low"]), 0, 1
+            )
+            expected = [
+                np.interp(place, np.linspace(0, 1, len(stops)), channel) for channel in stops.T
+            ]
             same = np.abs(colour[::3, :3] / 65535 - expected).max(axis=1) < 2e-4
             assert area[same].sum() >= row["area"] * (1 - 1e-4)
 
@@ -156,7 +182,9 @@ def test_types_of_surfaces_without_a_class(tmp_path):
 
 
 def read_layer(path, name):
-    """Rows of a layer of a GeoPackage, with its geometries read by the standard (OGC 12-128r17, clause 2.1.3)."""
+    """Rows of a layer of a GeoPackage, with its geometries read by the standard (OGC 12-128r17,
+    clause 2.1.3).
+    """
     with closing(sqlite3.connect(path)) as file:
         table = pd.read_sql_query(f'SELECT * FROM "{name}"', file)
     shapes = []
@@ -179,8 +207,13 @@ def test_a_geopackage_has_the_tables_that_the_standard_requires(exported):
         systems = dict(file.execute("SELECT srs_id, definition FROM gpkg_spatial_ref_sys"))
         assert {-1, 0, 4326, 25833} == set(systems)
         assert pyproj.CRS.from_wkt(systems[25833]).equals(pyproj.CRS(25833), ignore_axis_order=True)
-        layers = file.execute("SELECT table_name, geometry_type_name, srs_id, z FROM gpkg_geometry_columns").fetchall()
-        assert layers == [("surfaces", "POLYGON", 25833, 1), ("buildings", "MULTIPOLYGON", 25833, 0)]
+        layers = file.execute(
+            "SELECT table_name, geometry_type_name, srs_id, z FROM gpkg_geometry_columns"
+        ).fetchall()
+        assert layers == [
+            ("surfaces", "POLYGON", 25833, 1),
+            ("buildings", "MULTIPOLYGON", 25833, 0),
+        ]
         boxes = file.execute("SELECT min_x, min_y, max_x, max_y FROM gpkg_contents").fetchall()
     points = read_city(exported / "city.gml").points
     expected = [*points[:, :2].min(axis=0), *points[:, :2].max(axis=0)]
@@ -190,12 +223,17 @@ def test_a_geopackage_has_the_tables_that_the_standard_requires(exported):
 
 def test_a_geopackage_has_the_rows_of_the_tables_and_the_shapes_of_the_input(exported):
     city = read_city(exported / "city.gml")
-    for layer, name, key in (("surfaces", "faces.csv", "surface_id"), ("buildings", "buildings.csv", "building_id")):
+    for layer, name, key in (
+        ("surfaces", "faces.csv", "surface_id"),
+        ("buildings", "buildings.csv", "building_id"),
+    ):
         table, shapes = read_layer(exported / "out" / "city.gpkg", layer)
         expected = pd.read_csv(exported / "out" / name)
         assert list(table[key]) == list(expected[key])
         for column in expected.select_dtypes("number"):
-            np.testing.assert_allclose(table[column].astype(float), expected[column].astype(float), rtol=1e-5)
+            np.testing.assert_allclose(
+                table[column].astype(float), expected[column].astype(float), rtol=1e-5
+            )
         if layer == "surfaces":
             for polygon, shape in enumerate(shapes):
                 rings = [shape.exterior, *shape.interiors]
@@ -203,7 +241,11 @@ def test_a_geopackage_has_the_rows_of_the_tables_and_the_shapes_of_the_input(exp
                     np.testing.assert_allclose(np.array(ring.coords)[:-1], points)
         else:
             ground = read_layer(exported / "out" / "city.gpkg", "surfaces")
-            level = [shape.area for shape, kind in zip(ground[1], ground[0]["kind"], strict=True) if kind == "downward"]
+            level = [
+                shape.area
+                for shape, kind in zip(ground[1], ground[0]["kind"], strict=True)
+                if kind == "downward"
+            ]
             assert sum(shape.area for shape in shapes) >= sum(level) - 1e-6 > 0
 
 

@@ -1,4 +1,6 @@
-"""Shapes with faults that public files have: holes, faces inside out, heights of nowhere, what no longer stands."""
+"""Shapes with faults that public files have: holes, faces inside out, heights of nowhere, what no
+longer stands.
+"""
 
 import json
 from datetime import date
@@ -46,9 +48,17 @@ HOLES = {  # holes of a roof of 20 m x 20 m: rectangles
 def test_the_union_of_holes_within_the_outline_is_missing(tmp_path, name, tilt):
     holes = [rectangle(*bounds)[::-1] for bounds in HOLES[name]]
     if tilt == "wall":  # x, y, 8 -> x, 8, y
-        drawn, holes = [(x, z, y) for x, y, z in ROOF], [[(x, z, y) for x, y, z in hole] for hole in holes]
-    city = read(tmp_path, building(surface(members(polygon("roof", drawn if tilt == "wall" else ROOF, *holes)))))
-    right = shapely.box(0, 0, 20, 20).difference(shapely.union_all([shapely.box(*bounds) for bounds in HOLES[name]]))
+        drawn, holes = (
+            [(x, z, y) for x, y, z in ROOF],
+            [[(x, z, y) for x, y, z in hole] for hole in holes],
+        )
+    city = read(
+        tmp_path,
+        building(surface(members(polygon("roof", drawn if tilt == "wall" else ROOF, *holes)))),
+    )
+    right = shapely.box(0, 0, 20, 20).difference(
+        shapely.union_all([shapely.box(*bounds) for bounds in HOLES[name]])
+    )
     area, normal = measure_polygons(*city.shape)
     assert area.sum() == pytest.approx(right.area, abs=1e-6) and len(city) == 1
     assert normal[0] == pytest.approx([0, -1, 0] if tilt == "wall" else [0, 0, 1])
@@ -57,7 +67,10 @@ def test_the_union_of_holes_within_the_outline_is_missing(tmp_path, name, tilt):
 
 def test_a_roof_that_holes_cut_in_two_becomes_two(tmp_path):
     hole = rectangle(8, -5, 12, 25)[::-1]
-    roof = surface(members(polygon("roof", ROOF, hole), polygon("other", rectangle(30, 0, 40, 10))), "RoofSurface")
+    roof = surface(
+        members(polygon("roof", ROOF, hole), polygon("other", rectangle(30, 0, 40, 10))),
+        "RoofSurface",
+    )
     city = read(tmp_path, building(roof))
     assert city.surface_id == ["roof", "roof~2", "other"] and city.thematic == ["RoofSurface"] * 3
     assert measure_polygons(*city.shape)[0] == pytest.approx([160, 160, 100])
@@ -82,7 +95,9 @@ def shed(inverted, *, ground=False, classes=True, gap=0.0):
         corners = np.array(rings, float)
         corners += gap * np.sign(corners.mean(axis=0) - middle) * (1 + 0.1 * number)
         face = polygon(name, corners[::-1].tolist() if name in inverted else corners.tolist())
-        shown.append(surface(members(face), KINDS.get(name, "WallSurface")) if classes else members(face))
+        shown.append(
+            surface(members(face), KINDS.get(name, "WallSurface")) if classes else members(face)
+        )
     text = "".join(shown)
     return building(text if classes else wrap(text, "bldg:lod2MultiSurface", "gml:MultiSurface"))
 
@@ -90,22 +105,30 @@ def shed(inverted, *, ground=False, classes=True, gap=0.0):
 @pytest.mark.parametrize("gap", [0.0, 0.02])
 @pytest.mark.parametrize("classes", [True, False])
 @pytest.mark.parametrize("ground", [True, False])
-@pytest.mark.parametrize("inverted", [(), ("roof",), ("south",), ("roof", "north"), (*SHED, *GROUND)])
-def test_faces_inside_out_are_turned_with_and_without_classes(tmp_path, inverted, ground, classes, gap):
+@pytest.mark.parametrize(
+    "inverted", [(), ("roof",), ("south",), ("roof", "north"), (*SHED, *GROUND)]
+)
+def test_faces_inside_out_are_turned_with_and_without_classes(
+    tmp_path, inverted, ground, classes, gap
+):
     """The shed as drawn rightly: roof south, 100 m²; every face turns away from its middle."""
     city = read(tmp_path, shed(inverted, ground=ground, classes=classes, gap=gap))
     area, normal = measure_polygons(*city.shape)
     middles = np.array([city.rings(k)[0].mean(axis=0) for k in range(len(city))])
     outward = np.einsum("ij,ij->i", normal, middles - [5, 4, 5]) > 0
     assert outward.all(), city.names_of(~outward)
-    assert sum(map(len, city.report.repaired.values())) == len(set(inverted) & {*SHED, *(GROUND if ground else ())})
+    assert sum(map(len, city.report.repaired.values())) == len(
+        set(inverted) & {*SHED, *(GROUND if ground else ())}
+    )
     assert area.sum() == pytest.approx(352 + 80 * ground)
 
 
 def test_a_class_against_what_a_face_shows_is_named(tmp_path):
     """A roof drawn as ground in a closed box: it stays, and is named."""
     kinds = "RoofSurface", "GroundSurface", *["WallSurface"] * 4
-    text = "".join(surface(faces(face), kind) for face, kind in zip(box(0, 0, 0, 9, 9, 9), kinds, strict=True))
+    text = "".join(
+        surface(faces(face), kind) for face, kind in zip(box(0, 0, 0, 9, 9, 9), kinds, strict=True)
+    )
     city = read(tmp_path, building(text))
     assert not city.report.repaired
     assert city.report.notes[-1].startswith("2 surfaces face against their class")
@@ -140,7 +163,9 @@ def test_a_base_far_from_all_others_is_left_out(tmp_path, name):
 
 
 @pytest.mark.parametrize("height, told", [(1400.0, True), (1100.0, True), (800.0, False)])
-def test_a_house_over_a_thousand_metres_high_is_named_with_a_unit_that_would_do(tmp_path, height, told):
+def test_a_house_over_a_thousand_metres_high_is_named_with_a_unit_that_would_do(
+    tmp_path, height, told
+):
     shapes = [box(20 * k, 0, 0, 20 * k + 10, 10, height if k == 1 else 10) for k in range(4)]
     drawn = [building(solid(faces(*shape)), name=f"h{k}") for k, shape in enumerate(shapes)]
     city = read(tmp_path, *drawn)
@@ -179,7 +204,10 @@ def test_dates_of_ends(tmp_path, monkeypatch, told):
 
 def test_years_of_demolition_far_ahead_are_assumed_lifetimes(tmp_path):
     """As in a file of 100 made-up houses, demolished from 2021 to 2099."""
-    told, shape = "<bldg:yearOfDemolition>{}</bldg:yearOfDemolition>", solid(faces(*box(0, 0, 0, 9, 9, 9)))
+    told, shape = (
+        "<bldg:yearOfDemolition>{}</bldg:yearOfDemolition>",
+        solid(faces(*box(0, 0, 0, 9, 9, 9))),
+    )
     houses = [building(told.format(year), shape, name=f"h{year}") for year in (2021, 2999)]
     city = read(tmp_path, *houses)
     assert city.report.building_count == 2 and "assumed lifetimes" in city.report.notes[0]
@@ -188,7 +216,10 @@ def test_years_of_demolition_far_ahead_are_assumed_lifetimes(tmp_path):
 def test_what_no_longer_stands_is_left_out_and_listed(tmp_path):
     gone = "<bldg:yearOfDemolition>2010</bldg:yearOfDemolition>"
     old = building(gone, solid(faces(*box(20, 0, 0, 30, 8, 8))), name="old")
-    parts = part(solid(faces(*box(0, 0, 0, 10, 8, 8)))), part(gone, solid(faces(*box(10, 0, 0, 14, 8, 4))))
+    parts = (
+        part(solid(faces(*box(0, 0, 0, 10, 8, 8)))),
+        part(gone, solid(faces(*box(10, 0, 0, 14, 8, 4)))),
+    )
     city = read(tmp_path, building(*parts), old)
     assert set(city.building_id) == {"house"} and len(city) == 6 and city.report.building_count == 1
     (names,) = city.report.skipped.values()
@@ -196,7 +227,9 @@ def test_what_no_longer_stands_is_left_out_and_listed(tmp_path):
 
 
 UNREADABLE = {  # points of a wall in the file -> what is said
-    "<gml:posList>0,0 0,0 0,0 4,0 0,0 0,0 4,0 0,0 3,0</gml:posList>": "coordinates with a decimal comma",
+    "<gml:posList>0,0 0,0 0,0 4,0 0,0 0,0 4,0 0,0 3,0</gml:posList>": (
+        "coordinates with a decimal comma"
+    ),
     '<gml:posList srsDimension="2">0 0 4 0 4 3</gml:posList>': "2D coordinates without heights",
     "<gml:posList>0 0 0 4 x 0</gml:posList>": "coordinates that are not numeric",
 }
@@ -205,13 +238,17 @@ UNREADABLE = {  # points of a wall in the file -> what is said
 @pytest.mark.parametrize("points", UNREADABLE)
 def test_the_commonest_reason_is_told(tmp_path, points):
     walls = [wrap(points, "gml:Polygon", "gml:exterior", "gml:LinearRing")] * 3
-    with pytest.raises(InputError, match=rf"city\.gml: .*: {UNREADABLE[points]}.* \(3, for example"):
+    with pytest.raises(
+        InputError, match=rf"city\.gml: .*: {UNREADABLE[points]}.* \(3, for example"
+    ):
         read(tmp_path, building(surface(members(*walls))))
 
 
 def test_a_link_into_another_file_is_told_and_one_into_its_own_is_followed(tmp_path):
     link = '<gml:surfaceMember xlink:href="{}#wall"/>'
-    with pytest.raises(InputError, match=r"reference to a polygon in another file.*'other\.gml#wall'"):
+    with pytest.raises(
+        InputError, match=r"reference to a polygon in another file.*'other\.gml#wall'"
+    ):
         read(tmp_path, building(solid(link.format("other.gml"))))
     wall = surface(members(polygon("wall", SHED["south"])))
     assert len(read(tmp_path, building(wall, solid(link.format("city.gml"))))) == 1
@@ -232,7 +269,9 @@ def test_what_no_longer_stands_of_cityjson(tmp_path):
 
 
 def test_a_ring_that_crosses_itself_very_often_is_left_out(tmp_path):
-    """60,000 corners at random have 600 million crossings. A star of 25 points has 25 · 11 = 275 and stays."""
+    """60,000 corners at random have 600 million crossings. A star of 25 points has 25 · 11 = 275
+    and stays.
+    """
     places = np.random.default_rng(0).random((60_000, 2)) * 100
     turn = 2 * np.pi * 12 * np.arange(25) / 25
     star = np.c_[200 + 10 * np.cos(turn), 10 * np.sin(turn)]

@@ -1,4 +1,6 @@
-"""What reading came upon, with counts and areas that can be told without rays or from the file itself."""
+"""What reading came upon, with counts and areas that can be told without rays or from the file
+itself.
+"""
 
 import json
 
@@ -29,7 +31,9 @@ def test_wall_shared_by_two_houses_lies_inside_with_both_its_sides():
     found = findings_of(city)
     assert found[SHARED].area == pytest.approx(2 * 8 * 6)
     east_of_a, west_of_b = (
-        k for k in range(len(city)) if np.ptp(city.rings(k)[0][:, 0]) == 0 and city.rings(k)[0][0, 0] == 10
+        k
+        for k in range(len(city))
+        if np.ptp(city.rings(k)[0][:, 0]) == 0 and city.rings(k)[0][0, 0] == 10
     )
     assert found[SHARED].surfaces.tolist() == [east_of_a, west_of_b]
     assert found[FOOT].area == pytest.approx(2 * 80)
@@ -47,7 +51,9 @@ def test_repaired_cells_are_found_under_the_id_they_were_cut_from():
     city.report.skip("lost", ["x"], 3.5)
     scene = build_scene(city, 50.0, 8.0, options=SceneOptions(grid_size=2.0))
     found = {finding.reason: finding for finding in list_findings(scene)}
-    assert {scene.surfaces.surface_id[k].partition("#")[0] for k in found["mended"].surfaces} == {"s2"}
+    assert {scene.surfaces.surface_id[k].partition("#")[0] for k in found["mended"].surfaces} == {
+        "s2"
+    }
     assert found["mended"].area == pytest.approx(10 * 6)
     assert (found["lost"].area, found["gone"].area) == (3.5, None)
 
@@ -55,7 +61,10 @@ def test_repaired_cells_are_found_under_the_id_they_were_cut_from():
 def test_numbers_and_ids_as_a_report_writes_them():
     told = [show_number(value, 1, plus=True) for value in (-0.04, 0.04, -1234.56, 7)]
     assert told == ["0.0", "0.0", "−1,234.6", "+7.0"] and show_number(-0.0, 0) == "0"
-    assert list_some(["UUID_0a1b2c3d-4e5f-6789", "b"]) == "…2c3d-4e5f-6789, b" and list_some("abcd") == "a, b, c …"
+    assert (
+        list_some(["UUID_0a1b2c3d-4e5f-6789", "b"]) == "…2c3d-4e5f-6789, b"
+        and list_some("abcd") == "a, b, c …"
+    )
 
 
 def test_closure_surfaces_of_the_real_tile_are_switched_off():
@@ -78,6 +87,10 @@ def test_terrain_counts_in_the_inspection(tmp_path):
     head = f"ncols 60\nnrows 60\nxllcorner {EAST - 280}\nyllcorner {NORTH - 280}\ncellsize 10\n"
     (tmp_path / "ground.asc").write_text(head + rows, encoding="utf-8")
     request = Request(terrain=str(tmp_path / "ground.asc"))
-    carried = next(row for row in inspect_city([city], request)["findings"] if "extended down" in row["reason"])
+    carried = next(
+        row for row in inspect_city([city], request)["findings"] if "extended down" in row["reason"]
+    )
     assert (carried["heading"], carried["count"]) == ("repaired", 12)  # the walls of three houses
-    assert not any("extended down" in row["reason"] for row in inspect_city([city], Request())["findings"])
+    assert not any(
+        "extended down" in row["reason"] for row in inspect_city([city], Request())["findings"]
+    )

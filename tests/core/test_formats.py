@@ -13,9 +13,27 @@ from citypv.core.settings.request import Request
 from citypv.core.study import read_buildings
 
 HOUSES = [(0, 0, 0), (20, 0, 5), (40, 0, 10)]
-GABLE = [(0, 0, 0), (0, 8, 0), (10, 8, 0), (10, 0, 0), (0, 0, 6), (10, 0, 6), (10, 4, 10), (0, 4, 10), (10, 8, 6)]
+GABLE = [
+    (0, 0, 0),
+    (0, 8, 0),
+    (10, 8, 0),
+    (10, 0, 0),
+    (0, 0, 6),
+    (10, 0, 6),
+    (10, 4, 10),
+    (0, 4, 10),
+    (10, 8, 6),
+]
 GABLE += [(0, 8, 6)]
-FACES = [(1, 2, 3, 4), (5, 6, 7, 8), (9, 10, 8, 7), (1, 4, 6, 5), (3, 2, 10, 9), (4, 3, 9, 7, 6), (2, 1, 5, 8, 10)]
+FACES = [
+    (1, 2, 3, 4),
+    (5, 6, 7, 8),
+    (9, 10, 8, 7),
+    (1, 4, 6, 5),
+    (3, 2, 10, 9),
+    (4, 3, 9, 7, 6),
+    (2, 1, 5, 8, 10),
+]
 
 
 def write_houses(path, turn):
@@ -24,7 +42,9 @@ def write_houses(path, turn):
     for number, place in enumerate(HOUSES):
         points = turn(np.array(GABLE, float) + place)
         lines += [f"o b{number}", *(f"v {x:.5f} {y:.5f} {z:.5f}" for x, y, z in points)]
-        lines += ["f " + " ".join(str(corner + number * len(GABLE)) for corner in face) for face in FACES]
+        lines += [
+            "f " + " ".join(str(corner + number * len(GABLE)) for corner in face) for face in FACES
+        ]
     path.write_text("\n".join(lines) + "\n")
     return path
 
@@ -38,17 +58,26 @@ def write_houses(path, turn):
     ],
 )
 def test_sizes_that_leave_no_doubt(tmp_path, name, turn, option):
-    """Three houses of 248 m² of facades and 113.1 m² of roofs, as they are, and said where something was chosen."""
+    """Three houses of 248 m² of facades and 113.1 m² of roofs, as they are, and said where
+    something was chosen.
+    """
     city, scene = stand(write_houses(tmp_path / "houses.obj", turn))
-    areas = {kind: scene.surfaces.area[scene.surfaces.kind == kind].sum() for kind in ("facade", "roof")}
+    areas = {
+        kind: scene.surfaces.area[scene.surfaces.kind == kind].sum() for kind in ("facade", "roof")
+    }
     assert areas == pytest.approx({"facade": 744.0, "roof": 3 * 2 * 10 * 32**0.5})
-    assert [note for note in city.report.notes if "--" in note and not (option and option in note)] == []
+    assert [
+        note for note in city.report.notes if "--" in note and not (option and option in note)
+    ] == []
     assert option is None or any(option in note for note in city.report.notes)
 
 
 @pytest.mark.parametrize(
     ("name", "turn", "words"),
-    [("centimetres", lambda points: 100 * points, "--unit in or --unit cm"), ("level", lambda points: points, None)],
+    [
+        ("centimetres", lambda points: 100 * points, "--unit in or --unit cm"),
+        ("level", lambda points: points, None),
+    ],
 )
 def test_sizes_in_doubt_are_only_said(tmp_path, name, turn, words):
     city, _ = stand(write_houses(tmp_path / "houses.obj", turn))
@@ -62,7 +91,11 @@ def test_sizes_in_doubt_are_only_said(tmp_path, name, turn, words):
 @pytest.mark.parametrize(
     ("name", "head", "words"),
     [
-        ("map.geojson", b'{"type": "FeatureCollection"}', "is GeoJSON, a flat map; give a 3D model"),
+        (
+            "map.geojson",
+            b'{"type": "FeatureCollection"}',
+            "is GeoJSON, a flat map; give a 3D model",
+        ),
         (
             "map.json",
             b'{"type": "FeatureCollection", "features": []}',

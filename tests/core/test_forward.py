@@ -1,4 +1,6 @@
-"""The forward estimator against values known without a ray tracer, and against the paper's own way of sending rays."""
+"""The forward estimator against values known without a ray tracer, and against the paper's own way
+of sending rays.
+"""
 
 import numpy as np
 import pytest
@@ -12,7 +14,13 @@ from citypv.core.patches.brdfs import Mirror
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.patches.read_albedo import TriangleBrdfs
 from citypv.core.photons.emit_photons import FROM_ABOVE, box_of_scene, make_source
-from citypv.core.photons.follow_photons import Photons, Target, leave_patches, meet_fronts, reflect_photons
+from citypv.core.photons.follow_photons import (
+    Photons,
+    Target,
+    leave_patches,
+    meet_fronts,
+    reflect_photons,
+)
 from citypv.core.photons.light_of_photons import Tally
 from citypv.core.photons.trace_sources import PHOTON_REPLICATES
 from citypv.core.rays.ray_scene import HitPlaces, RayScene
@@ -24,7 +32,9 @@ def trace(scene, suns=SUNS, **settings):
 
 
 def paper_hemisphere(scene, radius, count, seed):
-    """Eq. 1 and 2 as they stand: starts on a hemisphere, Lambertian directions inwards, those that rise discarded."""
+    """Eq. 1 and 2 as they stand: starts on a hemisphere, Lambertian directions inwards, those that
+    rise discarded.
+    """
     generator = np.random.default_rng(seed)
     around, height = generator.uniform(0, 2 * np.pi, count), generator.uniform(0, 1, count)
     level = np.sqrt(1 - height**2)
@@ -40,7 +50,9 @@ def paper_hemisphere(scene, radius, count, seed):
     front = front[np.einsum("ij,ij->i", directions[front], scene.surfaces.normal[hit[front]]) < 0]
     hits = np.bincount(hit[front], minlength=len(scene.triangles))
     density = count / (2 * np.pi * radius**2)  # Eq. 1
-    return hits / scene.surfaces.area / density, np.sqrt(np.maximum(hits, 1)) / scene.surfaces.area / density
+    return hits / scene.surfaces.area / density, np.sqrt(
+        np.maximum(hits, 1)
+    ) / scene.surfaces.area / density
 
 
 @pytest.mark.parametrize("radius", [60.0, 120.0])
@@ -58,9 +70,14 @@ def test_the_box_sends_the_light_of_the_papers_hemisphere(radius):
 
 
 def test_sun_at_zenith_on_the_horizon_and_in_the_plane_of_walls():
-    walls = strip([-5, 0, 0], [10, 0, 0], [0, 0, 10], 1), strip([10, 5, 0], [0, 10, 0], [0, 0, 10], 1)
+    walls = (
+        strip([-5, 0, 0], [10, 0, 0], [0, 0, 10], 1),
+        strip([10, 5, 0], [0, 10, 0], [0, 0, 10], 1),
+    )
     scene = join([strip([-20, -20, 0], [40, 0, 0], [0, 40, 0], 2), *walls])
-    transfer = trace(scene, suns_towards([[0, 0, 1], [0, -1, 0], [1e-9, 0, 1]]), samples=2000, max_bounces=0)
+    transfer = trace(
+        scene, suns_towards([[0, 0, 1], [0, -1, 0], [1e-9, 0, 1]]), samples=2000, max_bounces=0
+    )
     ground, south, east = (slice(0, 4), slice(4, 6), slice(6, 8))
     for zenith in (0, 2):
         assert transfer.visible_share[ground, zenith] == pytest.approx(1, abs=0.02)
@@ -70,14 +87,17 @@ def test_sun_at_zenith_on_the_horizon_and_in_the_plane_of_walls():
 
 
 def test_where_the_light_goes():
-    """Absorbed, escaped and lost light is what was emitted, exactly: the weights are multiples of 2⁻²⁶."""
+    """Absorbed, escaped and lost light is what was emitted, exactly: the weights are multiples of
+    2⁻²⁶.
+    """
     transfer = trace(three_houses(), samples=2000, albedo=0.3, ground_albedo=0.7, max_bounces=4)
     for tally in transfer.record.photons.values():
         assert sum(tally.values()) == 2 * tally["emitted"]
         assert min(tally["escaped"], tally["absorbed"]) > 0
     whole = transfer.record.photons["sky"]["emitted"]
     power = make_source("sky", box_of_scene(three_houses()), 0, FROM_ABOVE).power.sum()
-    # What the surfaces are said to receive of the sky is what its photons left on them, less the far ground's part.
+    # What the surfaces are said to receive of the sky is what its photons left on them, less the
+    # far ground's part.
     dark = trace(three_houses(), samples=2000, albedo=0, ground_albedo=0)
     absorbed = dark.record.photons["sky"]["absorbed"] / whole * power
     assert dark.diffuse_relative @ dark.surfaces.area == pytest.approx(absorbed, rel=1e-9)
@@ -88,7 +108,8 @@ def test_where_the_light_goes():
     [(0.0, 1, 0), (0.25, 0, 6), (0.25, 3, 12), (0.999, 50, 6), (1.0, 1, 12), (1.0, 50, 0)],
 )
 def test_closed_furnace(albedo, bounces, mirrors):
-    """In a closed room with E₀ = 1 everywhere E is (1 - ρⁿ⁺¹)/(1 - ρ), n + 1 at ρ = 1: not a photon finds a way out.
+    """In a closed room with E₀ = 1 everywhere E is (1 - ρⁿ⁺¹)/(1 - ρ), n + 1 at ρ = 1: not a photon
+    finds a way out.
 
     Even light stays even, whether dull faces reflect it or mirrors.
     """
@@ -102,7 +123,9 @@ def test_closed_furnace(albedo, bounces, mirrors):
     hit = generator.choice(12, count, p=patches.area / patches.area.sum())
     places = HitPlaces(hit, *barycentric_of_square(*generator.random((2, count), np.float32)))
     _, outwards = leave_patches(patches, places, cosine_direction(*generator.random((2, count))))
-    photons = Photons(np.zeros((count, 3)), -outwards, np.ones(count), np.arange(count), np.zeros(count, int))
+    photons = Photons(
+        np.zeros((count, 3)), -outwards, np.ones(count), np.arange(count), np.zeros(count, int)
+    )
     received = np.bincount(places[0], photons.weight, 12)
     tally = Tally()
     for bounce in range(bounces):
@@ -116,11 +139,17 @@ def test_closed_furnace(albedo, bounces, mirrors):
 
 
 def test_standard_error_is_that_of_the_noise():
-    """Errors over standard errors follow Student's t with the fifteen degrees of freedom of sixteen replicates."""
+    """Errors over standard errors follow Student's t with the fifteen degrees of freedom of sixteen
+    replicates.
+    """
     quotients = []
     for seed in range(150):
-        transfer = trace(tilted_square(60), suns_towards([[0, 0, 1]]), samples=1600, seed=seed, threads=1)
-        quotients.append((transfer.diffuse_relative - 0.8125) / transfer.diffuse_relative_standard_error)
+        transfer = trace(
+            tilted_square(60), suns_towards([[0, 0, 1]]), samples=1600, seed=seed, threads=1
+        )
+        quotients.append(
+            (transfer.diffuse_relative - 0.8125) / transfer.diffuse_relative_standard_error
+        )
     assert stats.kstest(np.concatenate(quotients), "t", args=(PHOTON_REPLICATES - 1,)).pvalue > 0.01
     assert 0.7 < np.std(quotients) < 1.4
 

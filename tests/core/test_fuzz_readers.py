@@ -25,18 +25,67 @@ pytestmark = pytest.mark.once
 DATA = Path(__file__).parents[1] / "data"
 REAL = {
     ".gml": ("citygml/lyon_1er_small_house.gml", "obj/nonmanifold.gml"),
-    ".obj": ("obj/cube.obj", "obj/twocubes.obj", "obj/duplicatevertices.obj", "obj/nonmanifold.obj"),
-    ".json": tuple(f"cityjson/{name}*.json" for name in ("minimal", "multisolid", "hierarchy", "numeric_lod", "wkb")),
+    ".obj": (
+        "obj/cube.obj",
+        "obj/twocubes.obj",
+        "obj/duplicatevertices.obj",
+        "obj/nonmanifold.obj",
+    ),
+    ".json": tuple(
+        f"cityjson/{name}*.json"
+        for name in ("minimal", "multisolid", "hierarchy", "numeric_lod", "wkb")
+    ),
     ".jsonl": ("cityjson/denhaag*.jsonl", "cityjson/fcb*.jsonl"),
 }
 WALL = text.surface(text.members(text.polygon("a", text.SQUARE)))
 TOKENS = [
-    b"nan", b"1e308", b"-1e400", b"inf", b"0", b"-1", b"99999999999999999999", b"1.5e", b"\x00", b"\xff\xfe",
-    b"\xef\xbb\xbf", b"<![CDATA[", b"&a;", b"&#0;", b"</", b"<", b">", b"/>", b"<!--", b"<?x?>", b'xmlns:a="b" ',
-    b'srsName="EPSG:4326" ', b'srsName="EPSG:25833" ', b'srsName="x" ', b'srsDimension="2" ', b'xlink:href="#a" ',
-    b"[", b"]", b"{", b"}", b",", b'"', b"null", b"true", b"{}", b"[]", b"\\", b"\n", b" ", b"f 1 2 3\n",
-    b"v 1 2 3\n", b"o a\n", b"g a\n", b"#", b"/", b"\xc3",
-]  # fmt: skip
+    b"nan",
+    b"1e308",
+    b"-1e400",
+    b"inf",
+    b"0",
+    b"-1",
+    b"99999999999999999999",
+    b"1.5e",
+    b"\x00",
+    b"\xff\xfe",
+    b"\xef\xbb\xbf",
+    b"<![CDATA[",
+    b"&a;",
+    b"&#0;",
+    b"</",
+    b"<",
+    b">",
+    b"/>",
+    b"<!--",
+    b"<?x?>",
+    b'xmlns:a="b" ',
+    b'srsName="EPSG:4326" ',
+    b'srsName="EPSG:25833" ',
+    b'srsName="x" ',
+    b'srsDimension="2" ',
+    b'xlink:href="#a" ',
+    b"[",
+    b"]",
+    b"{",
+    b"}",
+    b",",
+    b'"',
+    b"null",
+    b"true",
+    b"{}",
+    b"[]",
+    b"\\",
+    b"\n",
+    b" ",
+    b"f 1 2 3\n",
+    b"v 1 2 3\n",
+    b"o a\n",
+    b"g a\n",
+    b"#",
+    b"/",
+    b"\xc3",
+]
 
 
 def spoilt_seeds(suffix):
@@ -45,12 +94,18 @@ def spoilt_seeds(suffix):
     seeds = [path.read_bytes() for path in names if path.stat().st_size < 24_000]
     for system in ("EPSG:25833", "EPSG:4326", "EPSG:6697") if suffix == ".gml" else ():
         envelope = f'<gml:boundedBy><gml:Envelope srsName="{system}"/></gml:boundedBy>'
-        seeds.append(text.model(envelope, text.building(WALL, name="a"), text.building(WALL, name="ä")).encode())
+        seeds.append(
+            text.model(
+                envelope, text.building(WALL, name="a"), text.building(WALL, name="ä")
+            ).encode()
+        )
     return seeds
 
 
 def read_safely(folder, data, suffix):
-    """A city whose points are finite, or one line that names the file and a cure; True for a city."""
+    """A city whose points are finite, or one line that names the file and a cure; True for
+    a city.
+    """
     path = folder / f"city{suffix}"
     path.write_bytes(data)
     try:
@@ -68,7 +123,9 @@ def read_safely(folder, data, suffix):
 
 
 def spoil(data, rng):
-    """A real file with up to six of its pieces cut, doubled, swapped, overwritten or filled with a token."""
+    """A real file with up to six of its pieces cut, doubled, swapped, overwritten or filled with a
+    token.
+    """
     for _ in range(rng.randint(1, 6)):
         first, last = sorted(rng.randint(0, len(data)) for _ in range(2))
         last = min(last, first + rng.choice([1, 3, 20, 200, 10**6]))
@@ -79,15 +136,20 @@ def spoil(data, rng):
             data[:first] + token + data[first + len(token) :],
             data[:last] + data[first:last] + data[last:],
             data[:first],
-            data[:first] + bytes(byte ^ bit for byte in data[first : first + 1]) + data[first + 1 :],
-            data[:first] + re.sub(rb"[0-9][0-9.+e-]*", lambda _, token=token: token, data[first:], count=1),
+            data[:first]
+            + bytes(byte ^ bit for byte in data[first : first + 1])
+            + data[first + 1 :],
+            data[:first]
+            + re.sub(rb"[0-9][0-9.+e-]*", lambda _, token=token: token, data[first:], count=1),
         )
         data = rng.choice(pieces)[:60_000]
     return data
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("suffix", "count"), [(".gml", 4000), (".obj", 4000), (".json", 1000), (".jsonl", 500)])
+@pytest.mark.parametrize(
+    ("suffix", "count"), [(".gml", 4000), (".obj", 4000), (".json", 1000), (".jsonl", 500)]
+)
 def test_real_files_spoilt(tmp_path, suffix, count):
     """Both ends, a city and a refusal, are reached by at least a hundredth of the files."""
     seeds, rng = spoilt_seeds(suffix), random.Random(1)
@@ -96,19 +158,36 @@ def test_real_files_spoilt(tmp_path, suffix, count):
     assert 0.01 < np.mean(outcomes) < 0.99
 
 
-# -- small files that unpack to large ones are refused with bounded memory, and what only looks like one is read --
+# -- small files that unpack to large ones are refused; what only looks like one is read --
 
 GML = text.HEAD.encode()
-JSON = b'{"type": "CityJSON", "version": "2.0", "CityObjects": {"a": {"type": "Building", "geometry": [['
+JSON = (
+    b'{"type": "CityJSON", "version": "2.0", "CityObjects": {"a": {"type": "Building", "geometry": '
+    b"[["
+)
 SEQUENCE = b'{"type": "CityJSON", "version": "2.0", "vertices": []}\n'
-TEMPLATES = {"templates": [{"type": "MultiSurface", "lod": "2", "boundaries": [[face] for face in FACES] * 400}]}
+TEMPLATES = {
+    "templates": [
+        {"type": "MultiSurface", "lod": "2", "boundaries": [[face] for face in FACES] * 400}
+    ]
+}
 TEMPLATES = {"geometry-templates": {**TEMPLATES, "vertices-templates": CUBE}}
 BOMBS = {  # name: head, piece, how many, what is said
     "comments.gml.gz": (GML, b"<!--" + b" " * 2**20 + b"-->", 300, "decompresses to more than"),
-    "lines.obj.gz": (b"v 0 0 0\n", (b"#" + b" " * 1022 + b"\n") * 2**10, 300, "decompresses to more than"),
+    "lines.obj.gz": (
+        b"v 0 0 0\n",
+        (b"#" + b" " * 1022 + b"\n") * 2**10,
+        300,
+        "decompresses to more than",
+    ),
     "elements.gml.gz": (GML, b"<a/>" * 2**18, 100, "tags before the end of a building"),
     "deep.gml": (GML, b"<a>", 100_000, "nested too deeply"),
-    "wide.gml": (GML + b"<a" + b"".join(b' x%d="1"' % k for k in range(10**5)) + b"/>", b"", 0, "invalid XML"),
+    "wide.gml": (
+        GML + b"<a" + b"".join(b' x%d="1"' % k for k in range(10**5)) + b"/>",
+        b"",
+        0,
+        "invalid XML",
+    ),
     "lists.json.gz": (JSON, b"[]," * 2**18, 100, "too large for memory"),
     "rings.jsonl.gz": (SEQUENCE + JSON, b"[[0,1,2]]," * 2**18, 30, "too large for memory"),
     "word.json.gz": (b'{"type": "', b"x" * 2**20, 200, "decompresses to more than"),
@@ -120,7 +199,9 @@ BOMBS = {  # name: head, piece, how many, what is said
 @pytest.mark.parametrize("name", BOMBS)
 def test_bombs_are_refused_with_bounded_memory(tmp_path, name):
     head, piece, count, said = BOMBS[name]
-    pack = gzip.compress if name.endswith(".gz") else bytes  # packed parts in a row are one packed file
+    pack = (
+        gzip.compress if name.endswith(".gz") else bytes
+    )  # packed parts in a row are one packed file
     (tmp_path / name).write_bytes(pack(head) + count * pack(piece))
     if said.startswith("decompresses"):
         assert LARGEST_GAIN * (tmp_path / name).stat().st_size < count * len(piece)
@@ -144,5 +225,7 @@ def test_many_instances_of_a_template_are_refused(tmp_path, monkeypatch):
 def test_a_long_row_of_other_objects_is_no_bomb(tmp_path, monkeypatch):
     monkeypatch.setattr(parse_xml, "MOST_TAGS", 20_000)
     other = "<cityObjectMember><veg/><veg/><veg/></cityObjectMember>" * 2**13
-    (tmp_path / "city.gml").write_text(f"{text.HEAD}{other}{text.building(WALL)}</CityModel>", encoding="utf-8")
+    (tmp_path / "city.gml").write_text(
+        f"{text.HEAD}{other}{text.building(WALL)}</CityModel>", encoding="utf-8"
+    )
     assert len(read_city(tmp_path / "city.gml")) == 1

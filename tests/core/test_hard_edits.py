@@ -1,4 +1,6 @@
-"""Hard edits of a city, from its border to its courtyards, and the errors of what an edit changes."""
+"""Hard edits of a city, from its border to its courtyards, and the errors of what an edit
+changes.
+"""
 
 from dataclasses import replace
 
@@ -36,12 +38,20 @@ EDITS = {
     "across the border": ("houses", add(36, -6, 20, 20, 0, 9), None),
     "below the ground of before": ("houses", add(20, 50, 9, 9, -6, 5), None),
     "all but one gone": ("houses", Change(removed=[f"b{k}" for k in range(8)]), None),
-    "a house into the hill": ("terrain", Change(raised={"b4": -4.0}, moved={"b1": (-9.0, 14.0)}), None),
+    "a house into the hill": (
+        "terrain",
+        Change(raised={"b4": -4.0}, moved={"b1": (-9.0, 14.0)}),
+        None,
+    ),
     "brighter walls": ("row", Change(), "brighter"),
     "mirrors come": ("row", Change(raised={"b1": 2.0}), "a mirror"),
     "mirrors go": ("mirror", Change(), "brighter"),
     "a mirror goes": ("mirror", Change(removed=["b2"]), "a mirror"),
-    "trees move and grow": ("trees", Change(moved={"t0": (-11.0, 3.0), "t1": (30.0, -20.0)}, removed=["b4"]), None),
+    "trees move and grow": (
+        "trees",
+        Change(moved={"t0": (-11.0, 3.0), "t1": (30.0, -20.0)}, removed=["b4"]),
+        None,
+    ),
     "trees go": ("trees", Change(removed=["t0", "t1"]), None),
     "a roof with racks rises": ("racks", Change(raised={"b4": 5.0}), None),
     "a tower beside racks": ("racks", add(13, 13, 2, 2, 0, 40), None),
@@ -106,7 +116,9 @@ def test_the_error_of_a_difference_is_its_scatter():
         base = trace_base(scene, weather, replace(request, seed=seed))
         edited = trace_change(base, change_scene(base, city, after, base.request))
         found, (old, new) = errors_of_difference(base, edited)
-        differences.append(annual_light(edited.city.transfer)[:, new] - annual_light(base.transfer)[:, old])
+        differences.append(
+            annual_light(edited.city.transfer)[:, new] - annual_light(base.transfer)[:, old]
+        )
         for errors, one in ((stated, found), (apart, base.transfer)):
             errors.append([one.diffuse_relative_standard_error, one.direct_annual_standard_error])
     counted = found.surfaces.eligible
@@ -119,7 +131,9 @@ def test_the_error_of_a_difference_is_its_scatter():
 
 
 def test_the_error_of_a_difference_is_the_same_both_ways():
-    """Of an edit and of its undoing, whichever of the two cities knows what the choice of suns adds to its error."""
+    """Of an edit and of its undoing, whichever of the two cities knows what the choice of suns adds
+    to its error.
+    """
     city, request = make("row")
     scene = place_city(city, request)
     base = trace_base(scene, read_year(scene.site, request), request)

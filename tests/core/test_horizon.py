@@ -1,4 +1,6 @@
-"""Distant terrain against closed forms and PVGIS' formats; that of rasters is in test_horizon_of_terrain.py."""
+"""Distant terrain against closed forms and PVGIS' formats; that of rasters is in
+test_horizon_of_terrain.py.
+"""
 
 import json
 from dataclasses import replace
@@ -6,7 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pvlib
 import pytest
-from scenes import RUNS, assert_mean, join, run_forward, run_gather, scene_of_triangles, strip, suns_towards
+from scenes import (
+    RUNS,
+    assert_mean,
+    join,
+    run_forward,
+    run_gather,
+    scene_of_triangles,
+    strip,
+    suns_towards,
+)
 from transfers import unshaded_transfer
 from weathers import BERLIN, HOUR
 
@@ -37,7 +48,9 @@ def valley(height):
 def write_angles(path, horizon, step=4):
     """The horizon as azimuth,elevation."""
     rows = zip(horizon.azimuth[::step], horizon.elevation[::step], strict=True)
-    path.write_text("azimuth,elevation\n" + "\n".join(f"{a},{h}" for a, h in rows), encoding="utf-8")
+    path.write_text(
+        "azimuth,elevation\n" + "\n".join(f"{a},{h}" for a, h in rows), encoding="utf-8"
+    )
     return str(path)
 
 
@@ -51,7 +64,8 @@ def test_a_level_surface_keeps_the_cosine_squared_of_the_sky():
         assert 1 - lost_sky(level, uniform(height)) == pytest.approx(np.cos(angle) ** 2, abs=1e-12)
         wall = (angle + np.sin(angle) * np.cos(angle)) / np.pi
         assert lost_sky(south, uniform(height)) == pytest.approx(wall, abs=1e-5)
-    # A quarter in the east and one in the west; a south wall sees half of each, at the flat end of its cosine.
+    # A quarter in the east and one in the west; a south wall sees half of each, at the flat end of
+    # its cosine.
     angle = np.radians(15)
     assert lost_sky(level, valley(15)) == pytest.approx(np.sin(angle) ** 2 / 2, abs=1e-3)
     part = (angle + np.sin(angle) * np.cos(angle)) * (1 - np.sin(np.radians(45))) / np.pi
@@ -67,7 +81,9 @@ def test_lost_sky_of_any_slope_is_what_random_rays_lose():
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
     hidden = ~is_above(horizon, rays) & (rays[:, 2] > 0)
     share = 4 * np.maximum(rays @ normal.T, 0) * hidden[:, None]  # uniform over the sphere
-    assert_mean(share.mean(axis=0), share.std(axis=0) / np.sqrt(len(rays)), lost_sky(normal, horizon))
+    assert_mean(
+        share.mean(axis=0), share.std(axis=0) / np.sqrt(len(rays)), lost_sky(normal, horizon)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -79,12 +95,19 @@ def slopes():
 
 
 @pytest.mark.parametrize(
-    ("estimator", "shape"), [("gather", uniform), ("gather", valley), ("rays", valley), ("forward", uniform)]
+    ("estimator", "shape"),
+    [("gather", uniform), ("gather", valley), ("rays", valley), ("forward", uniform)],
 )
 def test_estimators_lose_the_sky_behind_a_ridge(slopes, tmp_path, estimator, shape):
     """Terrain above the horizontal reflects as the far ground does."""
     horizon = read_horizon_table(write_angles(tmp_path / "ridge.csv", shape(10), step=1))
-    settings = {"horizon": horizon.source, "max_bounces": 1, "albedo": 0.0, "ground_albedo": 0.4, "threads": 1}
+    settings = {
+        "horizon": horizon.source,
+        "max_bounces": 1,
+        "albedo": 0.0,
+        "ground_albedo": 0.4,
+        "threads": 1,
+    }
     settings |= {"effects": RAYS} if estimator == "rays" else {}
     settings["samples"] = 1 << (17 if estimator == "forward" else 12)
     found = RUNS.get(estimator, run_gather)(slopes, suns_towards([[0, -0.6, 0.8]]), **settings)
@@ -101,11 +124,21 @@ def test_estimators_lose_the_sky_behind_a_ridge(slopes, tmp_path, estimator, sha
 
 
 def test_a_level_horizon_changes_no_bit(tmp_path):
-    scene = scene_of_triangles([(0, 0, 0), (4, 0, 0), (0, 4, 0), (0, 4, 4), (4, 4, 0)], [(0, 1, 2), (2, 4, 3)])
+    scene = scene_of_triangles(
+        [(0, 0, 0), (4, 0, 0), (0, 4, 0), (0, 4, 4), (4, 4, 0)], [(0, 1, 2), (2, 4, 3)]
+    )
     suns = suns_towards([[0.3, -0.6, 0.5], [0.8, 0.1, 0.05]])
-    level = {"horizon": write_angles(tmp_path / "level.csv", uniform(0)), "effects": {"terrain-horizon": True}}
+    level = {
+        "horizon": write_angles(tmp_path / "level.csv", uniform(0)),
+        "effects": {"terrain-horizon": True},
+    }
     with_it, without = (run_gather(scene, suns, threads=1, **settings) for settings in (level, {}))
-    for name in ("diffuse_relative", "visible_share", "direct_reflected", "direct_annual_standard_error"):
+    for name in (
+        "diffuse_relative",
+        "visible_share",
+        "direct_reflected",
+        "direct_annual_standard_error",
+    ):
         assert (getattr(with_it, name) == getattr(without, name)).all(), name
 
 
@@ -121,8 +154,12 @@ def test_suns_behind_the_ridge_are_off_hour_by_hour():
     sun = pvlib.solarposition.get_solarposition(times + HOUR / 2, *BERLIN)
     seen, sunny = sun["apparent_elevation"] >= 10, sun["apparent_elevation"] >= 2
     for row, (tilt, azimuth) in enumerate([(0, 0), (90, 180), (90, 90)]):
-        cosine = pvlib.irradiance.aoi_projection(tilt, azimuth, sun["apparent_zenith"], sun["azimuth"]).clip(lower=0)
-        ground = 0.25 * (1 - np.cos(np.radians(tilt))) / 2 * np.cos(np.radians(sun["apparent_zenith"]))
+        cosine = pvlib.irradiance.aoi_projection(
+            tilt, azimuth, sun["apparent_zenith"], sun["azimuth"]
+        ).clip(lower=0)
+        ground = (
+            0.25 * (1 - np.cos(np.radians(tilt))) / 2 * np.cos(np.radians(sun["apparent_zenith"]))
+        )
         direct = ((cosine + ground) * seen)[sunny].mean()
         assert energy.direct_relative_annual[row] == pytest.approx(direct, rel=1e-6)
         poa = (weather.data["dni"].to_numpy() * (cosine + ground) * seen).sum()
@@ -142,14 +179,26 @@ def test_a_low_horizon_is_left_out_with_its_height_as_the_reason(slopes, tmp_pat
 
 
 def test_a_ridge_hides_the_horizon_of_perez(slopes, tmp_path):
-    """The band at the horizon, 6.5° high: all of it behind a ridge of 10°, its upper half behind one of 3.25°."""
+    """The band at the horizon, 6.5° high: all of it behind a ridge of 10°, its upper half behind
+    one of 3.25°.
+    """
     for height, left in ((10.0, 0.0), (3.25, 0.5)):
         path = write_angles(tmp_path / f"{height}.csv", uniform(height))
         for effects, run in (({}, run_gather), (RAYS, run_gather), ({}, run_forward)):
-            settings = {"horizon": path, "sky": "perez", "max_bounces": 0, "samples": 1 << 14, "threads": 1}
+            settings = {
+                "horizon": path,
+                "sky": "perez",
+                "max_bounces": 0,
+                "samples": 1 << 14,
+                "threads": 1,
+            }
             found = run(slopes, suns_towards([[0, -0.6, 0.8]]), effects=effects, **settings)
             expected = left * np.sin(np.radians(slopes.surfaces.surface_tilt))
-            assert_mean(found.sources["horizon"].view_factor, found.sources["horizon"].standard_error + 1e-3, expected)
+            assert_mean(
+                found.sources["horizon"].view_factor,
+                found.sources["horizon"].standard_error + 1e-3,
+                expected,
+            )
 
 
 # -- files of horizons: formats that are read, and what is refused in one line --
@@ -159,15 +208,22 @@ def test_formats_of_angles(tmp_path):
     """Azimuth from north; PVGIS' A from the south; PVGIS' list from north, clockwise."""
     azimuth, height = np.arange(0, 360, 7.5), 10 + 8 * np.sin(np.radians(np.arange(0, 360, 7.5)))
     rows = list(zip(azimuth, height, strict=True))
-    table = "\n".join(f"{a:.1f}\t{h:.4f}\t-30.0\t0.0\t-30.0\t0.0" for a, h in sorted((a - 180, h) for a, h in rows))
+    table = "\n".join(
+        f"{a:.1f}\t{h:.4f}\t-30.0\t0.0\t-30.0\t0.0"
+        for a, h in sorted((a - 180, h) for a, h in rows)
+    )
     head = "Latitude (decimal degrees):\t36.300\nLongitude (decimal degrees):\t-84.200\n\n"
     columns = "A\tH_hor\tA_sun(w)\tH_sun(w)\tA_sun(s)\tH_sun(s)\n"
     profile = [{"A": a - 180, "H_hor": h} for a, h in rows]
     texts = {
         "two.csv": "# azimuth, elevation\n" + "\n".join(f"{a},{h:.4f}" for a, h in reversed(rows)),
-        "pvgis.csv": head + columns + table + "\n\nA: Azimuth (0 = S, 90 = W, -90 = E) (degree)\nH_hor: height 1\n",
+        "pvgis.csv": head
+        + columns
+        + table
+        + "\n\nA: Azimuth (0 = S, 90 = W, -90 = E) (degree)\nH_hor: height 1\n",
         "pvgis.json": json.dumps({"inputs": {}, "outputs": {"horizon_profile": profile}}),
-        "turned.csv": "elevation [deg], azimuth [deg]\n" + "\n".join(f"{h:.4f}, {a}" for a, h in rows),
+        "turned.csv": "elevation [deg], azimuth [deg]\n"
+        + "\n".join(f"{h:.4f}, {a}" for a, h in rows),
         "user.txt": "\n".join(f"{h:.4f}" for _, h in rows),
         "line.txt": " ".join(f"{h:.4f}" for _, h in rows),
     }
@@ -175,7 +231,9 @@ def test_formats_of_angles(tmp_path):
         (tmp_path / name).write_text(text, encoding="utf-8")
         horizon = read_horizon_table(tmp_path / name)
         assert elevation_at(horizon, azimuth) == pytest.approx(height, abs=1e-3), name
-        assert elevation_at(horizon, 356.25) == pytest.approx((height[-1] + height[0]) / 2, abs=1e-3), name
+        assert elevation_at(horizon, 356.25) == pytest.approx(
+            (height[-1] + height[0]) / 2, abs=1e-3
+        ), name
 
 
 @pytest.mark.parametrize(

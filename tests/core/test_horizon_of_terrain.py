@@ -25,13 +25,17 @@ from citypv.core.sun.sun_sampling import hourly_suns
 
 DEM = Path(__file__).parents[1] / "data" / "terrain" / "dem_jacksboro_tn_wgs84.tif"
 VALLEY, SLOPE = (36.3, -84.2), (36.25, -84.12)  # places in the raster
-REQUEST = Request(horizon=str(DEM), samples=64, shadow_samples=4, max_bounces=1, weather="clear-sky", threads=1)
+REQUEST = Request(
+    horizon=str(DEM), samples=64, shadow_samples=4, max_bounces=1, weather="clear-sky", threads=1
+)
 
 
 @pytest.mark.parametrize("place", [VALLEY, SLOPE])
 def test_horizon_is_that_of_all_posts(place):
     """Every edge between posts in Earth-centred coordinates, from 1 km on."""
-    horizon = horizon_of_terrain(read_heights(DEM, place, 50e3), place, np.full(STEPS, 1000.0), 50e3)
+    horizon = horizon_of_terrain(
+        read_heights(DEM, place, 50e3), place, np.full(STEPS, 1000.0), 50e3
+    )
     edges, azimuth = Edges(DEM, *place, 1000.0), np.arange(0, 360, 4.0)
     difference = elevation_at(horizon, azimuth) - [edges.elevation(one) for one in azimuth]
     assert horizon.elevation.max() > 2
@@ -52,10 +56,14 @@ def test_curvature_and_refraction_count():
 
 
 def test_a_site_in_the_outermost_cell_has_its_height():
-    """Posts stand in the middle of cells of 0.01°: half a cell around them is covered, and no more."""
+    """Posts stand in the middle of cells of 0.01°: half a cell around them is covered, and
+    no more.
+    """
     matrix = np.array([[0.01, 0, 10.0], [0, -0.01, 50.0]])
     grid = HeightGrid(np.array([[3.0, 5.0], [3.0, 5.0]]), matrix, "EPSG:4326", 700.0, "small.tif")
-    found = [height_at([grid], (49.995, longitude)) for longitude in (9.996, 10.005, 10.014, 10.016)]
+    found = [
+        height_at([grid], (49.995, longitude)) for longitude in (9.996, 10.005, 10.014, 10.016)
+    ]
     assert found == pytest.approx([3.0, 4.0, 5.0, np.nan], nan_ok=True)
 
 
@@ -74,14 +82,20 @@ def town():
     """Four houses in the raster's valley, with generated ground."""
     turn = pyproj.Transformer.from_crs("EPSG:4326", "EPSG:32616", always_xy=True)
     x, y = turn.transform(VALLEY[1], VALLEY[0])
-    houses = [box(f"b{k}{n}", x + 30 * k, y + 30 * n, 15, 12, 300, 308) for k in range(2) for n in range(2)]
+    houses = [
+        box(f"b{k}{n}", x + 30 * k, y + 30 * n, 15, 12, 300, 308)
+        for k in range(2)
+        for n in range(2)
+    ]
     return build_scene(make_city([polygon for house in houses for polygon in house], "EPSG:32616"))
 
 
 def year_of(town):
     """A clear year, and the sun of some of its hours."""
     weather = read_year(town.site, REQUEST)
-    return weather, hourly_suns(weather.data.index[::200], HOUR, weather.latitude, weather.longitude)
+    return weather, hourly_suns(
+        weather.data.index[::200], HOUR, weather.latitude, weather.longitude
+    )
 
 
 def test_a_town_loses_the_suns_and_sky_that_all_posts_hide(town, tmp_path):
@@ -96,15 +110,23 @@ def test_a_town_loses_the_suns_and_sky_that_all_posts_hide(town, tmp_path):
     edges = Edges(DEM, *middle(town), 25.0)
     elevation = 90 - weather.data["apparent_zenith"].to_numpy()
     low = np.flatnonzero((elevation > 0) & (elevation < 12))
-    hidden = [row for row in low if edges.elevation(weather.data["solar_azimuth"].iloc[row] % 360) > elevation[row]]
+    hidden = [
+        row
+        for row in low
+        if edges.elevation(weather.data["solar_azimuth"].iloc[row] % 360) > elevation[row]
+    ]
     assert len(hidden) > 200
     dimmed = weather.data.copy()
     dimmed.iloc[hidden, dimmed.columns.get_loc("dni")] = 0.0
-    reference = compute_energy(replace(kept, terrain=None), replace(weather, data=dimmed), threads=1)
+    reference = compute_energy(
+        replace(kept, terrain=None), replace(weather, data=dimmed), threads=1
+    )
     open_sky = compute_energy(replace(kept, terrain=None), weather, threads=1)
     lit = energy.poa_global_annual > 100
     assert lit.sum() > 10
-    assert energy.poa_global_annual[lit] == pytest.approx(reference.poa_global_annual[lit], rel=1e-3)
+    assert energy.poa_global_annual[lit] == pytest.approx(
+        reference.poa_global_annual[lit], rel=1e-3
+    )
     lost = 1 - reference.poa_global_annual[lit] / open_sky.poa_global_annual[lit]
     assert lost.max() > 0.005  # the test sees what it compares
 
@@ -130,15 +152,23 @@ def test_what_is_switched_off_stays_below_its_bound(town):
     for name, one in (("on", request), ("off", off)):
         prepared = prepare_scene(town, one, weather=weather, suns=suns)
         traced = trace_gather(town, suns, one, silent, prepared=prepared)
-        effect = next(effect for effect in traced.record.effects if effect["key"] == "terrain-horizon")
+        effect = next(
+            effect for effect in traced.record.effects if effect["key"] == "terrain-horizon"
+        )
         assert effect["on"] == (name == "on") and "in the" in effect["reason"]
         energy = compute_energy(traced, weather, threads=1, sky="perez")
         hours[name], bounds[name] = energy.full_load_hours, effect["bound"]
         if name == "on":
             _, corners = read_horizon(DEM, town)
-            others = [compute_energy(replace(traced, terrain=one), weather, threads=1, sky="perez") for one in corners]
+            others = [
+                compute_energy(replace(traced, terrain=one), weather, threads=1, sky="perez")
+                for one in corners
+            ]
     eligible = traced.surfaces.eligible
     lost = np.abs(1 - hours["on"][eligible] / hours["off"][eligible])
     assert 0.002 < lost.max() <= bounds["off"] < 3 * lost.max()
-    apart = max(np.abs(other.full_load_hours[eligible] / hours["on"][eligible] - 1).max() for other in others)
+    apart = max(
+        np.abs(other.full_load_hours[eligible] / hours["on"][eligible] - 1).max()
+        for other in others
+    )
     assert apart <= bounds["on"] < 0.01

@@ -46,10 +46,15 @@ def external(file):
     file.create_dataset("t2m", (5,), "f8", external=[("secret.bin", 0, 40)])
 
 
-@pytest.mark.parametrize(("write", "what"), [
-    (link, "a link to another file, secret.h5"), (link_in_group, "a link to another file, /etc/passwd"),
-    (virtual, "a virtual data set"), (external, "kept in another file"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("write", "what"),
+    [
+        (link, "a link to another file, secret.h5"),
+        (link_in_group, "a link to another file, /etc/passwd"),
+        (virtual, "a virtual data set"),
+        (external, "kept in another file"),
+    ],
+)
 def test_values_of_other_files_are_not_read(tmp_path, monkeypatch, write, what):
     """The other file is there and could be read; the same numbers inside the file are."""
     monkeypatch.chdir(tmp_path)
@@ -62,7 +67,11 @@ def test_values_of_other_files_are_not_read(tmp_path, monkeypatch, write, what):
         open_netcdf("weather.nc")
     with h5py.File("plain.nc", "w") as file:
         group = file.create_group("inside")
-        group["itself"], group["nothing"], file["t2m"] = group, h5py.SoftLink("/nowhere"), np.arange(5.0)
+        group["itself"], group["nothing"], file["t2m"] = (
+            group,
+            h5py.SoftLink("/nowhere"),
+            np.arange(5.0),
+        )
     refuse_links("plain.nc")
 
 
@@ -73,7 +82,10 @@ def test_damaged_weather_is_one_line(tmp_path):
     generator, refused = np.random.default_rng(5), 0
     cuts = [data[: len(data) * part // 8] for part in range(1, 8)]
     for place in generator.integers(0, min(len(data), 20_000), 6):
-        cuts += [data[:place] + bytes(40) + data[place + 40 :], data[:place] + b"\xff" * 8 + data[place + 8 :]]
+        cuts += [
+            data[:place] + bytes(40) + data[place + 40 :],
+            data[:place] + b"\xff" * 8 + data[place + 8 :],
+        ]
     path = tmp_path / "era5.nc"
     for spoilt in cuts:
         path.write_bytes(spoilt)
@@ -90,7 +102,9 @@ def test_damaged_weather_is_one_line(tmp_path):
 def test_a_pipe_is_refused_and_not_waited_for(tmp_path, city, refused, option):
     os.mkfifo(tmp_path / "pipe.gml")
     given = [tmp_path / "pipe.gml"] if option == "CITY" else [city, option, tmp_path / "pipe.gml"]
-    assert "is a pipe or a device" in refused("simulate", *given, "--out", tmp_path / "out", "--quiet")
+    assert "is a pipe or a device" in refused(
+        "simulate", *given, "--out", tmp_path / "out", "--quiet"
+    )
 
 
 def test_a_name_that_no_file_system_takes_is_refused(tmp_path, city, refused):
@@ -99,7 +113,9 @@ def test_a_name_that_no_file_system_takes_is_refused(tmp_path, city, refused):
 
 
 def test_control_characters_are_not_printed(tmp_path, refused, capfd):
-    """Of a terminal they would clear the screen, or write its title; in JSON the words stay what they are."""
+    """Of a terminal they would clear the screen, or write its title; in JSON the words stay what
+    they are.
+    """
     name = "\x1b[2J\x9b31mred\u202e.gml"
     said = refused("inspect", tmp_path / name)
     assert r"\u001b[2J\u009b31mred\u202e.gml: no such file" in said
@@ -117,10 +133,14 @@ def test_ids_are_no_formulas_in_tables(tmp_path, name):
     import pandas as pd
 
     ids = [name, "plain", "it's", "a=b", "", "'quoted'"]
-    write_table(tmp_path / "faces.csv", pd.DataFrame({"surface_id": ids, "area": np.arange(-3.0, 3.0)}))
+    write_table(
+        tmp_path / "faces.csv", pd.DataFrame({"surface_id": ids, "area": np.arange(-3.0, 3.0)})
+    )
     lines = (tmp_path / "faces.csv").read_text().splitlines()
     assert lines[1] == f"'{name},-3" and lines[2:5] == ["plain,-2", "it's,-1", "a=b,0"]
-    assert read_table(tmp_path / "faces.csv", ("surface_id",), ("area",))["surface_id"].tolist() == ids
+    assert (
+        read_table(tmp_path / "faces.csv", ("surface_id",), ("area",))["surface_id"].tolist() == ids
+    )
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows tells no peak of memory this way")
@@ -136,12 +156,16 @@ def test_a_packed_mesh_has_the_budget_of_a_text(tmp_path):
 def test_packed_bits_are_unpacked_as_the_standard_says():
     """The example of TIFF 6.0, section 9 (Apple's); and never more than there is room for."""
     packed = bytes.fromhex("FE AA 02 80 00 2A FD AA 03 80 00 2A 22 F7 AA")
-    expected = bytes.fromhex("AA AA AA 80 00 2A AA AA AA AA 80 00 2A 22 AA AA AA AA AA AA AA AA AA AA")
+    expected = bytes.fromhex(
+        "AA AA AA 80 00 2A AA AA AA AA 80 00 2A 22 AA AA AA AA AA AA AA AA AA AA"
+    )
     room = np.full(40, 7, np.uint8)
     assert unpack_bits(np.frombuffer(packed, np.uint8), room) == 24
     assert room[:24].tobytes() == expected and (room[24:] == 7).all()
     assert unpack_bits(np.frombuffer(packed, np.uint8), room[:5]) == 5
-    assert unpack_bits(np.frombuffer(packed[:4], np.uint8), room) == 4  # cut within bytes as they are
+    assert (
+        unpack_bits(np.frombuffer(packed[:4], np.uint8), room) == 4
+    )  # cut within bytes as they are
     assert unpack_bits(np.frombuffer(b"\x80\x80\x81", np.uint8), room) == 0
 
 
@@ -153,7 +177,12 @@ def test_a_window_is_read_from_the_blocks_that_it_touches(tmp_path):
     for name in ("a.tif", "b.tif"):
         with tifffile.TiffFile(tmp_path / name) as file:
             raster = open_geotiff(tmp_path / name, file)
-            for first, last, west, east in [(0, 50, 0, 70), (3, 4, 69, 70), (15, 33, 16, 48), (17, 50, 1, 15)]:
+            for first, last, west, east in [
+                (0, 50, 0, 70),
+                (3, 4, 69, 70),
+                (15, 33, 16, 48),
+                (17, 50, 1, 15),
+            ]:
                 np.testing.assert_array_equal(
                     raster.read_cells(first, last, west, east), heights[first:last, west:east]
                 )
@@ -165,26 +194,38 @@ def test_a_small_raster_of_very_many_cells_is_refused(tmp_path):
     tifffile.imwrite(path, np.zeros((16, 16), np.uint8), tile=(16, 16))
     with open_raster(path) as raster:
         raster.width = raster.height = 200_000
-        with pytest.raises(InputError, match=r"large.tif: has 200,000 x 200,000 cells around the city, an implausible"):
+        with pytest.raises(
+            InputError,
+            match=r"large.tif: has 200,000 x 200,000 cells around the city, an implausible",
+        ):
             read_posts(raster, (0, 0, 200_000, 200_000), 100)
 
 
 @POSIX
 def test_what_limits_leave_is_what_is_free():
-    """`ulimit -v` of 4 GB in a process of its own: free is the rest of it, and a larger step is refused by its file."""
+    """`ulimit -v` of 4 GB in a process of its own: free is the rest of it, and a larger step is
+    refused by its file.
+    """
     code = (
         "import re, resource\n"
         "from pathlib import Path\n"
         "from citypv.core.settings.memory import check_memory, free_memory\n"
         "resource.setrlimit(resource.RLIMIT_AS, (4 * 10**9,) * 2)\n"
-        "size = 1024 * int(re.search(r'VmSize:\\s*(\\d+)', Path('/proc/self/status').read_text())[1])\n"
-        "assert abs(free_memory() - (35 * 10**8 - size)) < 1e7  # half a GB is for libraries that are not loaded\n"
+        "size = 1024 * int(re.search(r'VmSize:\\s*(\\d+)', "
+        "Path('/proc/self/status').read_text())[1])\n"
+        "assert abs(free_memory() - (35 * 10**8 - size)) < 1e7  # half a GB is for libraries that "
+        "are not loaded\n"
         "check_memory('city.obj', 'tracing', 1e9, 'cure')\n"
         "check_memory('city.obj', 'tracing 5 patches', 5e9, 'give tiles')\n"
     )
-    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    ended = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False
+    )
     said = ended.stderr.strip().splitlines()[-1]
-    assert re.search(r"city.obj: tracing 5 patches needs 5.0 GB of memory, and 3.[345] GB are free; give tiles", said)
+    assert re.search(
+        r"city.obj: tracing 5 patches needs 5.0 GB of memory, and 3.[345] GB are free; give tiles",
+        said,
+    )
     assert 0 < free_memory() < 1e14
     check_memory("city.obj", "tracing", 1, "cure")
 
@@ -193,28 +234,50 @@ def test_what_limits_leave_is_what_is_free():
 @pytest.mark.parametrize("ends", ["1>&-", "2>&- 1>&-", "1>/dev/full", "2>/dev/full"])
 def test_closed_and_full_outputs_are_no_traceback(tmp_path, city, ends):
     """Whatever is left of the streams: no traceback; a full disk is one line and status 1."""
-    command = f"{sys.executable} -c 'from citypv.__main__ import run_program; run_program()' inspect {city} {ends}"
+    command = (
+        f"{sys.executable} -c 'from citypv.__main__ import run_program; run_program()' inspect "
+        f"{city} {ends}"
+    )
     ended = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False)
     assert "Traceback" not in ended.stderr and "Exception" not in ended.stderr
     full = ends == "1>/dev/full"
     assert ended.returncode == int("full" in ends)
-    assert ended.stderr.endswith("citypv: error: standard output: No space left on device\n") or not full
+    assert (
+        ended.stderr.endswith("citypv: error: standard output: No space left on device\n")
+        or not full
+    )
 
 
 @POSIX
 def test_a_full_disk_ends_a_plot_in_one_line(tmp_path, city):
     """Files may have 4 or 8 kB at most, so that a picture ends in its middle, as on a full disk."""
     results = tmp_path / "out"
-    few = ["--latitude", "50", "--longitude", "8", "--weather", "clear-sky", "--samples", "16", "--suns", "days:2"]
+    few = [
+        "--latitude",
+        "50",
+        "--longitude",
+        "8",
+        "--weather",
+        "clear-sky",
+        "--samples",
+        "16",
+        "--suns",
+        "days:2",
+    ]
     assert main(["simulate", str(city), "--out", str(results), *few, "--quiet"]) == 0
     kept = {path.name for path in results.iterdir()}
     program = "from citypv.__main__ import run_program; run_program()"
     # What Python compiles meanwhile would be cut, too, and spoil the checkout.
-    command = f"export PYTHONDONTWRITEBYTECODE=1; ulimit -f 8; {sys.executable} -c '{program}' plot {results}"
+    command = (
+        f"export PYTHONDONTWRITEBYTECODE=1; ulimit -f 8; {sys.executable} -c '{program}' plot "
+        f"{results}"
+    )
     ended = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False)
     assert ended.returncode == 1
     assert "Traceback" not in ended.stderr
     said = ended.stderr.strip().splitlines()[-1]
     path = re.escape(str(results))
-    assert re.match(rf"citypv: error: {path}\S+: cannot be written \(.+\): is the disk full\?$", said), said
+    assert re.match(
+        rf"citypv: error: {path}\S+: cannot be written \(.+\): is the disk full\?$", said
+    ), said
     assert {path.name for path in results.iterdir()} == kept  # no half of a picture

@@ -77,4 +77,6 @@ def test_a_run_on_disk_is_the_run_in_memory(monkeypatch, tmp_path):
     assert np.array_equal(energies[0].full_load_hours, energies[1].full_load_hours, equal_nan=True)
     assert np.nansum(energies[0].full_load_hours) > 0
     write_transfer(tmp_path / "transfer.nc", transfers[1])
-    assert np.array_equal(read_transfer(tmp_path / "transfer.nc").visible_share, transfers[0].visible_share)
+    assert np.array_equal(
+        read_transfer(tmp_path / "transfer.nc").visible_share, transfers[0].visible_share
+    )

@@ -1,4 +1,6 @@
-"""Which level of detail of each part of a building is taken: houses by hand, whose counts and areas are known."""
+"""Which level of detail of each part of a building is taken: houses by hand, whose counts and areas
+are known.
+"""
 
 import json
 
@@ -12,11 +14,19 @@ from citypv.core.read.read_city import read_city
 
 
 def box(*bounds):
-    """Six faces of a box from its lowest and highest x, y, z: floor, top, south, east, north, west."""
+    """Six faces of a box from its lowest and highest x, y, z: floor, top, south, east,
+    north, west.
+    """
     x0, y0, z0, x1, y1, z1 = bounds
     a, b, c, d = (x0, y0), (x1, y0), (x1, y1), (x0, y1)
-    floor, top = [(*corner, z0) for corner in (a, d, c, b)], [(*corner, z1) for corner in (a, b, c, d)]
-    sides = [[(*one, z0), (*two, z0), (*two, z1), (*one, z1)] for one, two in ((a, b), (b, c), (c, d), (d, a))]
+    floor, top = (
+        [(*corner, z0) for corner in (a, d, c, b)],
+        [(*corner, z1) for corner in (a, b, c, d)],
+    )
+    sides = [
+        [(*one, z0), (*two, z0), (*two, z1), (*one, z1)]
+        for one, two in ((a, b), (b, c), (c, d), (d, a))
+    ]
     return [floor, top, *sides]
 
 
@@ -38,7 +48,9 @@ def installation(*inside):
 def body(drawn, lod):
     """Walls, roof and ground of one level, each with its class."""
     kinds = "GroundSurface", "RoofSurface", *["WallSurface"] * 4
-    return "".join(surface(faces(face), kind, lod) for face, kind in zip(drawn, kinds, strict=False))
+    return "".join(
+        surface(faces(face), kind, lod) for face, kind in zip(drawn, kinds, strict=False)
+    )
 
 
 def geometry(drawn, lod):
@@ -46,25 +58,53 @@ def geometry(drawn, lod):
 
 
 MIXES = {  # what a building holds, and the number of polygons and total area [m²] that are right
-    "body in LoD1, antenna in LoD2": ((solid(faces(*HOUSE), 1), installation(geometry(ANTENNA, 2))), 6, 448),
+    "body in LoD1, antenna in LoD2": (
+        (solid(faces(*HOUSE), 1), installation(geometry(ANTENNA, 2))),
+        6,
+        448,
+    ),
     "body and antenna in LoD2": ((body(HOUSE, 2), installation(geometry(ANTENNA, 2))), 12, 458),
     "an antenna alone": ((installation(geometry(ANTENNA, 2)),), 6, 10),
-    "LoD3, and one roof of LoD2": ((body(HOUSE, 3), surface(faces(box(0, 0, 0, 5, 8, 8)[1]), "RoofSurface")), 6, 448),
-    "LoD1, and roofs of LoD2": ((solid(faces(*HOUSE), 1), surface(faces(HOUSE[1]), "RoofSurface")), 6, 448),
+    "LoD3, and one roof of LoD2": (
+        (body(HOUSE, 3), surface(faces(box(0, 0, 0, 5, 8, 8)[1]), "RoofSurface")),
+        6,
+        448,
+    ),
+    "LoD1, and roofs of LoD2": (
+        (solid(faces(*HOUSE), 1), surface(faces(HOUSE[1]), "RoofSurface")),
+        6,
+        448,
+    ),
     "LoD1, and walls of LoD2": ((solid(faces(*HOUSE), 1), surface(faces(*HOUSE[2:]))), 6, 448),
     "LoD1, and a wall and a roof of LoD2": (
-        (solid(faces(*HOUSE), 1), surface(faces(HOUSE[2])), surface(faces(box(0, 0, 0, 5, 8, 8)[1]), "RoofSurface")),
+        (
+            solid(faces(*HOUSE), 1),
+            surface(faces(HOUSE[2])),
+            surface(faces(box(0, 0, 0, 5, 8, 8)[1]), "RoofSurface"),
+        ),
         *(6, 448),
     ),
-    "LoD1, LoD2 without a floor": ((solid(faces(*HOUSE), 1), body(HOUSE, 2).split("</bldg:boundedBy>", 1)[1]), 5, 368),
+    "LoD1, LoD2 without a floor": (
+        (solid(faces(*HOUSE), 1), body(HOUSE, 2).split("</bldg:boundedBy>", 1)[1]),
+        5,
+        368,
+    ),
     "LoD1, LoD2 half as high": ((solid(faces(*HOUSE), 1), body(box(0, 0, 0, 10, 8, 4), 2)), 6, 304),
-    "a canopy without walls": ((surface(faces(HOUSE[1]), "RoofSurface", 2), surface(faces(HOUSE[1]), lod=1)), 1, 80),
+    "a canopy without walls": (
+        (surface(faces(HOUSE[1]), "RoofSurface", 2), surface(faces(HOUSE[1]), lod=1)),
+        1,
+        80,
+    ),
     "part A in LoD2, B in LoD1": (
         (part(body(HOUSE, 2)), part(solid(faces(*box(10, 0, 0, 20, 8, 12)), 1))),
         *(12, 448 + 592),
     ),
     "the whole in LoD1, its parts in LoD2": (
-        (solid(faces(*box(0, 0, 0, 20, 8, 8)), 1), part(body(HOUSE, 2)), part(body(box(10, 0, 0, 20, 8, 8), 2))),
+        (
+            solid(faces(*box(0, 0, 0, 20, 8, 8)), 1),
+            part(body(HOUSE, 2)),
+            part(body(box(10, 0, 0, 20, 8, 8), 2)),
+        ),
         *(12, 2 * 448),
     ),
     "main house in LoD1, an annex in LoD2": (
@@ -76,10 +116,13 @@ MIXES = {  # what a building holds, and the number of polygons and total area [m
         *(12, 448 + 544),
     ),
     "LoD1 and a footprint": (
-        (wrap(wrap(faces(HOUSE[0]), "gml:MultiSurface"), "bldg:lod0FootPrint"), solid(faces(*HOUSE), 1)),
+        (
+            wrap(wrap(faces(HOUSE[0]), "gml:MultiSurface"), "bldg:lod0FootPrint"),
+            solid(faces(*HOUSE), 1),
+        ),
         *(6, 448),
     ),
-}  # fmt: skip
+}
 
 
 def read_mix(tmp_path, *inside, **options):
@@ -98,7 +141,10 @@ def test_each_part_is_taken_whole_and_once(tmp_path, name):
 def test_a_level_that_is_passed_over_is_said_and_can_be_asked_for(tmp_path):
     inside, _, _ = MIXES["LoD3, and one roof of LoD2"]
     city = read_mix(tmp_path, *inside)
-    assert city.report.lods_chosen == {"3": 6} and "LoD 2; LoD 3 was taken: house" in city.report.notes[-1]
+    assert (
+        city.report.lods_chosen == {"3": 6}
+        and "LoD 2; LoD 3 was taken: house" in city.report.notes[-1]
+    )
     city = read_mix(tmp_path, *inside, lod="2")
     assert city.report.lods_chosen == {"2": 1} and not city.report.notes
 
@@ -115,11 +161,19 @@ def test_levels_of_cityjson_objects(tmp_path, spelling):
     vertices = [list(corner) for face in drawn for corner in face]
     rings = [[list(range(4 * k, 4 * k + 4))] for k in range(len(drawn))]
     shape = {"type": "MultiSurface", "boundaries": rings[:6]}
-    own = [{**shape, "lod": "3"}, {**shape, "lod": "3.1", "boundaries": rings[1:2]}, {**shape, "lod": spelling}]
+    own = [
+        {**shape, "lod": "3"},
+        {**shape, "lod": "3.1", "boundaries": rings[1:2]},
+        {**shape, "lod": spelling},
+    ]
     own[2]["boundaries"] = rings[1:2]
     objects = {
         "house": {"type": "Building", "children": ["balcony"], "geometry": own},
-        "balcony": {"type": "BuildingInstallation", "parents": ["house"], "geometry": [{**shape, "lod": "3.2"}]},
+        "balcony": {
+            "type": "BuildingInstallation",
+            "parents": ["house"],
+            "geometry": [{**shape, "lod": "3.2"}],
+        },
     }
     objects["balcony"]["geometry"][0]["boundaries"] = rings[6:]
     (tmp_path / "city.json").write_text(json.dumps(json_model(objects, vertices)), "utf-8")

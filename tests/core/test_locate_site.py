@@ -1,4 +1,6 @@
-"""Place on Earth and meridian convergence against pyproj's own factors, a formula and known places."""
+"""Place on Earth and meridian convergence against pyproj's own factors, a formula and known
+places.
+"""
 
 import numpy as np
 import pyproj
@@ -32,14 +34,19 @@ def test_convergence_equals_the_projections_own(crs, east, north):
     system = pyproj.CRS.from_user_input(crs)
     plane = system.sub_crs_list[0] if system.is_compound else system
     projection = pyproj.Proj(plane)
-    # The projection's factors are taken on its own datum; PROJ counts convergence from grid north to true north.
+    # The projection's factors are taken on its own datum; PROJ counts convergence from grid north
+    # to true north.
     own = projection.get_factors(*projection(east, north, inverse=True)).meridian_convergence
     assert convergence == pytest.approx(own, abs=2e-4)
-    assert (latitude, longitude) == pytest.approx(projection(east, north, inverse=True)[::-1], abs=1e-6)
+    assert (latitude, longitude) == pytest.approx(
+        projection(east, north, inverse=True)[::-1], abs=1e-6
+    )
 
 
 def test_user_overrides_the_place_but_not_the_grid():
-    """13.4° E in zone 33 (15° E), on a sphere tan(c) = tan(lon - lon0) sin(lat): grid north lies west of true north."""
+    """13.4° E in zone 33 (15° E), on a sphere tan(c) = tan(lon - lon0) sin(lat): grid north lies
+    west of true north.
+    """
     latitude, longitude, convergence = locate_site("EPSG:25833", (391490, 5817850), latitude=10.0)
     assert latitude == 10.0
     assert longitude == pytest.approx(13.4015, abs=1e-3)
@@ -56,7 +63,11 @@ def test_no_system_at_all():
 def test_point_outside_of_the_projection():
     with pytest.raises(InputError, match="lies outside"):
         locate_site("EPSG:25833", (1e8, 1e8))
-    assert locate_site("EPSG:25833", (1e8, 1e8), 52.5, 13.4) == (52.5, 13.4, 0.0)  # as the message advises
+    assert locate_site("EPSG:25833", (1e8, 1e8), 52.5, 13.4) == (
+        52.5,
+        13.4,
+        0.0,
+    )  # as the message advises
 
 
 @pytest.mark.parametrize(
@@ -87,16 +98,21 @@ def test_new_york_in_feet_becomes_metres_at_the_same_place():
     feet = np.array([[987604.042, 212111.083, 45.689], [987704.042, 212111.083, 145.689]])
     points, crs, note = bring_to_metres(feet, "EPSG:2263")
     assert points[1] - points[0] == pytest.approx([100 * 1200 / 3937, 0, 100 * 1200 / 3937])
-    here = pyproj.Transformer.from_crs("EPSG:2263", "EPSG:4269", always_xy=True).transform(*feet[0, :2])
+    here = pyproj.Transformer.from_crs("EPSG:2263", "EPSG:4269", always_xy=True).transform(
+        *feet[0, :2]
+    )
     latitude, longitude, _ = locate_site(crs, points[0])
     assert (longitude, latitude) == pytest.approx(here, abs=1e-9)
     assert "US survey foot" in note
 
 
 def test_degrees_become_metres_true_to_scale():
-    # One second of latitude and longitude at 35.26° N, 139.74° E; expected from the geodesic, not from a projection.
+    # One second of latitude and longitude at 35.26° N, 139.74° E; expected from the geodesic, not
+    # from a projection.
     second = 1 / 3600
-    degrees = np.array([[35.26, 139.74, 2.0], [35.26 + second, 139.74, 2.0], [35.26, 139.74 + second, 7.0]])
+    degrees = np.array(
+        [[35.26, 139.74, 2.0], [35.26 + second, 139.74, 2.0], [35.26, 139.74 + second, 7.0]]
+    )
     points, crs, _ = bring_to_metres(degrees, "EPSG:6697")
     geod = pyproj.Geod(ellps="GRS80")
     north = geod.inv(139.74, 35.26, 139.74, 35.26 + second)[2]
@@ -113,7 +129,9 @@ def test_degrees_become_metres_true_to_scale():
 
 def test_degrees_half_a_world_apart_are_refused():
     points = np.array([[0.0, 0, 0], [0, -1, 0], [0, 161, 0]])
-    with pytest.raises(InputError, match=r"WGS 84: longitudes and latitudes of -1 to 161 and 0 to 0: too far apart"):
+    with pytest.raises(
+        InputError, match=r"WGS 84: longitudes and latitudes of -1 to 161 and 0 to 0: too far apart"
+    ):
         bring_to_metres(points, "EPSG:4326")
 
 
@@ -121,7 +139,12 @@ def test_degrees_half_a_world_apart_are_refused():
     ("crs", "latitude", "longitude", "outside"),
     [
         ("EPSG:28992", 52.0, 4.4, None),
-        ("EPSG:28992", 47.975, 3.314, 50.75 - 47.975),  # false origin of the Dutch grid, where local coordinates end up
+        (
+            "EPSG:28992",
+            47.975,
+            3.314,
+            50.75 - 47.975,
+        ),  # false origin of the Dutch grid, where local coordinates end up
         ("EPSG:7415", 47.975, 3.314, 50.75 - 47.975),
         ("EPSG:25832", 51.04, 5.87, None),  # North Rhine-Westphalia is in zone 32, from 5.87° E on
         ("EPSG:2193", -44.0, -176.5, 183.5 - 178.63),  # across the date line

@@ -1,4 +1,6 @@
-"""Materials by name, from a file, and what they do to the light: a mirror facade and the street opposite."""
+"""Materials by name, from a file, and what they do to the light: a mirror facade and the street
+opposite.
+"""
 
 from pathlib import Path
 
@@ -10,8 +12,19 @@ from scenes import run_gather, suns_towards
 
 from citypv.core.light.sun_sampling_error import trace_sun_samples
 from citypv.core.patches.brdfs import Mirror, reflect_interfaces
-from citypv.core.patches.materials import CLEAR, DIFFUSE, MaterialSpec, brdf_of_material, recognise_material
-from citypv.core.patches.read_albedo import albedo_of_triangles, brdfs_of_triangles, describe_albedo, read_albedo
+from citypv.core.patches.materials import (
+    CLEAR,
+    DIFFUSE,
+    MaterialSpec,
+    brdf_of_material,
+    recognise_material,
+)
+from citypv.core.patches.read_albedo import (
+    albedo_of_triangles,
+    brdfs_of_triangles,
+    describe_albedo,
+    read_albedo,
+)
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
@@ -23,7 +36,9 @@ def test_a_glossy_facade_throws_a_blurred_beam(tmp_path):
     found = []
     for name in ("mirror", "glossy:0.001", "glossy:0.3"):
         text = f"surface,albedo,material\nfacade,0.6,{name}\nflat,0,\n"
-        found.append(light_of_strips(trace_street(tmp_path, text, 50.0, "forward", samples=5000), 0)[0])
+        found.append(
+            light_of_strips(trace_street(tmp_path, text, 50.0, "forward", samples=5000), 0)[0]
+        )
     mirror, smooth, rough = found
     assert smooth == pytest.approx(mirror, abs=0.01)
     assert rough[0] < 0.9 * mirror[0]
@@ -36,16 +51,22 @@ def test_the_pilot_follows_a_forward_run_with_mirrors(tmp_path):
     request = Request(estimator="forward", samples=16, albedo_file=path)
     suns = suns_towards([[0, -1, 1], [0, 0, 1]])
     transfer = trace_forward(street(), suns, request, silent)
-    one, other = trace_sun_samples(street(), transfer, [transfer.suns, suns], request, lambda *report: None)
+    one, other = trace_sun_samples(
+        street(), transfer, [transfer.suns, suns], request, lambda *report: None
+    )
     assert np.array_equal(one.visible_share, other.visible_share)
 
 
 def test_light_that_glass_could_reflect_has_no_bound(tmp_path):
-    """At grazing incidence a pane reflects everything: no bound without a pilot; many reflections do no harm."""
+    """At grazing incidence a pane reflects everything: no bound without a pilot; many reflections
+    do no harm.
+    """
     path = finish(tmp_path, "surface,material\nfacade,double glazing\n")
     request = Request(estimator="forward", samples=200, albedo_file=path, max_bounces=50)
     transfer = trace_forward(street(), suns_towards([[0, -1, 1]]), request, silent)
-    (reflections,) = (effect for effect in transfer.record.effects if effect["key"] == "reflections")
+    (reflections,) = (
+        effect for effect in transfer.record.effects if effect["key"] == "reflections"
+    )
     assert reflections["bound"] is None
     for tally in transfer.record.photons.values():
         assert sum(tally.values()) == 2 * tally["emitted"]
@@ -54,7 +75,9 @@ def test_light_that_glass_could_reflect_has_no_bound(tmp_path):
 def test_every_material_has_a_source_and_stands_in_the_docs():
     """The table of docs/reference/materials.md is that of the program, and so are its sources."""
     rows = {}
-    for line in (Path(__file__).parents[2] / "docs/reference/materials.md").read_text("utf-8").splitlines():
+    for line in (
+        (Path(__file__).parents[2] / "docs/reference/materials.md").read_text("utf-8").splitlines()
+    ):
         cells = [cell.strip() for cell in line.split("|")[1:-1]]
         if len(cells) == 4 and cells[0].startswith("`"):
             rows[cells[0].strip("`")] = cells[1:]
@@ -74,10 +97,14 @@ def test_every_material_has_a_source_and_stands_in_the_docs():
 
 
 def test_the_albedos_of_pvsyst_are_those_of_pvlib():
-    """Pvlib has its table from there, too: the metals and, within the ranges, what lies on the ground."""
+    """Pvlib has its table from there, too: the metals and, within the ranges, what lies on the
+    ground.
+    """
     albedos = pvlib.albedo.SURFACE_ALBEDOS
     metals = ("aluminium", "copper", "galvanised steel", "dirty galvanised steel")
-    for ours, theirs in zip(metals, ("aluminum", "copper", "fresh steel", "dirty steel"), strict=True):
+    for ours, theirs in zip(
+        metals, ("aluminum", "copper", "fresh steel", "dirty steel"), strict=True
+    ):
         assert brdf_of_material(ours).albedo == albedos[theirs]
     for name in ("asphalt", "concrete", "grass", "snow", "soil", "sand"):
         least, most, _ = DIFFUSE[name]
@@ -102,7 +129,10 @@ def test_names_from_other_programs():
         ("surface,albedo\nroof,grey\n", "line 2 is not a name and a number"),
         ("surface,colour\nroof,red\n", "line 1 is not the header"),
         ("", "the file is empty"),
-        ("surface,material\nroof,cheese\n", "line 2: cheese is not a known material; use one of aluminium, asphalt"),
+        (
+            "surface,material\nroof,cheese\n",
+            "line 2: cheese is not a known material; use one of aluminium, asphalt",
+        ),
         ("surface,material\nroof,mirror\n", "line 2: mirror needs an albedo"),
         ("surface,material\nroof,brick:2\n", "line 2: brick:2 is not a known material"),
         ("surface,albedo,material\nroof,0.5,glass\n", "line 2: glass reflects by Fresnel"),
@@ -146,7 +176,10 @@ def test_materials_that_cannot_be_used():
     suns = suns_towards([[0, 0, 1]])
     for finishes, words in (
         (MaterialSpec(1.2), "Material 'Glas': albedo: 1.2; give a number from 0 to 1"),
-        (MaterialSpec(0.5, "cheese"), "Material 'Glas': cheese: is not a known material; use one of alu"),
+        (
+            MaterialSpec(0.5, "cheese"),
+            "Material 'Glas': cheese: is not a known material; use one of alu",
+        ),
         (MaterialSpec(material="mirror"), "Material 'Glas': mirror: needs an albedo"),
     ):
         with pytest.raises(InputError, match=words) as caught:
@@ -170,4 +203,6 @@ def test_cells_are_what_the_file_says_of_their_polygon(tmp_path):
     scene = street()
     scene.surfaces.surface_id[:3] = ["wall#1", "wall#2", "wall#x"]
     path = finish(tmp_path, "surface,albedo\nwall,0.7\nwall#2,0.8\n")
-    assert albedo_of_triangles(scene, Request(albedo_file=path))[:3] == pytest.approx([0.7, 0.8, 0.25])
+    assert albedo_of_triangles(scene, Request(albedo_file=path))[:3] == pytest.approx(
+        [0.7, 0.8, 0.25]
+    )

@@ -1,4 +1,6 @@
-"""What effects change, from small runs with and without them, against closed forms and against whole runs."""
+"""What effects change, from small runs with and without them, against closed forms and against
+whole runs.
+"""
 
 from dataclasses import replace
 from functools import cache
@@ -36,7 +38,9 @@ LINEAR = {"effects": {"temperature": False, "aoi": False, "spectrum": False}, "i
 @cache
 def year(direct=0.0, diffuse=1.0):
     """Berlin's year with some share of an even veil's direct and diffuse light."""
-    weather = add_sun(Record(plain_table(year_of(2021)), *BERLIN, altitude=0.0, source="", label=""), HOUR)
+    weather = add_sun(
+        Record(plain_table(year_of(2021)), *BERLIN, altitude=0.0, source="", label=""), HOUR
+    )
     data = weather.data.assign(dni=direct * weather.data["dni"], dhi=diffuse * weather.data["dhi"])
     return replace(weather, data=data.assign(ghi=data["dhi"] + direct_horizontal(data)))
 
@@ -50,7 +54,9 @@ def measure(scene, weather, **settings):
 
 
 def share_of_light(having, without):
-    """Share of the hours of a module that such light of an even sky makes, over DHI, rather than another one."""
+    """Share of the hours of a module that such light of an even sky makes, over DHI, rather than
+    another one.
+    """
     suns = choose_suns("days:2", *year().axis)
     transfer = unshaded_transfer(suns, [0, 0], [180, 180], albedo=0.0)
     transfer = replace(transfer, diffuse_relative=np.array([having, without], float))
@@ -59,7 +65,9 @@ def share_of_light(having, without):
 
 
 def facing_walls():
-    """Two long walls that face each other, to the south and to the north: only the one to the south counts."""
+    """Two long walls that face each other, to the south and to the north: only the one to the south
+    counts.
+    """
     south = strip([-LONG / 2, 0, 0], [LONG, 0, 0], [0, 0, HIGH], 1)
     north = strip([LONG / 2, -APART, 0], [-LONG, 0, 0], [0, 0, HIGH], 1)
     scene = join([south, north])
@@ -68,7 +76,9 @@ def facing_walls():
 
 
 def test_sky_that_a_wall_hides_from_another():
-    """Hottel's strings: the walls see √(H² + d²) - d over H of each other, half of it above the horizon."""
+    """Hottel's strings: the walls see √(H² + d²) - d over H of each other, half of it above the
+    horizon.
+    """
     effect = measure(facing_walls(), year(), **BLACK, **LINEAR)["sky-rays"]
     left = 0.5 - (np.hypot(HIGH, APART) - APART) / HIGH / 2
     assert effect.share == pytest.approx(share_of_light(left, 0.5), rel=0.03)
@@ -76,7 +86,9 @@ def test_sky_that_a_wall_hides_from_another():
 
 
 def test_sun_that_a_wall_hides_from_another():
-    """Of each hour's sun the upper part of the wall is lit: its shadow falls d · tan(elevation)/cos(azimuth) deep."""
+    """Of each hour's sun the upper part of the wall is lit: its shadow falls d ·
+    tan(elevation)/cos(azimuth) deep.
+    """
     weather = year(direct=1.0, diffuse=1e-6)
     data = weather.data
     height, turn = np.radians(90 - data["apparent_zenith"]), np.radians(data["solar_azimuth"] - 180)
@@ -89,11 +101,23 @@ def test_sun_that_a_wall_hides_from_another():
 
 @pytest.mark.parametrize("on", [True, False])
 def test_light_that_a_layer_of_leaves_takes(on):
-    """Of an even sky 2 E₃(τ) passes to level ground below it: the same share, whether a run has the trees or not."""
+    """Of an even sky 2 E₃(τ) passes to level ground below it: the same share, whether a run has the
+    trees or not.
+    """
     scene = scene_of_triangles(*strip([-1, -1, 0], [2, 0, 0], [0, 2, 0], 1))
-    scene = replace(scene, trees=crowns_of(box((-1e4, -1e4, 1), (1e4, 1e4, 2)), area_density=2 * DEPTH))
+    scene = replace(
+        scene, trees=crowns_of(box((-1e4, -1e4, 1), (1e4, 1e4, 2)), area_density=2 * DEPTH)
+    )
     effects = LINEAR["effects"] | ({} if on else {"trees": False})
-    plan = measure(scene, year(), leaf_months="all", branch_area_density=0.0, **BLACK, effects=effects, inverter=None)
+    plan = measure(
+        scene,
+        year(),
+        leaf_months="all",
+        branch_area_density=0.0,
+        **BLACK,
+        effects=effects,
+        inverter=None,
+    )
     assert plan["trees"].share == pytest.approx(share_of_light(2 * expn(3, DEPTH), 1.0), rel=0.03)
     assert plan["trees"].on == on and plan["trees"].bound is None
     (line,) = (one for one in describe_plan(plan) if one.startswith("trees"))
@@ -103,7 +127,9 @@ def test_light_that_a_layer_of_leaves_takes(on):
 def test_reflections_in_a_half_sphere():
     """E_n = 1/2 (albedo/2)^n: of all light albedo/2 is reflected."""
     albedo = 0.6
-    effect = measure(bowl(6), year(), albedo=albedo, far_ground=False, max_bounces=8, **LINEAR)["reflections"]
+    effect = measure(bowl(6), year(), albedo=albedo, far_ground=False, max_bounces=8, **LINEAR)[
+        "reflections"
+    ]
     assert effect.share == pytest.approx(share_of_light(0.5 / (1 - albedo / 2), 0.5), rel=0.02)
 
 
@@ -153,10 +179,18 @@ def test_whole_runs_with_and_without(tmp_path, trees):
 @pytest.mark.slow
 @pytest.mark.once
 def test_a_city_whose_middle_is_not_like_the_rest(tmp_path):
-    """Nine towers close together among 135 low houses far apart: the middle is shaded, the city is not."""
+    """Nine towers close together among 135 low houses far apart: the middle is shaded, the city is
+    not.
+    """
     middle = [k for k in range(144) if k % 12 in (4, 5, 6) and k // 12 in (4, 5, 6)]
-    rows = [house(f"h{k}", (40 * (k % 12), 40 * (k // 12)), (12, 10, 6)) for k in range(144) if k not in middle]
-    rows += [house(f"t{k}", (196 + 18 * (k % 3), 196 + 16 * (k // 3)), (12, 10, 40)) for k in range(9)]
+    rows = [
+        house(f"h{k}", (40 * (k % 12), 40 * (k // 12)), (12, 10, 6))
+        for k in range(144)
+        if k not in middle
+    ]
+    rows += [
+        house(f"t{k}", (196 + 18 * (k % 3), 196 + 16 * (k // 3)), (12, 10, 40)) for k in range(9)
+    ]
     compare_with_runs(read_rows(tmp_path, rows), KEYS)
 
 
@@ -164,11 +198,17 @@ def test_a_city_whose_middle_is_not_like_the_rest(tmp_path):
 @pytest.mark.once
 def test_trees_in_one_quarter_of_a_city(tmp_path):
     """Crowns before southern walls of 30 of 120 houses: all of the city tells their part."""
-    scene = read_rows(tmp_path, [house(f"h{k}", (24 * (k % 12), 24 * (k // 12)), (10, 8, 6)) for k in range(120)])
+    scene = read_rows(
+        tmp_path, [house(f"h{k}", (24 * (k % 12), 24 * (k // 12)), (10, 8, 6)) for k in range(120)]
+    )
     crowns = []
     for name in (f"h{k}_south" for k in range(120) if k % 12 < 6 and k // 12 < 5):
         row = scene.surfaces.surface_id.index(name)
-        wall = scene.vertices[scene.triangles[scene.triangle_surface == row]].reshape(-1, 3).mean(axis=0)
+        wall = (
+            scene.vertices[scene.triangles[scene.triangle_surface == row]]
+            .reshape(-1, 3)
+            .mean(axis=0)
+        )
         middle = wall + 4 * scene.surfaces.normal[row]
         crowns.append(box(np.add(middle, [-3, -3, -2]), np.add(middle, [3, 3, 5])))
     compare_with_runs(replace(scene, trees=crowns_of(*crowns)), ("trees",))
@@ -183,7 +223,9 @@ def read_rows(folder, rows):
 
 
 def compare_with_runs(scene, keys):
-    """What each effect is told to change is what two runs of the whole city tell, within what is stated."""
+    """What each effect is told to change is what two runs of the whole city tell, within what is
+    stated.
+    """
     request = Request(weather="clear-sky", threads=1, seed=7, **BRIGHT)
     weather = read_year(scene.site, request)
 
@@ -195,7 +237,8 @@ def compare_with_runs(scene, keys):
     plan, whole = measure(scene, weather, sky="auto", suns=request.suns, **BRIGHT), hours()
     for key in keys:
         true, effect = 1 - hours(**{key: False}) / whole, plan[key]
-        # Shares of two whole runs scatter as well: those of the 36 houses by 0.0005 over five seeds.
+        # Shares of two whole runs scatter as well: those of the 36 houses by 0.0005 over five
+        # seeds.
         error = np.hypot(effect.share_standard_error, 0.0005)
         assert abs(true) > 0.001
         assert effect.share == pytest.approx(true, abs=3 * error), key

@@ -1,5 +1,5 @@
-"""Rounds: merged ones are means of independent runs, those that continue one net of points are one run with all their
-samples; their stated errors are as large as their scatter.
+"""Rounds: merged ones are means of independent runs, those that continue one net of points are one
+run with all their samples; their stated errors are as large as their scatter.
 """
 
 from dataclasses import replace
@@ -41,13 +41,17 @@ def prepared_houses():
 def traced(seed, index):
     scene, suns, prepared = prepared_houses()
     own = seed_of_round(seed, index)
-    return trace_gather(scene, suns, replace(REQUEST, seed=own), silent, prepared=reseed(prepared, own))
+    return trace_gather(
+        scene, suns, replace(REQUEST, seed=own), silent, prepared=reseed(prepared, own)
+    )
 
 
 def light_of(transfer):
     """Diffuse and annual direct light of each surface, and their stated errors: two (2, n)."""
     light = np.stack([transfer.diffuse_relative, direct_relative(transfer) @ transfer.suns.weight])
-    return light, np.stack([transfer.diffuse_relative_standard_error, transfer.direct_annual_standard_error])
+    return light, np.stack(
+        [transfer.diffuse_relative_standard_error, transfer.direct_annual_standard_error]
+    )
 
 
 def test_the_first_round_is_an_ordinary_run_and_others_have_numbers_of_their_own():
@@ -80,7 +84,9 @@ def test_merged_rounds_are_averages_and_stated_errors_fall():
 
 
 def test_replicates_side_by_side_state_the_variance_of_the_mean():
-    """χ² of 3 K degrees of freedom: mean and variance of the estimate, also where replicates are added up."""
+    """χ² of 3 K degrees of freedom: mean and variance of the estimate, also where replicates are
+    added up.
+    """
     generator = np.random.default_rng(3)
     for rounds in (2, 5, 3 * MOST_REPLICATES // 4):
         values = generator.normal(size=(4000, rounds, 4))
@@ -96,11 +102,16 @@ def test_replicates_side_by_side_state_the_variance_of_the_mean():
 
 def test_forward_rounds_merge_too():
     scene, request = three_houses(), Request(estimator="forward", samples=8, threads=1)
-    rounds = [trace_forward(scene, SUNS, replace(request, seed=seed_of_round(0, k)), silent) for k in range(3)]
+    rounds = [
+        trace_forward(scene, SUNS, replace(request, seed=seed_of_round(0, k)), silent)
+        for k in range(3)
+    ]
     whole = merge_all(rounds)
     variance = np.mean([one.diffuse_relative_standard_error**2 for one in rounds], axis=0) / 3
     assert whole.diffuse_relative_standard_error**2 == pytest.approx(variance, rel=1e-9)
-    assert whole.record.photons["sky"]["emitted"] == sum(one.record.photons["sky"]["emitted"] for one in rounds)
+    assert whole.record.photons["sky"]["emitted"] == sum(
+        one.record.photons["sky"]["emitted"] for one in rounds
+    )
 
 
 def test_rounds_of_different_suns_are_refused():
@@ -129,7 +140,9 @@ def whole_run(seed, times):
 def in_one_run(seed):
     """TracedState of one run with four times the samples."""
     _, suns, prepared = prepared_as(seed)
-    return trace_light(prepared, suns, replace(REQUEST, seed=seed, samples=256, shadow_samples=16), silent).states[0]
+    return trace_light(
+        prepared, suns, replace(REQUEST, seed=seed, samples=256, shadow_samples=16), silent
+    ).states[0]
 
 
 def in_rounds(seed, sizes):
@@ -158,15 +171,23 @@ def test_points_and_sky_rays_are_those_of_one_run(sizes):
         assert getattr(rounds, name)[full] == pytest.approx(getattr(one, name)[full], abs=1e-6)
     (net,), rows = city.direct.annual.nets, city.direct.annual.rows
     assert len(rows) > 100
-    assert net.light == pytest.approx(in_one_run(3).direct.annual.by_point[rows], rel=1e-5, abs=1e-7)
+    assert net.light == pytest.approx(
+        in_one_run(3).direct.annual.by_point[rows], rel=1e-5, abs=1e-7
+    )
     assert rounds.record.rounds == 4
-    assert np.array_equal(city.traced.samples, 4 * in_rounds(3, ()).traced.samples)  # of covered patches too
+    assert np.array_equal(
+        city.traced.samples, 4 * in_rounds(3, ()).traced.samples
+    )  # of covered patches too
     assert rounds.record.hemisphere_rays >= one.record.hemisphere_rays
 
 
 def test_their_error_is_that_of_one_run_and_is_stated():
     """Scatter of ten runs on some thousand surfaces, in light of the sky and of the suns."""
-    ways = (lambda s: whole_run(s, 1), lambda s: in_rounds(s, DOUBLING).transfer, lambda s: whole_run(s, 4))
+    ways = (
+        lambda s: whole_run(s, 1),
+        lambda s: in_rounds(s, DOUBLING).transfer,
+        lambda s: whole_run(s, 4),
+    )
     first, rounds, one = ([light_of(found(seed)) for seed in range(RUNS)] for found in ways)
     for part in (0, 1):
         values = ([light[part] for light, _ in runs] for runs in (first, rounds, one))
@@ -174,7 +195,8 @@ def test_their_error_is_that_of_one_run_and_is_stated():
         means = [one.mean() for one in scatter]
         assert means[1] < 1.05 * means[2] < 0.3 * means[0]
         stated = np.mean([errors[part] ** 2 for _, errors in rounds], axis=0)
-        # Four points at a time do not tell how even all points of other surfaces are: their error is stated larger.
+        # Four points at a time do not tell how even all points of other surfaces are: their error
+        # is stated larger.
         for members, most in ((full_patches(), 1.15), (~full_patches(), 3.0)):
             assert 0.9 < stated[members].mean() / scatter[1][members].mean() < most
 
@@ -185,7 +207,9 @@ def test_both_states_of_trees_go_on(bounces):
     scene = wall_and_tree()
     request = replace(REQUEST, max_bounces=bounces, weather=["clear-sky"], suns="days:2")
     weather = read_year(scene.site, request)
-    prepared = replace(build_tree(prepare_scene(scene, request, weather=weather), request), rounds=True)
+    prepared = replace(
+        build_tree(prepare_scene(scene, request, weather=weather), request), rounds=True
+    )
     run = trace_run(scene, weather, request, prepared=prepared)
     known = trace_scene(scene, weather, replace(request, samples=1024, shadow_samples=64, seed=9))
     for size in (1, 2, 4):

@@ -1,4 +1,6 @@
-"""Materials of OBJ files: names of faces, colours of the library beside the file, and what both do to the albedo."""
+"""Materials of OBJ files: names of faces, colours of the library beside the file, and what both do
+to the albedo.
+"""
 
 import gzip
 import json
@@ -37,7 +39,9 @@ ZIEGEL = 0.2126 * 0.5 + 0.7152 * 0.2 + 0.0722 * 0.1  # luminance, ITU-R BT.709-6
 
 
 def write_cube(folder, materials=(), head="mtllib city.mtl\n", mtl=None, name="city.obj"):
-    """A box; the materials are those of its faces in their order, None for a face without a statement."""
+    """A box; the materials are those of its faces in their order, None for a face without a
+    statement.
+    """
     lines = [head + CUBE]
     for number, face in enumerate(FACES):
         material = materials[number] if number < len(materials) else None
@@ -68,7 +72,9 @@ def test_a_real_file_with_materials_and_no_library():
 
 
 def test_names_and_colours_reach_city_and_scene(tmp_path):
-    path = write_cube(tmp_path, ["Ziegel rot", "White_Paint.001", "grey", None, "Bild", "xyz"], mtl=MTL)
+    path = write_cube(
+        tmp_path, ["Ziegel rot", "White_Paint.001", "grey", None, "Bild", "xyz"], mtl=MTL
+    )
     city = read_city(path)
     assert city.material == ["Ziegel rot", "White_Paint.001", "grey", "grey", "Bild", "xyz"]
     expected = {"Ziegel rot": (0.5, 0.2, 0.1), "White_Paint.001": (0.1,) * 3, "grey": (0.4,) * 3}
@@ -79,10 +85,16 @@ def test_names_and_colours_reach_city_and_scene(tmp_path):
 
 
 def test_what_they_do_to_the_albedo(tmp_path):
-    """Nothing unless asked for; then a name of the tables before a colour, and a line of the file before both."""
-    path = write_cube(tmp_path, ["Ziegel rot", "White_Paint.001", "grey", "Bild", "bare", ""], mtl=MTL)
+    """Nothing unless asked for; then a name of the tables before a colour, and a line of the file
+    before both.
+    """
+    path = write_cube(
+        tmp_path, ["Ziegel rot", "White_Paint.001", "grey", "Bild", "bare", ""], mtl=MTL
+    )
     scene = scene_of(path)
-    of_surface = dict(zip(scene.triangle_surface.tolist(), range(len(scene.triangles)), strict=True))
+    of_surface = dict(
+        zip(scene.triangle_surface.tolist(), range(len(scene.triangles)), strict=True)
+    )
     rows = [of_surface[k] for k in range(6)]
     assert albedo_of_triangles(scene, Request(albedo=0.3))[rows] == pytest.approx([0.3] * 6)
     asked = Request(albedo=0.3, file_materials=True)
@@ -90,15 +102,21 @@ def test_what_they_do_to_the_albedo(tmp_path):
     assert albedo_of_triangles(scene, asked)[rows] == pytest.approx(expected, abs=1e-4)
     table = tmp_path / "albedo.csv"
     own = scene.surfaces.surface_id[2]
-    table.write_text(f"surface,albedo,material\nZiegel rot,0.6,\nBild,,tile\nfacade,0.11,\n{own},0.9,\n")
+    table.write_text(
+        f"surface,albedo,material\nZiegel rot,0.6,\nBild,,tile\nfacade,0.11,\n{own},0.9,\n"
+    )
     asked.albedo_file = str(table)
     # Its own line, its material's line, its material, its kind's line, the rest.
-    assert albedo_of_triangles(scene, asked)[rows] == pytest.approx([0.6, 0.7, 0.9, 0.225, 0.11, 0.3])
+    assert albedo_of_triangles(scene, asked)[rows] == pytest.approx(
+        [0.6, 0.7, 0.9, 0.225, 0.11, 0.3]
+    )
     told = {(row["from"], row["name"], row["material"]) for row in describe_albedo(scene, asked)}
     assert ("--albedo-file", "Bild", "Bild") in told
     assert ("materials", "White_Paint.001", "White_Paint.001") in told
     # A file tells of materials without being asked for those of the city.
-    assert albedo_of_triangles(scene, Request(albedo_file=str(table)))[rows[:2]] == pytest.approx([0.6, 0.11])
+    assert albedo_of_triangles(scene, Request(albedo_file=str(table)))[rows[:2]] == pytest.approx(
+        [0.6, 0.11]
+    )
     # From Python a material may be told otherwise.
     asked = Request(file_materials=True, materials={"Bild": MaterialSpec(0.5)})
     assert albedo_of_triangles(scene, asked)[rows[3]] == pytest.approx(0.5)
@@ -118,7 +136,9 @@ def test_usemtl_without_a_name(tmp_path):
     path = write_cube(tmp_path, ["grey", "", "grey"], mtl=MTL)
     city = read_city(path)
     assert city.material == ["grey", "", "grey", "grey", "grey", "grey"]
-    assert any("1 usemtl lines" in note and "name no material" in note for note in city.report.notes)
+    assert any(
+        "1 usemtl lines" in note and "name no material" in note for note in city.report.notes
+    )
     nothing = read_city(write_cube(tmp_path, [""]))
     assert (set(nothing.material), nothing.colours) == ({""}, {})
 
@@ -139,7 +159,9 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize("name", [*REFUSED, "/absolute/city.mtl"], ids=lambda name: name[:12] or "none")
+@pytest.mark.parametrize(
+    "name", [*REFUSED, "/absolute/city.mtl"], ids=lambda name: name[:12] or "none"
+)
 def test_libraries_that_are_not_read(tmp_path, name):
     """A note and no colours, never a failure; what lies elsewhere is not even looked at."""
     inner = tmp_path / "inner"
@@ -161,7 +183,9 @@ def test_libraries_that_are_not_read(tmp_path, name):
     assert len(note) < 500
 
 
-@pytest.mark.parametrize("text", ["nan 0.1 0.1", "0.1 inf 0.1", "-0.1 0 0", "1.5 0 0", "0.1 0.1", "red", ""])
+@pytest.mark.parametrize(
+    "text", ["nan 0.1 0.1", "0.1 inf 0.1", "-0.1 0 0", "1.5 0 0", "0.1 0.1", "red", ""]
+)
 def test_colours_that_are_none(tmp_path, text):
     mtl = f"newmtl grey\nKd 0.5 0.5 0.5\nKd {text}\nnewmtl good\nKd 0.2 0.2 0.2\n"
     path = write_cube(tmp_path, ["grey", "good"], mtl=mtl)
@@ -175,16 +199,25 @@ def test_one_name_with_two_colours(tmp_path):
     one, other = tmp_path / "one", tmp_path / "other"
     one.mkdir()
     other.mkdir()
-    first = write_cube(one, ["grey", "red"], mtl="newmtl grey\nKd 0.1 0.1 0.1\nnewmtl red\nKd 0.3 0 0\n")
-    second = write_cube(other, ["grey", "red"], mtl="newmtl grey\nKd 0.2 0.2 0.2\nnewmtl red\nKd 0.3 0 0\n")
+    first = write_cube(
+        one, ["grey", "red"], mtl="newmtl grey\nKd 0.1 0.1 0.1\nnewmtl red\nKd 0.3 0 0\n"
+    )
+    second = write_cube(
+        other, ["grey", "red"], mtl="newmtl grey\nKd 0.2 0.2 0.2\nnewmtl red\nKd 0.3 0 0\n"
+    )
     second.write_text(second.read_text().replace("v 0", "v 30").replace("v 10", "v 40"))
     city = read_city([first, second])
     assert city.colours == {"grey": None, "red": (0.3, 0, 0)}
-    assert any("1 materials have different colours in different files" in note for note in city.report.notes)
+    assert any(
+        "1 materials have different colours in different files" in note
+        for note in city.report.notes
+    )
 
 
 def test_command_line(tmp_path, capsys):
-    """Inspect lists the materials; simulate tells which were met, for how many surfaces and which area."""
+    """Inspect lists the materials; simulate tells which were met, for how many surfaces and which
+    area.
+    """
     place = ["--latitude", "50", "--longitude", "10"]
     path = write_cube(tmp_path, ["Ziegel rot", "White_Paint.001", "Bild", "Glass"], mtl=MTL)
     assert main(["inspect", str(path), "--json", *place]) == 0
@@ -194,15 +227,32 @@ def test_command_line(tmp_path, capsys):
     assert materials["Bild"]["taken_as"] == ""
     assert materials["Glass"]["taken_as"] == "glass: reflects as glass or water"
     assert main(["inspect", str(path), *place]) == 0
-    assert "Bild                          1            50.0 m²  unknown: --albedo is used" in capsys.readouterr().out
+    assert (
+        "Bild                          1            50.0 m²  unknown: --albedo is used"
+        in capsys.readouterr().out
+    )
     table, out = tmp_path / "albedo.csv", tmp_path / "out"
     table.write_text("surface,albedo\nGlass,0.1\n")
-    run = ["simulate", str(path), "--materials", *place, "--out", str(out), "--samples", "16", "--suns"]
+    run = [
+        "simulate",
+        str(path),
+        "--materials",
+        *place,
+        "--out",
+        str(out),
+        "--samples",
+        "16",
+        "--suns",
+    ]
     assert main([*run, "typical-days:1", "--quiet", "--albedo-file", str(table)]) == 0
     effects = json.loads((out / "summary.json").read_text("utf-8"))["traced"]["effects"]
     assert not {effect["key"]: effect["on"] for effect in effects}["specular"]
     albedo = json.loads((out / "summary.json").read_text("utf-8"))["albedo"]
-    found = {row["material"]: (row["albedo"], row["surfaces"], row["area"]) for row in albedo if "area" in row}
+    found = {
+        row["material"]: (row["albedo"], row["surfaces"], row["area"])
+        for row in albedo
+        if "area" in row
+    }
     # The last statement counts for the two faces that follow it.
     assert found == {
         "Ziegel rot": (pytest.approx(ZIEGEL, abs=1e-4), 1, pytest.approx(100)),
@@ -216,7 +266,11 @@ def test_command_line(tmp_path, capsys):
     ("names", "materials", "said"),
     [
         (("b1", "g1"), ("BuildingWall", "TerrainWall"), "1 of 2 objects"),  # as 3dfier writes them
-        (("b1", "terrain01"), ("Building", "Terrain"), "(Terrain)"),  # as a script for OpenStreetMap does
+        (
+            ("b1", "terrain01"),
+            ("Building", "Terrain"),
+            "(Terrain)",
+        ),  # as a script for OpenStreetMap does
         (("b1", "Terrain.001"), (None, None), "(Terrain.001)"),
         (("b1", "Roadhouse"), (None, None), None),
         (("b1", "Waterloo Tower"), (None, "Roadstone"), None),

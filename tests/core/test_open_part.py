@@ -1,4 +1,6 @@
-"""Modules on the open part of a wall work at the light that it gets, not at the mean with what is covered."""
+"""Modules on the open part of a wall work at the light that it gets, not at the mean with what is
+covered.
+"""
 
 from dataclasses import replace
 
@@ -23,7 +25,9 @@ COVERED = np.array([0.0, 0.45, 0.2, 0.5])
 
 
 def cover(transfer, covered, cramped=0.0):
-    """The Transfer with parts of its surfaces behind a neighbour, or without room: dark, and in the means."""
+    """The Transfer with parts of its surfaces behind a neighbour, or without room: dark, and in the
+    means.
+    """
     lit = 1 - covered - cramped
     return replace(
         transfer,
@@ -39,27 +43,37 @@ def cover(transfer, covered, cramped=0.0):
 
 @pytest.mark.parametrize("cramped", [0.0, COVERED / 3, COVERED])
 @pytest.mark.parametrize("plain", [True, False])
-def test_covered_walls_yield_the_hours_of_their_open_part_by_pvlib(berlin, plain, cramped, monkeypatch):
-    """South walls, free, covered, without room: DC and an inverter that clips, by a chain of pvlib."""
+def test_covered_walls_yield_the_hours_of_their_open_part_by_pvlib(
+    berlin, plain, cramped, monkeypatch
+):
+    """South walls, free, covered, without room: DC and an inverter that clips, by a chain
+    of pvlib.
+    """
     monkeypatch.setattr(module_under_test, "PLAIN_LIMIT", 1e12 if plain else 0)
     tolerance = 1e-6 if plain else 2e-4
     transfer = unshaded_transfer(choose_suns("days:2", *berlin.axis), [90] * 4, [180] * 4)
     transfer = cover(transfer, COVERED - cramped, cramped)
     transfer.surfaces.area[:] = 100.0
-    system = build_system(Request(inverter="pvwatts", dc_ac_ratio=1.6, losses=10.0, mounting="open-rack"))
+    system = build_system(
+        Request(inverter="pvwatts", dc_ac_ratio=1.6, losses=10.0, mounting="open-rack")
+    )
     energy = compute_energy(transfer, berlin, system, series=[1])
     poa, dc = run_chain(berlin.data, 90, 180)
     limit = 1 / 1.6 / 0.96  # of the inverter's DC input, over the modules' nominal power
     ac = np.array(pvlib.inverter.pvwatts(0.9 * dc.to_numpy(), limit, 0.96))
     np.testing.assert_allclose(energy.full_load_hours_dc, dc.sum() * (1 - COVERED), rtol=tolerance)
     np.testing.assert_allclose(energy.full_load_hours, ac.sum() * (1 - COVERED), rtol=tolerance)
-    np.testing.assert_allclose(energy.poa_global_annual, poa.sum() / 1000 * (1 - COVERED), rtol=1e-6)
+    np.testing.assert_allclose(
+        energy.poa_global_annual, poa.sum() / 1000 * (1 - COVERED), rtol=1e-6
+    )
     np.testing.assert_allclose(energy.full_load_hours_by_month.sum(axis=1), energy.full_load_hours)
     # Hour by hour, of a surface, of its group and of its building.
     rest = 1 - COVERED[1]
     np.testing.assert_allclose(energy.series.capacity_factor[:, 0], rest * ac, rtol=1e-2, atol=1e-4)
     np.testing.assert_allclose(
-        energy.series.poa_direct + energy.series.poa_diffuse, rest * poa.to_numpy()[:, None], rtol=1e-6
+        energy.series.poa_direct + energy.series.poa_diffuse,
+        rest * poa.to_numpy()[:, None],
+        rtol=1e-6,
     )
     np.testing.assert_allclose(energy.capacity_factor[:, 0], ac, rtol=1e-2, atol=1e-4)
     _, power = compute_building_power(transfer, berlin, energy, system)
@@ -69,10 +83,15 @@ def test_covered_walls_yield_the_hours_of_their_open_part_by_pvlib(berlin, plain
 
 @pytest.mark.parametrize("cramped", [0.0, COVERED])
 def test_of_the_world_too(berlin, cramped):
-    """An environment of covered walls, or such without room, gives its modules the light of one of free walls."""
+    """An environment of covered walls, or such without room, gives its modules the light of one of
+    free walls.
+    """
     free = unshaded_transfer(sky_grid_suns(64), [90] * 4, [180] * 4)
     system = dc_system()
-    whole, part = (build_environment("n", "s", one, system) for one in (free, cover(free, COVERED - cramped, cramped)))
+    whole, part = (
+        build_environment("n", "s", one, system)
+        for one in (free, cover(free, COVERED - cramped, cramped))
+    )
     for name in ("diffuse", "far_ground", "sky", "visible_share", "reflected"):
         np.testing.assert_allclose(getattr(part.block, name), getattr(whole.block, name), rtol=1e-6)
     assert whole.weight.sum() == pytest.approx(1) and part.weight.sum() == pytest.approx(1)
@@ -80,27 +99,38 @@ def test_of_the_world_too(berlin, cramped):
 
 
 def test_surfaces_mostly_without_room_work_at_their_own_light(berlin):
-    """Their light is that of the gap before them, and is not taken for light of the little that has room."""
+    """Their light is that of the gap before them, and is not taken for light of the little that has
+    room.
+    """
     free = unshaded_transfer(choose_suns("days:2", *berlin.axis), [90], [180])
     system = build_system(Request(hidden_walls="count"))
     hours = [
-        compute_energy(replace(free, no_room=np.full((1, 2), share)), berlin, system).full_load_hours
+        compute_energy(
+            replace(free, no_room=np.full((1, 2), share)), berlin, system
+        ).full_load_hours
         for share in (0.0, 0.9)
     ]
     np.testing.assert_array_equal(*hours)
 
 
 def write_blocks(path, *, cut, gap=0.0):
-    """A block, and a neighbour at, or a gap before, 9 of 20 m of its south wall: one polygon, or cut."""
+    """A block, and a neighbour at, or a gap before, 9 of 20 m of its south wall: one polygon, or
+    cut.
+    """
     polygons = box("a", 0, 0, 20, 10, 0, 15) + box("b", 11, -8, 15, 8 - gap, 0, 15)
     parts = [
-        [(x, 0, 0), (end, 0, 0), (end, 0, 15), (x, 0, 15)] for x, end in ([(0, 11), (11, 20)] if cut else [(0, 20)])
+        [(x, 0, 0), (end, 0, 0), (end, 0, 15), (x, 0, 15)]
+        for x, end in ([(0, 11), (11, 20)] if cut else [(0, 20)])
     ]
     south = [("a", "", [part]) for part in parts]
-    polygons = [one for one in polygons if one[0] == "b" or any(corner[1] for corner in one[2][0])] + south
+    polygons = [
+        one for one in polygons if one[0] == "b" or any(corner[1] for corner in one[2][0])
+    ] + south
     lines, count = [], 0
     for building, _, (ring,) in sorted(polygons, key=lambda one: one[0]):
-        lines += [f"o {building}"] * (f"o {building}" not in lines) + [f"v {x} {y} {z}" for x, y, z in ring]
+        lines += [f"o {building}"] * (f"o {building}" not in lines) + [
+            f"v {x} {y} {z}" for x, y, z in ring
+        ]
         lines.append("f " + " ".join(str(count + k + 1) for k in range(len(ring))))
         count += len(ring)
     path.write_text("\n".join(lines) + "\n")
@@ -109,12 +139,22 @@ def write_blocks(path, *, cut, gap=0.0):
 
 def test_a_wall_yields_the_same_in_one_polygon_and_cut_at_its_neighbour(tmp_path):
     """Energy and light within 0.1 %; its rays alone err by less with so many."""
-    settings = {"latitude": 52, "longitude": 13, "weather": "clear-sky", "suns": "days:2", "patch_size": 2.5}
+    settings = {
+        "latitude": 52,
+        "longitude": 13,
+        "weather": "clear-sky",
+        "suns": "days:2",
+        "patch_size": 2.5,
+    }
     settings |= {"samples": 1024, "shadow_samples": 64, "inverter": "pvwatts", "threads": 1}
     sums = []
     for cut in (False, True):
         faces = citypv.simulate(write_blocks(tmp_path / f"{cut}.obj", cut=cut), **settings).faces
-        wall = faces[(faces.building_id == "a") & (faces.surface_azimuth.round() == 180) & (faces.kind == "facade")]
+        wall = faces[
+            (faces.building_id == "a")
+            & (faces.surface_azimuth.round() == 180)
+            & (faces.kind == "facade")
+        ]
         assert len(wall) == 1 + cut and wall.area.sum() == pytest.approx(300)
         names = ["full_load_hours", "full_load_hours_dc", "poa_global_annual"]
         sums.append(wall[names].multiply(wall.area, axis=0).sum().to_numpy())
@@ -124,15 +164,31 @@ def test_a_wall_yields_the_same_in_one_polygon_and_cut_at_its_neighbour(tmp_path
 
 
 def test_a_wall_in_part_without_room_turns_its_light_into_the_same_power(tmp_path):
-    """A neighbour 0.1 m before 9 of 20 m of a wall: the load of its inverter is that of the wall cut in two there."""
-    settings = {"latitude": 52, "longitude": 13, "weather": "clear-sky", "suns": "days:2", "patch_size": 2.5}
+    """A neighbour 0.1 m before 9 of 20 m of a wall: the load of its inverter is that of the wall
+    cut in two there.
+    """
+    settings = {
+        "latitude": 52,
+        "longitude": 13,
+        "weather": "clear-sky",
+        "suns": "days:2",
+        "patch_size": 2.5,
+    }
     settings |= {"samples": 1024, "shadow_samples": 64, "inverter": "pvwatts", "threads": 1}
     per_light = []
     for cut in (False, True):
         city = write_blocks(tmp_path / f"{cut}.obj", cut=cut, gap=0.1)
         faces = citypv.simulate(city, **settings).faces
-        wall = faces[(faces.building_id == "a") & (faces.surface_azimuth.round() == 180) & (faces.module_area > 0)]
+        wall = faces[
+            (faces.building_id == "a")
+            & (faces.surface_azimuth.round() == 180)
+            & (faces.module_area > 0)
+        ]
         assert len(wall) == 1 and wall.module_area.item() == pytest.approx(165, rel=3e-3)
-        per_light.append((wall[["full_load_hours", "full_load_hours_dc"]] / wall.poa_global_annual.item()).to_numpy())
+        per_light.append(
+            (
+                wall[["full_load_hours", "full_load_hours_dc"]] / wall.poa_global_annual.item()
+            ).to_numpy()
+        )
     # Beside what falls in the gap, which the first wall's means hold, it was 1.7 and 3.1 % before.
     np.testing.assert_allclose(*per_light, rtol=2e-3)

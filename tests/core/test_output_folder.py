@@ -28,20 +28,30 @@ def test_a_second_run_into_the_same_new_folder_is_refused(tmp_path):
         command = [sys.executable, "-c", code, str(tmp_path / "out")]
         second = subprocess.run(command, capture_output=True, text=True, check=False)
         assert second.returncode == 1
-        assert "out: another run is writing to it; wait for it to end, or choose another --out" in second.stderr
+        assert (
+            "out: another run is writing to it; wait for it to end, or choose another --out"
+            in second.stderr
+        )
     assert [file.name for file in (tmp_path / "out").iterdir()] == ["faces.csv"]
     assert (tmp_path / "out" / "faces.csv").read_text() == "first"
     assert [file.name for file in tmp_path.iterdir()] == ["out"]
 
 
 def test_a_folder_that_the_system_does_not_allow_is_refused(tmp_path):
-    """A name longer than the 255 bytes that file systems take; access rights do not stop the user root."""
-    with pytest.raises(InputError, match=r"cannot be used \(.+\); choose another --out"), whole_folder(tmp_path / OVER):
+    """A name longer than the 255 bytes that file systems take; access rights do not stop the user
+    root.
+    """
+    with (
+        pytest.raises(InputError, match=r"cannot be used \(.+\); choose another --out"),
+        whole_folder(tmp_path / OVER),
+    ):
         pass
     longest = tmp_path / "new" / ("ü" * 127)
     with whole_folder(longest) as work:
         (work / "faces.csv").write_text("whole")
-    assert [path.name for path in longest.iterdir()] == ["faces.csv"] and len(list(longest.parent.iterdir())) == 1
+    assert [path.name for path in longest.iterdir()] == ["faces.csv"] and len(
+        list(longest.parent.iterdir())
+    ) == 1
 
 
 @POSIX
@@ -64,7 +74,10 @@ def test_what_a_killed_run_left_is_taken_over(tmp_path):
     for name in (LOCK, "faces.csv", "deep/file"):
         (left / name).write_text("left")
     with whole_folder(tmp_path / "out") as work:
-        assert not list(work.iterdir()) and {file.name for file in left.iterdir()} == {LOCK, work.name}
+        assert not list(work.iterdir()) and {file.name for file in left.iterdir()} == {
+            LOCK,
+            work.name,
+        }
         (work / "groups.csv").write_text("new")
     assert [file.name for file in (tmp_path / "out").iterdir()] == ["groups.csv"]
     assert not left.exists()
@@ -87,7 +100,9 @@ def write_run(folder, word, names):
 
 
 def test_only_own_files_are_replaced_or_deleted(tmp_path):
-    """A page, notes and a folder of somebody else stay; what the earlier run wrote and this one does not, goes."""
+    """A page, notes and a folder of somebody else stay; what the earlier run wrote and this one
+    does not, goes.
+    """
     out = tmp_path / "out"
     with whole_folder(out) as work:
         write_run(work, "old", ("faces.csv", "preview.png"))
@@ -98,19 +113,30 @@ def test_only_own_files_are_replaced_or_deleted(tmp_path):
     with whole_folder(out, overwrite=True) as work:
         write_run(work, "new", ("faces.csv",))
     assert {name: (out / name).read_text() for name in foreign} == foreign
-    assert {path.name for path in out.iterdir()} == {"index.html", "notes.txt", "tiles", "faces.csv", "summary.json"}
+    assert {path.name for path in out.iterdir()} == {
+        "index.html",
+        "notes.txt",
+        "tiles",
+        "faces.csv",
+        "summary.json",
+    }
     assert (out / "faces.csv").read_text() == "new"
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
 def test_a_file_of_somebody_else_is_not_replaced(tmp_path):
-    """Without the results of a run beside it, a table is not ours, whatever its name; a page is not ours for a map."""
+    """Without the results of a run beside it, a table is not ours, whatever its name; a page is not
+    ours for a map.
+    """
     (tmp_path / "faces.csv").write_text("theirs")
     problem = "holds faces.csv without the results of a run of CityPV; move it away"
     with pytest.raises(InputError, match=problem), whole_folder(tmp_path, overwrite=True):
         pass
     (tmp_path / "faces.csv").rename(tmp_path / "index.html")
-    with pytest.raises(InputError, match=r"holds index\.html"), whole_folder(tmp_path, True, SITE_NAMES):
+    with (
+        pytest.raises(InputError, match=r"holds index\.html"),
+        whole_folder(tmp_path, True, SITE_NAMES),
+    ):
         pass
     assert (tmp_path / "index.html").read_text() == "theirs"
 
@@ -131,7 +157,9 @@ def test_of_a_map_only_its_own_files_go(tmp_path):
     write_map("new")
     there = {path.relative_to(out).as_posix() for path in out.rglob("*") if path.is_file()}
     assert there == {*listed, "page/logo.png", "robots.txt"}
-    assert (out / "tiles" / "1.glb").read_text() == "new" and (out / "page" / "logo.png").read_text() == "theirs"
+    assert (out / "tiles" / "1.glb").read_text() == "new" and (
+        out / "page" / "logo.png"
+    ).read_text() == "theirs"
 
 
 KILLED = """
@@ -161,7 +189,9 @@ print("done")
 @pytest.mark.slow
 @pytest.mark.once
 def test_an_overwrite_that_is_killed_leaves_the_old_or_the_new(tmp_path):
-    """Killed before each thing that it asks of the system while results are exchanged, until it ends by itself."""
+    """Killed before each thing that it asks of the system while results are exchanged, until it
+    ends by itself.
+    """
     seen, last = [], 0
     while not seen or seen[-1] != "done":
         last += 1
@@ -177,7 +207,9 @@ def test_an_overwrite_that_is_killed_leaves_the_old_or_the_new(tmp_path):
         names = {"old": ("faces.csv", "preview.png"), "new": ("faces.csv", "groups.csv")}[own]
         assert words == {"notes.txt": "mine"} | dict.fromkeys(names, own)
         seen.append("done" if ended.returncode == 0 else own)
-        with whole_folder(out, overwrite=True) as work:  # whatever was left does not stop the next run
+        with whole_folder(
+            out, overwrite=True
+        ) as work:  # whatever was left does not stop the next run
             write_run(work, "next", ("faces.csv",))
         assert {path.name for path in out.iterdir()} == {"notes.txt", "faces.csv", "summary.json"}
         assert [path.name for path in out.parent.iterdir()] == ["out"]
@@ -186,7 +218,9 @@ def test_an_overwrite_that_is_killed_leaves_the_old_or_the_new(tmp_path):
 
 @POSIX
 def test_where_folders_cannot_be_exchanged_the_next_run_finds_the_old(tmp_path):
-    """Of two renamings the second may not come: then the results before lie in the temporary folder."""
+    """Of two renamings the second may not come: then the results before lie in the temporary
+    folder.
+    """
     left = tmp_path / ".out.unfinished"
     (left / "old").mkdir(parents=True)
     (left / LOCK).write_text("")
@@ -198,10 +232,16 @@ def test_where_folders_cannot_be_exchanged_the_next_run_finds_the_old(tmp_path):
 
 @POSIX
 @pytest.mark.parametrize(
-    "limit", [30_000, *(pytest.param(limit, marks=pytest.mark.once) for limit in (0, 3_000, 100_000, 200_000))]
+    "limit",
+    [
+        30_000,
+        *(pytest.param(limit, marks=pytest.mark.once) for limit in (0, 3_000, 100_000, 200_000)),
+    ],
 )
 def test_a_disk_that_fills_while_netcdf_is_written_is_one_error(tmp_path, limit):
-    """Whichever write meets the end of the disk: one OSError that names the file, and nothing on the error stream."""
+    """Whichever write meets the end of the disk: one OSError that names the file, and nothing on
+    the error stream.
+    """
     code = (
         "import resource, signal, sys, numpy as np\n"
         f"sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
@@ -217,7 +257,9 @@ def test_a_disk_that_fills_while_netcdf_is_written_is_one_error(tmp_path, limit)
         "except OSError as error: raise SystemExit(f'{error.filename}: {error.strerror}')\n"
     )
     path = tmp_path / "transfer.nc"
-    run = subprocess.run([sys.executable, "-B", "-c", code, str(path)], capture_output=True, text=True, check=False)
+    run = subprocess.run(
+        [sys.executable, "-B", "-c", code, str(path)], capture_output=True, text=True, check=False
+    )
     assert run.returncode == 1
     assert len(run.stderr.strip().splitlines()) == 1, run.stderr
     assert run.stderr.startswith(f"{path}: ")

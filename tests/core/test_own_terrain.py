@@ -1,4 +1,6 @@
-"""Terrain that stands in the city's own file: read with the buildings, and the ground unless told otherwise."""
+"""Terrain that stands in the city's own file: read with the buildings, and the ground unless told
+otherwise.
+"""
 
 import gzip
 import re
@@ -38,7 +40,9 @@ def interpolate(points, places):
 
 
 def same_scene(one, other):
-    return np.array_equal(one.vertices, other.vertices) and np.array_equal(one.triangles, other.triangles)
+    return np.array_equal(one.vertices, other.vertices) and np.array_equal(
+        one.triangles, other.triangles
+    )
 
 
 @pytest.mark.parametrize("version", ["1.0", "2.0", "3.0"])
@@ -52,7 +56,9 @@ def test_relief_of_a_citygml_file_is_its_ground(tmp_path, version):
     assert len(only(city).triangles) == len(triangles)
     places = around()
     expected = interpolate(points, places)
-    assert measure_heights(city.terrain, places + ORIGIN[:2]) - UP == pytest.approx(expected, abs=1e-6)
+    assert measure_heights(city.terrain, places + ORIGIN[:2]) - UP == pytest.approx(
+        expected, abs=1e-6
+    )
     scene = build_scene(city)
     assert told(scene, f"Ground: terrain of the file: {len(triangles):,} triangles.")
     found = heights_of_scene(scene, places + ORIGIN[:2]) - UP
@@ -84,7 +90,9 @@ def test_relief_can_be_left_out(tmp_path, ground):
     bare = read_city(write_gml(tmp_path / "bare.gml", HOUSES))
     scene = build_scene(own, ground=ground)
     assert same_scene(scene, build_scene(bare, ground=ground))
-    assert told(scene, f"Terrain of the file: {len(triangles):,} triangles, left out (--ground {ground}).")
+    assert told(
+        scene, f"Terrain of the file: {len(triangles):,} triangles, left out (--ground {ground})."
+    )
     with pytest.raises(InputError, match="--ground"):
         build_scene(own, ground="sea")
 
@@ -98,7 +106,10 @@ def test_relief_with_holes_under_buildings(tmp_path, margin):
     places = np.concatenate([inner, outer])
     points = np.column_stack([places, 0.1 * places[:, 0] - 0.05 * places[:, 1]])
     k = np.arange(4)
-    ring = [np.column_stack([k, k + 4, (k + 1) % 4 + 4]), np.column_stack([k, (k + 1) % 4 + 4, (k + 1) % 4])]
+    ring = [
+        np.column_stack([k, k + 4, (k + 1) % 4 + 4]),
+        np.column_stack([k, (k + 1) % 4 + 4, (k + 1) % 4]),
+    ]
     text = relief(points, np.concatenate(ring))
     one = HOUSES[: HOUSES.index("</cityObjectMember>") + len("</cityObjectMember>")]
     scene = build_scene(read_city(write_gml(tmp_path / "city.gml", one, text)))
@@ -114,7 +125,10 @@ def test_relief_with_holes_under_buildings(tmp_path, margin):
 def test_relief_of_another_place_is_left_out(tmp_path):
     points, triangles = tin()
     bare = build_scene(read_city(write_gml(tmp_path / "bare.gml", HOUSES)))
-    for away in ((5000.0, 0.0), (195.0, 0.0)):  # 15 m between the relief's edge and the nearest wall
+    for away in (
+        (5000.0, 0.0),
+        (195.0, 0.0),
+    ):  # 15 m between the relief's edge and the nearest wall
         text = relief(points, triangles, move=ORIGIN + np.array([*away, 0.0]))
         scene = build_scene(read_city(write_gml(tmp_path / "own.gml", HOUSES, text)))
         assert same_scene(scene, bare)
@@ -125,9 +139,13 @@ def test_relief_of_another_place_is_left_out(tmp_path):
 def test_relief_of_a_part_is_followed_by_the_feet(tmp_path):
     """Beyond the relief the ground runs through the feet, and at the zero level of the relief."""
     points, triangles = tin(high=(16.0, 15.0), height=lambda x, y: 0 * x + 0.5)
-    far = re.sub(r"<gml:posList>([^<]*)<", lambda m: f"<gml:posList>{_shift(m[1], 100, 0, 6)}<", HOUSES)
+    far = re.sub(
+        r"<gml:posList>([^<]*)<", lambda m: f"<gml:posList>{_shift(m[1], 100, 0, 6)}<", HOUSES
+    )
     far = far.replace('"a', '"d').replace('"b', '"e').replace('"c', '"f')
-    scene = build_scene(read_city(write_gml(tmp_path / "city.gml", HOUSES, far, relief(points, triangles))))
+    scene = build_scene(
+        read_city(write_gml(tmp_path / "city.gml", HOUSES, far, relief(points, triangles)))
+    )
     assert told(scene, "follow the buildings' feet")
     near, beyond = (-3.0, 5.0), (106.0, -0.1)
     found = heights_of_scene(scene, np.array([near, beyond]) + ORIGIN[:2]) - UP
@@ -147,21 +165,33 @@ def test_relief_in_another_system(tmp_path, where):
     there = np.column_stack([*turn.transform(*(points[:, :2] + ORIGIN[:2]).T), points[:, 2] + UP])
     code = "urn:ogc:def:crs:EPSG::25832"
     corner = "<gml:lowerCorner>0 0 0</gml:lowerCorner>"
-    bounds = f'<gml:boundedBy><gml:Envelope srsName="{code}">{corner}</gml:Envelope></gml:boundedBy>'
+    bounds = (
+        f'<gml:boundedBy><gml:Envelope srsName="{code}">{corner}</gml:Envelope></gml:boundedBy>'
+    )
     given = {where: code if where == "srs_name" else bounds}
-    city = read_city(write_gml(tmp_path / "city.gml", relief(there, triangles, move=np.zeros(3), **given), HOUSES))
+    city = read_city(
+        write_gml(
+            tmp_path / "city.gml", relief(there, triangles, move=np.zeros(3), **given), HOUSES
+        )
+    )
     assert city.crs == "EPSG:25833"
     expected = interpolate(points, around())
-    assert measure_heights(city.terrain, around() + ORIGIN[:2]) - UP == pytest.approx(expected, abs=1e-4)
+    assert measure_heights(city.terrain, around() + ORIGIN[:2]) - UP == pytest.approx(
+        expected, abs=1e-4
+    )
 
 
 def test_relief_in_degrees(tmp_path):
-    """Latitude first, as PLATEAU writes: the relief lies under the houses whatever plane is chosen for them."""
+    """Latitude first, as PLATEAU writes: the relief lies under the houses whatever plane is chosen
+    for them.
+    """
     points, triangles = tin()
     back = pyproj.Transformer.from_crs(6677, 6668, always_xy=True)
 
     def to_degrees(numbers):
-        east, north = back.transform(numbers[:, 0] - 14_000.0 - EAST, numbers[:, 1] - 88_000.0 - NORTH)
+        east, north = back.transform(
+            numbers[:, 0] - 14_000.0 - EAST, numbers[:, 1] - 88_000.0 - NORTH
+        )
         return np.column_stack([north, east, numbers[:, 2]])
 
     def rewrite(match):
@@ -174,20 +204,31 @@ def test_relief_in_degrees(tmp_path):
     city = read_city(write_gml(tmp_path / "city.gml", houses, text, head=head))
     scene = build_scene(city)
     assert told(scene, "Ground: terrain of the file")
-    # Houses and relief keep their places to each other: corners of house a are at known heights of the relief.
+    # Houses and relief keep their places to each other: corners of house a are at known heights of
+    # the relief.
     corner = city.rings(city.surface_id.index("a_ground"))[0]
     expected = interpolate(points, [[0, 0], [0, 10], [12, 10], [12, 0]])
-    assert np.sort(measure_heights(city.terrain, corner[:, :2]) - UP) == pytest.approx(np.sort(expected), abs=1e-3)
+    assert np.sort(measure_heights(city.terrain, corner[:, :2]) - UP) == pytest.approx(
+        np.sort(expected), abs=1e-3
+    )
 
 
 def test_the_finest_level_of_detail_counts(tmp_path):
-    coarse, fine = tin(step=40.0), tin((-20.0, -20.0), (45.0, 45.0), step=6.0, height=lambda x, y: hill(x, y) + 3)
+    coarse, fine = (
+        tin(step=40.0),
+        tin((-20.0, -20.0), (45.0, 45.0), step=6.0, height=lambda x, y: hill(x, y) + 3),
+    )
     members = relief(*coarse, lod="1"), HOUSES, relief(*fine, lod="2")
     city = read_city(write_gml(tmp_path / "city.gml", *members))
     assert [len(layer.triangles) for layer in city.terrain.layers] == [len(fine[1]), len(coarse[1])]
     places = np.array([[5.0, -2.0], [-100.0, 20.0]])
-    expected = [interpolate(points, place)[0] for (points, _), place in zip((fine, coarse), places, strict=True)]
-    assert measure_heights(city.terrain, places + ORIGIN[:2]) - UP == pytest.approx(expected, abs=1e-6)
+    expected = [
+        interpolate(points, place)[0]
+        for (points, _), place in zip((fine, coarse), places, strict=True)
+    ]
+    assert measure_heights(city.terrain, places + ORIGIN[:2]) - UP == pytest.approx(
+        expected, abs=1e-6
+    )
 
 
 def test_tiles_join(tmp_path):
@@ -202,16 +243,26 @@ def test_tiles_join(tmp_path):
     city = read_city(folder)
     assert len(only(city).triangles) == len(triangles)
     places = around() + ORIGIN[:2]
-    assert measure_heights(city.terrain, places) == pytest.approx(measure_heights(whole.terrain, places), abs=1e-9)
+    assert measure_heights(city.terrain, places) == pytest.approx(
+        measure_heights(whole.terrain, places), abs=1e-9
+    )
 
 
 def test_triangles_of_a_building_stay_its_own(tmp_path):
-    """Of a triangulated roof nothing is lost to the terrain, wherever the relief stands in the file."""
+    """Of a triangulated roof nothing is lost to the terrain, wherever the relief stands in the
+    file.
+    """
     points, triangles = tin(step=60.0)
     box = f"{EAST + 40:.1f} {NORTH:.1f} {UP:.1f}", f"{EAST + 44:.1f} {NORTH:.1f} {UP:.1f}"
     corner = f"{EAST + 40:.1f} {NORTH:.1f} {UP + 5:.1f}"
-    patches = wrap(triangle(f"{box[0]} {box[1]} {corner} {box[0]}"), "gml:TriangulatedSurface", "gml:trianglePatches")
-    shed = building(wrap(members(patches), "bldg:lod2MultiSurface", "gml:MultiSurface"), name="shed")
+    patches = wrap(
+        triangle(f"{box[0]} {box[1]} {corner} {box[0]}"),
+        "gml:TriangulatedSurface",
+        "gml:trianglePatches",
+    )
+    shed = building(
+        wrap(members(patches), "bldg:lod2MultiSurface", "gml:MultiSurface"), name="shed"
+    )
     city = read_city(write_gml(tmp_path / "city.gml", HOUSES, relief(points, triangles), shed))
     assert len(city) == 22
     assert city.building_id[-1] == "shed"
@@ -235,11 +286,19 @@ def test_what_cannot_be_used_is_named(tmp_path):
     broken = text[:second] + "<gml:posList>1 2 x" + text[text.index("</gml:posList>", second) :]
     broken = broken[:first] + "<gml:posList>1 2 3" + broken[broken.index("</gml:posList>", first) :]
     raster = (
-        '<cityObjectMember><dem:ReliefFeature xmlns:dem="d"><dem:RasterRelief/></dem:ReliefFeature></cityObjectMember>'
+        "<cityObjectMember><dem:ReliefFeature "
+        'xmlns:dem="d"><dem:RasterRelief/></dem:ReliefFeature></cityObjectMember>'
     )
     city = read_city(write_gml(tmp_path / "city.gml", broken, raster, HOUSES))
     assert len(only(city).triangles) == len(triangles) - 2
-    assert sum(len(names) for reason, names in city.report.skipped.items() if "not a triangle" in reason) == 2
+    assert (
+        sum(
+            len(names)
+            for reason, names in city.report.skipped.items()
+            if "not a triangle" in reason
+        )
+        == 2
+    )
     assert city.report.notes == ["1 ReliefFeature left out: no triangles."]
     with pytest.raises(InputError, match=r"contains no buildings.*--terrain") as caught:
         read_city(write_gml(tmp_path / "only.gml", text))
@@ -253,7 +312,9 @@ HAGUE = Path(__file__).parents[1] / "data" / "citygml" / "denhaag_cut_with_relie
 
 @pytest.mark.once
 def test_eight_houses_of_the_hague():
-    """Heights of the real TIN at random places, by barycentric coordinates of the text's own triangles."""
+    """Heights of the real TIN at random places, by barycentric coordinates of the text's own
+    triangles.
+    """
     text = gzip.decompress(HAGUE.read_bytes()).decode("utf-8")
     tags = re.findall(r"<gml:Triangle>.*?<gml:posList[^>]*>([^<]*)<", text, re.DOTALL)
     corners = np.array([np.array(tag.split(), float).reshape(4, 3)[:3] for tag in tags])
@@ -261,7 +322,9 @@ def test_eight_houses_of_the_hague():
     assert city.report.building_count == text.count("<bldg:Building ") == 8
     assert len(only(city).triangles) == len(corners) == 719
     rng = np.random.default_rng(5)
-    size = 0.5 * np.linalg.norm(np.cross(*(corners[:, 1:] - corners[:, :1]).transpose(1, 0, 2))[:, 2:], axis=1)
+    size = 0.5 * np.linalg.norm(
+        np.cross(*(corners[:, 1:] - corners[:, :1]).transpose(1, 0, 2))[:, 2:], axis=1
+    )
     chosen = rng.choice(np.flatnonzero(size > 0.5), 300)
     share = rng.dirichlet([1.0, 1.0, 1.0], 300)
     places = (share[:, :, None] * corners[chosen]).sum(axis=1)

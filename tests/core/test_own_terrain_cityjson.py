@@ -15,7 +15,10 @@ from citypv.core.settings.errors import InputError
 
 def cube_on_relief(boundaries, vertices, **more):
     surface = {"type": "CompositeSurface", "lod": "2", "boundaries": boundaries}
-    return {"cube": house(solid()), "tin": {"type": "TINRelief", "geometry": [surface], **more}}, [*CUBE, *vertices]
+    return {"cube": house(solid()), "tin": {"type": "TINRelief", "geometry": [surface], **more}}, [
+        *CUBE,
+        *vertices,
+    ]
 
 
 @pytest.mark.parametrize("sequence", [False, True])
@@ -46,8 +49,13 @@ def test_relief_of_cityjson(tmp_path, sequence, quad):
 
 
 def test_relief_of_cityjson_that_cannot_be_used(tmp_path):
-    objects, vertices = cube_on_relief([[[8, 9]], [[8, 9, 99]], [[8, 9, 10]]], [[-9, -9, 0], [9, -9, 0], [9, 9, 0]])
-    objects["points"] = {"type": "TINRelief", "geometry": [{"type": "MultiPoint", "lod": "1", "boundaries": [8]}]}
+    objects, vertices = cube_on_relief(
+        [[[8, 9]], [[8, 9, 99]], [[8, 9, 10]]], [[-9, -9, 0], [9, -9, 0], [9, 9, 0]]
+    )
+    objects["points"] = {
+        "type": "TINRelief",
+        "geometry": [{"type": "MultiPoint", "lod": "1", "boundaries": [8]}],
+    }
     (tmp_path / "city.json").write_text(json.dumps(model(objects, vertices)), encoding="utf-8")
     city = read_city(tmp_path / "city.json")
     assert len(only(city).triangles) == 1

@@ -33,7 +33,8 @@ def some_results(count=4, seed=0, **columns):
     low, high = np.zeros((count, 3)), rng.uniform(4, 30, (count, 3))
     low[:, 0], low[:, 1] = 40 * (np.arange(count) // 100), 40 * (np.arange(count) % 100)
     a, b, c, d, e, f, g, h = (
-        np.where(np.array([k & 1, k & 2, k & 4]) > 0, low + high, low) for k in (0, 1, 3, 2, 4, 5, 7, 6)
+        np.where(np.array([k & 1, k & 2, k & 4]) > 0, low + high, low)
+        for k in (0, 1, 3, 2, 4, 5, 7, 6)
     )
     rings = [(a, b, f, e), (b, c, g, f), (c, d, h, g), (d, a, e, h), (e, f, g, h), (a, d, c, b)]
     points = np.stack([np.stack(ring, axis=1) for ring in rings], axis=1).reshape(-1, 3)
@@ -55,10 +56,14 @@ def some_results(count=4, seed=0, **columns):
         "sky_view_factor": rng.uniform(0, 1, size).round(6),
     }
     faces["module_area"] = faces["open_area"] * np.array(([0.5] * 4 + [1.0] * 2) * count)
-    outlines = Outlines(points.astype(np.float32), np.arange(0, 4 * size + 1, 4, np.int32), np.arange(size + 1))
+    outlines = Outlines(
+        points.astype(np.float32), np.arange(0, 4 * size + 1, 4, np.int32), np.arange(size + 1)
+    )
     groups = pd.DataFrame(columns=["kind", "orientation", "period", "index", "full_load_hours"])
     months = rng.uniform(0, 150, (size, 12)).astype(np.float32)
-    return Results("R", pd.DataFrame(faces | columns), groups, SUMMARY, None, None, None, outlines, months)
+    return Results(
+        "R", pd.DataFrame(faces | columns), groups, SUMMARY, None, None, None, outlines, months
+    )
 
 
 def unpack(text):
@@ -68,7 +73,9 @@ def unpack(text):
     found, place = json.loads(data[4 : 4 + size]), 4 + size
     for entry in found["arrays"]:
         count = entry["count"]
-        number = np.frombuffer(data[place : place + 4 * count], np.uint8).reshape(4, count).T.tobytes()
+        number = (
+            np.frombuffer(data[place : place + 4 * count], np.uint8).reshape(4, count).T.tobytes()
+        )
         values = np.frombuffer(number, "<i4" if entry["whole"] else "<f4")
         found[entry["name"]] = np.cumsum(values) if entry["whole"] else values
         place += 4 * count
@@ -89,9 +96,14 @@ def test_numbers_come_out_as_they_are_in_the_tables():
         one = faces.iloc[row]
         assert city["counted"][row] == pytest.approx(one.open_area)
         assert city["kwp"][row] == pytest.approx(usable * one.open_area / 5)
-        for name, column in (("hours", "full_load_hours"), ("error", "full_load_hours_standard_error")):
+        for name, column in (
+            ("hours", "full_load_hours"),
+            ("error", "full_load_hours_standard_error"),
+        ):
             assert city[name][row] * one.open_area == pytest.approx(one[column] * one.area)
-        assert city["month_02"][row] * one.open_area == pytest.approx(results.months[row, 1] * one.area)
+        assert city["month_02"][row] * one.open_area == pytest.approx(
+            results.months[row, 1] * one.area
+        )
     assert city["kwp"][floor] == city["counted"][floor] == 0 and np.isnan(city["month_02"][floor])
     assert [city["reasons"][city["reason"][row]] for row in (wall, floor)] == ["", "it is ground"]
     assert city["reason"][roof] == 1
@@ -101,7 +113,9 @@ def test_the_area_of_modules_is_that_of_the_table_where_there_is_one():
     results = some_results(module_area=np.arange(24.0))
     assert unpack(pack_city(results))["kwp"][:4] == pytest.approx(np.arange(4) / 5)
     count_all = replace(results, summary=SUMMARY | {"settings": {"hidden_walls": "count"}})
-    assert unpack(pack_city(count_all))["hours"][0] == np.float32(results.faces["full_load_hours"][0])
+    assert unpack(pack_city(count_all))["hours"][0] == np.float32(
+        results.faces["full_load_hours"][0]
+    )
 
 
 @pytest.mark.parametrize(
@@ -126,25 +140,35 @@ def test_what_does_not_count_says_why(reason, column, value):
 
 def test_a_change_has_zero_in_the_middle():
     results, rng = some_results(20), np.random.default_rng(2)
-    names = pd.concat([results.faces["building_id"], results.faces["building_id"].iloc[:1]])  # the last is gone
+    names = pd.concat(
+        [results.faces["building_id"], results.faces["building_id"].iloc[:1]]
+    )  # the last is gone
     hours, energy = rng.normal(0, 50, (2, 121))
-    change = pd.DataFrame({"building_id": names.to_numpy(), "full_load_hours_change": hours, "mwh_change": energy})
+    change = pd.DataFrame(
+        {"building_id": names.to_numpy(), "full_load_hours_change": hours, "mwh_change": energy}
+    )
     change[["full_load_hours_change_standard_error", "mwh_change_standard_error"]] = 1.0
     change.loc[0, "full_load_hours_change"] = np.nan  # new
     city = unpack(pack_city(results, change))
     change["place"] = [city["buildings"].index(name) for name in names]
     sums = [change["mwh_change"][change["place"] == place].sum() for place in range(20)]
     assert city["building_change"] == pytest.approx(sums, rel=1e-5)
-    assert city["building_change_error"][change["place"][0]] == pytest.approx(7**0.5)  # six of it, and the one gone
+    assert city["building_change_error"][change["place"][0]] == pytest.approx(
+        7**0.5
+    )  # six of it, and the one gone
     change = change.iloc[:120]
     layer = city["layers"][0]
     assert layer["name"] == "change" and layer["range"][0] == -layer["range"][1] < -100
     assert layer["stops"][8] == "#ebebeb"  # of the middle
-    assert city["change"] == pytest.approx(change["full_load_hours_change"].to_numpy(np.float32), nan_ok=True)
+    assert city["change"] == pytest.approx(
+        change["full_load_hours_change"].to_numpy(np.float32), nan_ok=True
+    )
 
 
 def test_triangles_cover_the_surfaces_and_the_ground_lies_below():
-    """A square with a hole: 16 - 4 m² by shapely; surfaces without rings, as behind old files, have no triangles."""
+    """A square with a hole: 16 - 4 m² by shapely; surfaces without rings, as behind old files, have
+    no triangles.
+    """
     square = np.array([[0, 0, 5], [4, 0, 5], [4, 4, 5], [0, 4, 5]], np.float32)
     points = np.concatenate([square, square[::-1] / 2 + [1, 1, 2.5]])
     outlines = Outlines(points, np.array([0, 4, 8]), np.array([0, 0, 2]))
@@ -176,7 +200,10 @@ def test_the_size_of_a_large_city():
     assert len(pack_city(some_results(1667))) < 1_500_000
     parts = ("three.js", "viewer.js", "report.js", "viewer.css")
     assert sum(len((WEB / name).read_bytes()) for name in parts) < 600_000
-    assert sum(len((WEB / name).read_bytes()) for name in ("viewer.js", "report.js", "map.js")) < 40_000
+    assert (
+        sum(len((WEB / name).read_bytes()) for name in ("viewer.js", "report.js", "map.js"))
+        < 40_000
+    )
 
 
 def test_the_bundle_is_what_its_notes_say():
@@ -187,4 +214,7 @@ def test_the_bundle_is_what_its_notes_say():
         assert not re.search(rb"\beval\(|new Function", code)
     licence = notes[notes.index("The MIT License") :].strip()
     assert licence in code.decode("ascii")
-    assert not re.search(r"</script|<!--|\beval\(|new Function|\bfetch\(|XMLHttpRequest|import\(", code.decode("ascii"))
+    assert not re.search(
+        r"</script|<!--|\beval\(|new Function|\bfetch\(|XMLHttpRequest|import\(",
+        code.decode("ascii"),
+    )

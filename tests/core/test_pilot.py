@@ -29,14 +29,18 @@ def pilot(city):
 
 
 def test_patches_are_those_that_a_run_with_more_rays_traces(city, pilot):
-    rays = trace_scene(city.scene, city.weather, replace(city.request, samples=1024, suns="days:2")).record
+    rays = trace_scene(
+        city.scene, city.weather, replace(city.request, samples=1024, suns="days:2")
+    ).record
     counts = count_patches(city.prepared.patches, city.prepared.plan, rays.hemisphere_rays, 1024)
     assert pilot.run.counts == pytest.approx(counts, rel=0.1)
     assert len(pilot.errors.rows) == city.scene.surfaces.eligible.sum()
 
 
 def test_seconds_follow_the_formula(pilot):
-    """Those of the run for its own settings; its suns take as much longer as there are more, patches of both parts."""
+    """Those of the run for its own settings; its suns take as much longer as there are more,
+    patches of both parts.
+    """
     own, (before, suns) = pilot.run, pilot.run.seconds
     assert own.predict_seconds(replace(own, seconds=())) == pytest.approx(before + suns)
     assert own.predict_seconds(replace(own, suns=3 * own.suns)) == pytest.approx(before + 3 * suns)
@@ -54,5 +58,7 @@ def test_finer_patches_are_counted_before_they_are_made(size, city, pilot):
     found = priced.pieces(size)
     own = city.prepared.scene.triangle_surface >= 0
     path = city.scene.report.files[0]
-    scene = prepare_scene(read_scene([path], replace(city.request, patch_size=size)), city.request).scene
+    scene = prepare_scene(
+        read_scene([path], replace(city.request, patch_size=size)), city.request
+    ).scene
     assert found[own].sum() == pytest.approx((scene.triangle_surface >= 0).sum(), rel=1 / 3)

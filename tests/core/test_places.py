@@ -1,4 +1,6 @@
-"""Far from an edit of the city all stays as it was: triangles, keys of random numbers, ray origins, ground."""
+"""Far from an edit of the city all stays as it was: triangles, keys of random numbers, ray origins,
+ground.
+"""
 
 from pathlib import Path
 
@@ -17,17 +19,29 @@ FAR = 150.0  # [m] from the edit in plan
 
 
 def describe(scene):
-    """Middles in plan, (t, 2), and for each triangle all that its rays follow from: corners, key, offset and kind."""
+    """Middles in plan, (t, 2), and for each triangle all that its rays follow from: corners, key,
+    offset and kind.
+    """
     patches = patches_of_scene(scene, np.full(len(scene.triangles), 0.2), seed=3)
     corners = scene.vertices[scene.triangles]
-    bits = [corners.reshape(len(corners), -1).view(np.uint64), patches.key[:, None], patches.place_key[:, None]]
-    bits += [patches.offset.view(np.uint32)[:, None], patches.receives[:, None], (scene.triangle_surface < 0)[:, None]]
-    return corners[:, :, :2].mean(axis=1), np.concatenate([np.asarray(one, np.uint64) for one in bits], axis=1)
+    bits = [
+        corners.reshape(len(corners), -1).view(np.uint64),
+        patches.key[:, None],
+        patches.place_key[:, None],
+    ]
+    bits += [
+        patches.offset.view(np.uint32)[:, None],
+        patches.receives[:, None],
+        (scene.triangle_surface < 0)[:, None],
+    ]
+    return corners[:, :, :2].mean(axis=1), np.concatenate(
+        [np.asarray(one, np.uint64) for one in bits], axis=1
+    )
 
 
 def differ(one, other, middle, far):
-    """How many triangles further than so far from a place only one of two scenes has, or in another order, and how many
-    both have."""
+    """How many triangles further than so far from a place only one of two scenes has, or in another
+    order, and how many both have."""
     kept = [bits[np.hypot(*(places - middle).T) > far] for places, bits in (one, other)]
     if kept[0].shape == kept[1].shape and (kept[0] == kept[1]).all():
         return 0, len(kept[0])
@@ -43,10 +57,14 @@ def berlin():
 
 
 def building_near(city, place):
-    """Id of the building whose middle is nearest to a place of the grid, (2,) [m], and that middle, (3,) [m]."""
+    """Id of the building whose middle is nearest to a place of the grid, (2,) [m], and that middle,
+    (3,) [m].
+    """
     names = np.array(city.building_id)
     middles = {
-        name: np.concatenate([city.rings(row)[0] for row in np.flatnonzero(names == name)]).mean(axis=0)
+        name: np.concatenate([city.rings(row)[0] for row in np.flatnonzero(names == name)]).mean(
+            axis=0
+        )
         for name in dict.fromkeys(city.building_id)
     }
     found = min(middles, key=lambda name: np.hypot(*(middles[name][:2] - place)))
@@ -70,7 +88,9 @@ def test_far_from_an_edit_of_berlin_nothing_changes(berlin, edit):
 
 
 def test_polygons_without_names_are_told_by_where_they_are():
-    """The reader calls them after their building and a number; another order changes no random number."""
+    """The reader calls them after their building and a number; another order changes no random
+    number.
+    """
     polygons = [*box("a", 0, 0, 10, 10, 0, 6), *box("a", 30, 5, 10, 8, 0, 9)]
     keys = []
     for order in (np.arange(12), np.arange(12)[::-1]):
@@ -85,9 +105,16 @@ def test_polygons_without_names_are_told_by_where_they_are():
 
 @pytest.mark.parametrize("swapped", [False, True])
 def test_of_faces_in_one_place_the_first_counts(swapped):
-    """Two roofs drawn in one place, both facing up: rays from above meet the first, whatever the tracer finds."""
-    square = [[(0, 0, 5), (9, 0, 5), (9, 9, 5), (0, 9, 5)], [(1, 1, 5), (8, 1, 5), (8, 8, 5), (1, 8, 5)]]
-    scene = build_scene(make_city([("a", "", [ring]) for ring in square[:: -1 if swapped else 1]]), ground="none")
+    """Two roofs drawn in one place, both facing up: rays from above meet the first, whatever the
+    tracer finds.
+    """
+    square = [
+        [(0, 0, 5), (9, 0, 5), (9, 9, 5), (0, 9, 5)],
+        [(1, 1, 5), (8, 1, 5), (8, 8, 5), (1, 8, 5)],
+    ]
+    scene = build_scene(
+        make_city([("a", "", [ring]) for ring in square[:: -1 if swapped else 1]]), ground="none"
+    )
     patches = patches_of_scene(scene, np.full(len(scene.triangles), 0.2), seed=3)
     places = np.random.default_rng(0).uniform(-3.4, 3.4, (500, 2))
     origins = np.column_stack([places, np.full(500, 4.0)]).astype(np.float32)

@@ -1,4 +1,6 @@
-"""report.html: it opens by itself, and shows the numbers of the files beside it; spoilt files end in one line."""
+"""report.html: it opens by itself, and shows the numbers of the files beside it; spoilt files end
+in one line.
+"""
 
 import base64
 import json
@@ -33,7 +35,9 @@ class Page:
     def __init__(self, text):
         parser = html.HTMLParser(encoding="utf-8")
         tree = html.document_fromstring(text.encode(), parser=parser)
-        assert {error.type for error in parser.error_log} <= {etree.ErrorTypes.HTML_UNKNOWN_TAG}  # those of HTML 5
+        assert {error.type for error in parser.error_log} <= {
+            etree.ErrorTypes.HTML_UNKNOWN_TAG
+        }  # those of HTML 5
         assert not tree.xpath("//link | //iframe | //object | //@*[starts-with(name(), 'on')]")
         self.references = tree.xpath("//@src | //@href | //@srcset | //@data | //@action")
         self.figures = tree.xpath("//figure/@id")
@@ -80,7 +84,12 @@ def test_the_report_opens_by_itself(folder, page):
         assert "<!DOCTYPE" not in text and "@import" not in text
         targets = re.findall(r'(?:href|src)="([^"]*)"', text) + re.findall(r"url\(([^)]*)\)", text)
         assert all(target.startswith("#") for target in targets)
-    style = (folder / "report.html").read_text(encoding="utf-8").partition("<style>")[2].partition("</style>")[0]
+    style = (
+        (folder / "report.html")
+        .read_text(encoding="utf-8")
+        .partition("<style>")[2]
+        .partition("</style>")[0]
+    )
     assert "url(" not in style and "@import" not in style
 
 
@@ -103,7 +112,9 @@ def test_the_tables_are_those_of_the_files(folder, page):
         assert float(row[4]) == pytest.approx(one["full_load_hours"], abs=0.05)
         assert float(row[5]) == pytest.approx(one["full_load_hours_standard_error"], rel=0.06)
     months = next(rows for rows in page.tables if rows[0] == ["Pitched roofs", "north", "south"])
-    june = groups[(groups["kind"] == "roof") & (groups["period"] == "month") & (groups["index"] == 6)]
+    june = groups[
+        (groups["kind"] == "roof") & (groups["period"] == "month") & (groups["index"] == 6)
+    ]
     assert months[6] == ["Jun", *(f"{value:.1f}" for value in june["full_load_hours"])]
     totals = json.loads((folder / "summary.json").read_text(encoding="utf-8"))["totals"]
     first = next(rows for rows in page.tables if "Nominal power [kWp]" in rows[0])[1]
@@ -125,7 +136,9 @@ def test_the_lines_are_those_of_groups_csv(folder, results, period, shift):
             assert line.get_ydata() == pytest.approx(rows["full_load_hours"].to_numpy(), rel=1e-12)
             assert line.get_xdata() == pytest.approx(rows["index"].to_numpy() + shift, rel=1e-12)
             annual = groups.query("kind == @kind and orientation == @side and period == 'annual'")
-            assert line.get_ydata().sum() == pytest.approx(annual["full_load_hours"].item(), rel=1e-4)
+            assert line.get_ydata().sum() == pytest.approx(
+                annual["full_load_hours"].item(), rel=1e-4
+            )
 
 
 def test_histograms_hold_the_area_and_hours_of_the_groups(folder, results):
@@ -138,9 +151,13 @@ def test_histograms_hold_the_area_and_hours_of_the_groups(folder, results):
         assert areas[kind].sum() == pytest.approx(rows["area"].sum(), rel=1e-4)
         own = mounted[mounted["kind"] == kind]
         mean = np.average(rows["full_load_hours"], weights=rows["area"])
-        assert np.average(own["full_load_hours"], weights=own["area"]) == pytest.approx(mean, rel=1e-4)
+        assert np.average(own["full_load_hours"], weights=own["area"]) == pytest.approx(
+            mean, rel=1e-4
+        )
         width = edges[1] - edges[0]
-        assert (edges[:-1] + width / 2) @ areas[kind] / areas[kind].sum() == pytest.approx(mean, abs=width / 2)
+        assert (edges[:-1] + width / 2) @ areas[kind] / areas[kind].sum() == pytest.approx(
+            mean, abs=width / 2
+        )
     bars = [patch.get_height() for patch in draw_histograms(results.faces).axes[0].patches]
     assert bars == pytest.approx(areas["facade"].tolist())
 
@@ -156,11 +173,15 @@ def test_the_traced_suns_are_drawn_where_they_stand(folder, results):
 
 
 def test_the_plan_has_the_shapes_of_the_city(results):
-    """Areas seen from above are area · cos(tilt), by shapely; a wall's line is as long as the house, and along it."""
+    """Areas seen from above are area · cos(tilt), by shapely; a wall's line is as long as the
+    house, and along it.
+    """
     faces, outlines = results.faces, results.outlines
     for row, one in faces.iterrows():
         seen = shapely.Polygon(outlines.rings(row)[0][:, :2]).area
-        assert seen == pytest.approx(abs(one["area"] * np.cos(np.radians(one["surface_tilt"]))), rel=1e-3, abs=0.05)
+        assert seen == pytest.approx(
+            abs(one["area"] * np.cos(np.radians(one["surface_tilt"]))), rel=1e-3, abs=0.05
+        )
     row = faces.index[faces["surface_id"] == "a_south"][0]
     ends = plan.facade_line(outlines, row, faces["surface_azimuth"][row])
     along = ends[1] - ends[0]
@@ -188,7 +209,20 @@ def test_holes_stay_free():
 
 def test_yield_keeps_the_shapes(folder, tmp_path):
     out = tmp_path / "again"
-    assert main(["yield", str(folder / "transfer.nc"), "--weather", "clear-sky", "--out", str(out), "--quiet"]) == 0
+    assert (
+        main(
+            [
+                "yield",
+                str(folder / "transfer.nc"),
+                "--weather",
+                "clear-sky",
+                "--out",
+                str(out),
+                "--quiet",
+            ]
+        )
+        == 0
+    )
     assert main(["plot", str(out), "--quiet"]) == 0
     page = Page((out / "report.html").read_text(encoding="utf-8"))
     assert set(page.figures) == FIGURES
@@ -204,12 +238,20 @@ def test_a_folder_of_an_earlier_version_is_refused_with_the_cure(folder, tmp_pat
     del summary["totals"]["kinds"]
     (old / "summary.json").write_text(json.dumps(summary), encoding="utf-8")
     said = refused("plot", old)
-    assert "has no totals.kinds" in said and "compute the folder again, by citypv simulate or citypv yield" in said
+    assert (
+        "has no totals.kinds" in said
+        and "compute the folder again, by citypv simulate or citypv yield" in said
+    )
 
 
 def test_without_shapes_there_is_no_plan_and_that_is_said(folder, tmp_path):
-    write_transfer(tmp_path / "plain.nc", replace(read_transfer(folder / "transfer.nc"), outlines=None))
-    assert main(["yield", str(tmp_path / "plain.nc"), "--out", str(tmp_path / "plain"), "--quiet"]) == 0
+    write_transfer(
+        tmp_path / "plain.nc", replace(read_transfer(folder / "transfer.nc"), outlines=None)
+    )
+    assert (
+        main(["yield", str(tmp_path / "plain.nc"), "--out", str(tmp_path / "plain"), "--quiet"])
+        == 0
+    )
     assert main(["plot", str(tmp_path / "plain"), "--quiet"]) == 0
     page = Page((tmp_path / "plain" / "report.html").read_text(encoding="utf-8"))
     assert set(page.figures) == FIGURES - {"plan-roof", "plan-facade"}
@@ -224,14 +266,25 @@ def test_runs_too_large_for_a_transfer_have_their_shapes(folder, tmp_path, monke
     assert main(["plot", str(out), "--quiet"]) == 0
     assert set(Page((out / "report.html").read_text(encoding="utf-8")).figures) == FIGURES
     results = read_results(out)
-    assert results.months.sum(axis=1) == pytest.approx(results.faces["full_load_hours"], rel=1e-5, nan_ok=True)
+    assert results.months.sum(axis=1) == pytest.approx(
+        results.faces["full_load_hours"], rel=1e-5, nan_ok=True
+    )
 
 
 def test_the_same_folder_gives_the_same_page_and_a_new_run_takes_it_away(folder, tmp_path):
     shutil.copytree(folder, tmp_path / folder.name)
     assert main(["plot", str(tmp_path / folder.name), "--quiet"]) == 0
-    assert (tmp_path / folder.name / "report.html").read_bytes() == (folder / "report.html").read_bytes()
-    again = ["yield", str(folder / "transfer.nc"), "--out", str(tmp_path / folder.name), "--overwrite", "--quiet"]
+    assert (tmp_path / folder.name / "report.html").read_bytes() == (
+        folder / "report.html"
+    ).read_bytes()
+    again = [
+        "yield",
+        str(folder / "transfer.nc"),
+        "--out",
+        str(tmp_path / folder.name),
+        "--overwrite",
+        "--quiet",
+    ]
     assert main(again) == 0
     assert not (tmp_path / folder.name / "report.html").exists()
 
@@ -277,11 +330,18 @@ def test_without_matplotlib_one_line_tells_how_to_get_it(folder, monkeypatch, re
 
 
 def test_the_lead_tells_the_error_of_the_weather(folder, page):
-    """Of the built-in climate it is that of the published table; P90 of several years stands there, too."""
+    """Of the built-in climate it is that of the published table; P90 of several years stands there,
+    too.
+    """
     assert "P90" not in page.text and "error of the weather is" in page.text
     text = (Path(__file__).parents[2] / "benchmarks/results/climate.md").read_text(encoding="utf-8")
-    rows = [text.split(f"\n| {name}, without * |")[1].split("\n")[0] for name in ("root mean square", "mean")]
-    rms, mean = ([float(cell) for cell in row.replace("−", "-").strip("| ").split("|")[-4:]] for row in rows)
+    rows = [
+        text.split(f"\n| {name}, without * |")[1].split("\n")[0]
+        for name in ("root mean square", "mean")
+    ]
+    rms, mean = (
+        [float(cell) for cell in row.replace("−", "-").strip("| ").split("|")[-4:]] for row in rows
+    )
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     summary["weather"] |= {"label": "climatology", "years": 10.0}
     told = summarise_errors(summary)
@@ -293,7 +353,9 @@ def test_the_lead_tells_the_error_of_the_weather(folder, page):
 
 @pytest.mark.parametrize(("latitude", "longitude"), [(52.5, 13.4), (-33.9, 151.2), (1.3, 103.8)])
 def test_the_sun_stands_where_spherical_trigonometry_says(latitude, longitude):
-    """Highest at noon with 90° − |latitude − declination|; ±23.44° at the solstices, to the day and refraction."""
+    """Highest at noon with 90° − |latitude − declination|; ±23.44° at the solstices, to the day and
+    refraction.
+    """
     for month, declination in ((6, 23.44), (12, -23.44), (3, 0.0)):
         azimuth, elevation = day_path(2021, month, 21, latitude, longitude)
         top = np.nanargmax(elevation)

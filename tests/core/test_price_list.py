@@ -1,4 +1,6 @@
-"""`citypv accuracy`: its predictions against runs of the same settings, its table, JSON and picture."""
+"""`citypv accuracy`: its predictions against runs of the same settings, its table, JSON and
+picture.
+"""
 
 import json
 import time
@@ -13,7 +15,14 @@ from citypv.core.accuracy.sun_sampling import compare_hours
 from citypv.core.accuracy.yield_errors import split_errors
 from citypv.core.light.prepare_scene import build_tree
 from citypv.core.settings.request import Request
-from citypv.core.study import compute_energy, measure_sun_sampling, prepare_study, read_scene, read_year, trace_scene
+from citypv.core.study import (
+    compute_energy,
+    measure_sun_sampling,
+    prepare_study,
+    read_scene,
+    read_year,
+    trace_scene,
+)
 
 pytestmark = pytest.mark.once
 
@@ -33,8 +42,12 @@ def trace_city(city, **settings):
 
 
 def test_predictions_are_those_of_runs(tmp_path, capfd):
-    """Errors within a factor of 1.5, seconds of 2 while other work goes on: of towers amid low houses, which differ."""
-    rows = [house(f"h{k}", (25 * (k % 8), 22 * (k // 8)), (12, 10, 8 + 7 * k % 10)) for k in range(64)]
+    """Errors within a factor of 1.5, seconds of 2 while other work goes on: of towers amid low
+    houses, which differ.
+    """
+    rows = [
+        house(f"h{k}", (25 * (k % 8), 22 * (k // 8)), (12, 10, 8 + 7 * k % 10)) for k in range(64)
+    ]
     for k in (27, 28, 35, 36):
         rows[k] = house(f"h{k}", (25 * (k % 8) - 4, 22 * (k // 8) - 4), (22, 19, 50))
     path, picture = write_gml(tmp_path / "city.gml", *rows), tmp_path / "curve.png"
@@ -60,7 +73,17 @@ def test_a_city_with_mirrors_has_a_price_list(city, tmp_path, capfd):
     """Its pilot follows mirrors as a run does."""
     finish = tmp_path / "finish.csv"
     finish.write_text("surface,albedo,material\nfacade,0.6,mirror\n")
-    options = ["--weather", "clear-sky", "--threads", "1", "--suns", "days:4", "--albedo-file", str(finish), "--json"]
+    options = [
+        "--weather",
+        "clear-sky",
+        "--threads",
+        "1",
+        "--suns",
+        "days:4",
+        "--albedo-file",
+        str(finish),
+        "--json",
+    ]
     assert main(["accuracy", str(city), *options]) == 0
     first = json.loads(capfd.readouterr().out)["prices"][0]
     assert first["name"] == "draft" and first["error"] > 0

@@ -1,4 +1,6 @@
-"""CityPV from Python: the same files as the command line, settings that are honoured or refused, light imports."""
+"""CityPV from Python: the same files as the command line, settings that are honoured or refused,
+light imports.
+"""
 
 import re
 import runpy
@@ -25,10 +27,25 @@ FEW = {"weather": "clear-sky", "samples": 16, "shadow_samples": 4, "suns": "days
 # Settings as options and in Python.
 SETTINGS = {
     "few rays": ([], {}),
-    "a preset, as the paper": (["--preset", "draft", "--method", "paper"], {"preset": "draft", "method": "paper"}),
+    "a preset, as the paper": (
+        ["--preset", "draft", "--method", "paper"],
+        {"preset": "draft", "method": "paper"},
+    ),
     "effects, shares and losses": (
-        ["--effects", "receivers=off", "perez=on", "--usable", "facade=0.6,roof=0.8", "--losses", "5"],
-        {"effects": {"receivers": False, "perez": True}, "usable": {"facade": 0.6, "roof": 0.8}, "losses": 5},
+        [
+            "--effects",
+            "receivers=off",
+            "perez=on",
+            "--usable",
+            "facade=0.6,roof=0.8",
+            "--losses",
+            "5",
+        ],
+        {
+            "effects": {"receivers": False, "perez": True},
+            "usable": {"facade": 0.6, "roof": 0.8},
+            "losses": 5,
+        },
     ),
     "a weather file and an inverter": (
         ["--weather", str(ERA5), "--inverter", "pvwatts"],
@@ -43,7 +60,11 @@ def result(city):
 
 
 def options_of(settings):
-    return [part for name, value in settings.items() for part in (f"--{name.replace('_', '-')}", str(value))]
+    return [
+        part
+        for name, value in settings.items()
+        for part in (f"--{name.replace('_', '-')}", str(value))
+    ]
 
 
 @pytest.mark.once
@@ -51,17 +72,34 @@ def options_of(settings):
 def test_the_same_files_as_the_command_line(name, city, tmp_path):
     options, settings = SETTINGS[name]
     common = {key: value for key, value in FEW.items() if key not in settings}
-    assert main(["simulate", str(city), "--out", str(tmp_path / "a"), "--quiet", *options_of(common), *options]) == 0
+    assert (
+        main(
+            [
+                "simulate",
+                str(city),
+                "--out",
+                str(tmp_path / "a"),
+                "--quiet",
+                *options_of(common),
+                *options,
+            ]
+        )
+        == 0
+    )
     found = citypv.simulate([city], out=tmp_path / "b", **common | settings)
     for table in ("faces.csv", "groups.csv", "buildings.csv"):
         assert (tmp_path / "a" / table).read_bytes() == (found.folder / table).read_bytes()
     told = read_summary(tmp_path / "a" / "summary.json")
-    assert told["settings"] == found.summary["settings"] and told["totals"] == found.summary["totals"]
+    assert (
+        told["settings"] == found.summary["settings"] and told["totals"] == found.summary["totals"]
+    )
 
 
 def test_tables_are_those_of_the_files(result):
     expected = pd.read_csv(result.folder / "faces.csv")
-    assert result.faces["full_load_hours"].to_numpy() == pytest.approx(expected["full_load_hours"], nan_ok=True)
+    assert result.faces["full_load_hours"].to_numpy() == pytest.approx(
+        expected["full_load_hours"], nan_ok=True
+    )
     assert result.faces["eligible"].dtype == bool and result.faces["eligible"].any()
     annual = result.groups[result.groups["period"] == "annual"]
     with xr.open_dataset(result.folder / "timeseries.nc", engine="h5netcdf") as series:
@@ -88,36 +126,57 @@ def test_saved_and_read_again(result, tmp_path):
 def test_another_weather_keeps_the_plant(city, tmp_path):
     first = citypv.simulate(city, **FEW | {"losses": 20.0, "sky": "isotropic"})
     again = first.with_weather("clear-sky", threads=1)
-    np.testing.assert_allclose(again.faces["full_load_hours"], first.faces["full_load_hours"], rtol=1e-9)
+    np.testing.assert_allclose(
+        again.faces["full_load_hours"], first.faces["full_load_hours"], rtol=1e-9
+    )
     assert again.summary["settings"]["losses"] == 20
     more = first.with_weather(ERA5, losses=10, allow_distance=1e5)
-    options = options_of({"weather": ERA5, "losses": 10, "sky": "isotropic", "allow-distance": 1e5, "threads": 1})
-    assert main(["yield", str(first.folder), "--out", str(tmp_path / "a"), "--quiet", *options]) == 0
+    options = options_of(
+        {"weather": ERA5, "losses": 10, "sky": "isotropic", "allow-distance": 1e5, "threads": 1}
+    )
+    assert (
+        main(["yield", str(first.folder), "--out", str(tmp_path / "a"), "--quiet", *options]) == 0
+    )
     assert (more.folder / "faces.csv").read_bytes() == (tmp_path / "a" / "faces.csv").read_bytes()
     (first.folder / "transfer.nc").unlink()
     with pytest.raises(citypv.InputError, match="no light to weigh again; simulate with exports"):
         first.with_weather("clear-sky")
 
 
-@pytest.mark.parametrize(("settings", "words"), [
-    ({"sampels": 4}, "sampels: is not a setting here; did you mean samples?"),
-    ({"gltf": True}, 'gltf: is not a setting here; give exports=["gltf"]'),
-    ({"samples": "many"}, "samples: 'many' is not a number"), ({"samples": 3.5}, "--samples: 3.5 is not a whole"),
-    ({"diffuse_iam": 1}, "diffuse_iam: 1 is not True or False"), ({"preset": "best"}, "--preset: 'best' is not known"),
-    ({"effects": {"fog": True}}, "fog"), ({"exports": ("pdf",)}, "exports: 'pdf' is not known"),
-    ({"tile": 100.0}, "--tile: is for cities traced in tiles"), ({"weather_place": 5}, "is not latitude and longitude"),
-    ({"weather": 5}, "weather: 5 is not a path or a list of paths"), ({"samples": None}, "None is not a number"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"sampels": 4}, "sampels: is not a setting here; did you mean samples?"),
+        ({"gltf": True}, 'gltf: is not a setting here; give exports=["gltf"]'),
+        ({"samples": "many"}, "samples: 'many' is not a number"),
+        ({"samples": 3.5}, "--samples: 3.5 is not a whole"),
+        ({"diffuse_iam": 1}, "diffuse_iam: 1 is not True or False"),
+        ({"preset": "best"}, "--preset: 'best' is not known"),
+        ({"effects": {"fog": True}}, "fog"),
+        ({"exports": ("pdf",)}, "exports: 'pdf' is not known"),
+        ({"tile": 100.0}, "--tile: is for cities traced in tiles"),
+        ({"weather_place": 5}, "is not latitude and longitude"),
+        ({"weather": 5}, "weather: 5 is not a path or a list of paths"),
+        ({"samples": None}, "None is not a number"),
+    ],
+)
 def test_what_cannot_be_honoured_is_refused(settings, words, city):
     with pytest.raises(citypv.InputError) as told:
         citypv.simulate(city, **FEW | settings)
     assert words in str(told.value)
 
 
-@pytest.mark.parametrize(("city", "words"), [
-    ([], "city: is an empty list"), (None, "city: None is no path"), ([None], "city: None is no path"),
-    (7, "city: 7 is no path"), (b"a.gml", "is no path"), ({"a.gml": 1}, "is no path"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("city", "words"),
+    [
+        ([], "city: is an empty list"),
+        (None, "city: None is no path"),
+        ([None], "city: None is no path"),
+        (7, "city: 7 is no path"),
+        (b"a.gml", "is no path"),
+        ({"a.gml": 1}, "is no path"),
+    ],
+)
 def test_what_is_no_city_is_refused(city, words):
     for call in (citypv.simulate, citypv.inspect):
         with pytest.raises(citypv.InputError) as told:
@@ -126,14 +185,34 @@ def test_what_is_no_city_is_refused(city, words):
 
 
 def test_settings_are_brought_to_their_declared_types():
-    """As a summary writes them, and the next run reads them: whole numbers as degrees, numbers of numpy, paths."""
-    given = {"latitude": 50, "longitude": np.float32(8.5), "samples": np.int64(64), "seed": 3.0, "far_ground": True}
-    given |= {"weather": Path("a.epw"), "terrain": Path("b.tif"), "weather_place": [50, 8], "usable": {"facade": 1}}
+    """As a summary writes them, and the next run reads them: whole numbers as degrees, numbers of
+    numpy, paths.
+    """
+    given = {
+        "latitude": 50,
+        "longitude": np.float32(8.5),
+        "samples": np.int64(64),
+        "seed": 3.0,
+        "far_ground": True,
+    }
+    given |= {
+        "weather": Path("a.epw"),
+        "terrain": Path("b.tif"),
+        "weather_place": [50, 8],
+        "usable": {"facade": 1},
+    }
     request = request_of_settings(given)
     for name, expected in {
-        "latitude": 50.0, "longitude": 8.5, "samples": 64, "seed": 3, "far_ground": True, "weather": "a.epw",
-        "terrain": "b.tif", "weather_place": (50.0, 8.0), "usable": {"facade": 1.0},
-    }.items():  # fmt: skip
+        "latitude": 50.0,
+        "longitude": 8.5,
+        "samples": 64,
+        "seed": 3,
+        "far_ground": True,
+        "weather": "a.epw",
+        "terrain": "b.tif",
+        "weather_place": (50.0, 8.0),
+        "usable": {"facade": 1.0},
+    }.items():
         found = getattr(request, name)
         assert found == expected and type(found) is type(expected)
     assert type(request.weather_place[0]) is type(request.usable["facade"]) is float
@@ -148,7 +227,9 @@ def test_one_export_is_named_as_one_of_several():
 def test_every_library_that_a_number_depends_on_is_in_the_summary():
     """Those that pyproject.toml asks for, and scikit-learn, whose k-means tsam takes."""
     text = (Path(citypv.__file__).parent / "pyproject.toml").read_text(encoding="utf-8")
-    needed = [re.split(r"[<>=]", line)[0] for line in tomllib.loads(text)["project"]["dependencies"]]
+    needed = [
+        re.split(r"[<>=]", line)[0] for line in tomllib.loads(text)["project"]["dependencies"]
+    ]
     found = versions()
     assert {*needed, "scikit-learn", "python", "citypv"} <= found.keys()
     assert all(found[name] for name in needed)
@@ -170,7 +251,9 @@ def test_a_city_is_inspected(city):
 
 
 def test_a_world_of_unshaded_walls(tmp_path):
-    found = citypv.world("unshaded", weather="clear-sky", step=30, latitudes=(0, 60), longitudes=(0, 30))
+    found = citypv.world(
+        "unshaded", weather="clear-sky", step=30, latitudes=(0, 60), longitudes=(0, 30)
+    )
     assert found.sizes["latitude"] == 3 and np.isfinite(found["full_load_hours"]).all()
 
 
@@ -182,17 +265,25 @@ def test_capacity_factors_go_into_pypsa(city):
     example = runpy.run_path(str(Path(citypv.__file__).parent / "examples/pypsa_district.py"))
     result = citypv.simulate(city, usable={"facade": 0.6}, **FEW)
     network = example["build_network"](result)
-    hours = result.groups[result.groups["period"] == "annual"].set_index(["kind", "orientation"])["full_load_hours"]
+    hours = result.groups[result.groups["period"] == "annual"].set_index(["kind", "orientation"])[
+        "full_load_hours"
+    ]
     plants = network.generators.query("p_nom_extendable")
     assert len(plants)
     for name in plants.index:
-        assert network.generators_t.p_max_pu[name].sum() == pytest.approx(hours[tuple(name.split("_"))], rel=1e-4)
+        assert network.generators_t.p_max_pu[name].sum() == pytest.approx(
+            hours[tuple(name.split("_"))], rel=1e-4
+        )
     assert plants["p_nom_max"].sum() == pytest.approx(result.summary["totals"]["kwp"], rel=1e-4)
 
 
 def test_another_state_of_a_city_stands_where_the_first_one_does(city, result, tmp_path):
-    """A house 200 m away moves the middle of the city; where that is kept, only rays that meet the house change."""
-    more = city.read_text(encoding="utf-8").replace("</CityModel>", house("d", (200, 60), (9, 9, 9)) + "</CityModel>")
+    """A house 200 m away moves the middle of the city; where that is kept, only rays that meet the
+    house change.
+    """
+    more = city.read_text(encoding="utf-8").replace(
+        "</CityModel>", house("d", (200, 60), (9, 9, 9)) + "</CityModel>"
+    )
     (tmp_path / "more.gml").write_text(more, encoding="utf-8")
     kept = citypv.simulate(tmp_path / "more.gml", **FEW, site_of=result.folder)
     moved = citypv.simulate(tmp_path / "more.gml", **FEW)
@@ -209,16 +300,22 @@ def test_another_state_of_a_city_stands_where_the_first_one_does(city, result, t
 
 def test_groups_without_orientation_have_plain_names(tmp_path):
     """`flat`, as in the tables; the names of version 0.2.0 are read as these."""
-    result = citypv.simulate(write_blocks(tmp_path / "a.obj", cut=False), latitude=50, longitude=10, **FEW)
+    result = citypv.simulate(
+        write_blocks(tmp_path / "a.obj", cut=False), latitude=50, longitude=10, **FEW
+    )
     names = result.timeseries["group"].to_numpy().tolist()
     assert "flat" in names and not any("none" in name for name in names)
-    old = result.timeseries.assign_coords(group=[{"flat": "flat_none"}.get(name, name) for name in names])
+    old = result.timeseries.assign_coords(
+        group=[{"flat": "flat_none"}.get(name, name) for name in names]
+    )
     old.to_netcdf(tmp_path / "timeseries.nc", engine="h5netcdf")
     assert Result(tmp_path).timeseries["group"].to_numpy().tolist() == names
 
 
 def test_areas_of_all_tables_agree(result):
-    """Of faces.csv, groups.csv and the summary: what counts, and what does not, by whole surfaces and parts."""
+    """Of faces.csv, groups.csv and the summary: what counts, and what does not, by whole surfaces
+    and parts.
+    """
     faces, totals = result.faces, result.summary["totals"]
     counted = faces[faces.eligible]
     annual = result.groups[result.groups["period"] == "annual"]
@@ -229,4 +326,6 @@ def test_areas_of_all_tables_agree(result):
     hidden = (counted.area - counted.open_area).clip(lower=0)
     assert parts["area"] == pytest.approx(hidden.sum(), abs=0.1)
     assert sum(one["count"] for one in left_out.values()) == (~faces.eligible).sum()
-    assert sum(one["area"] for one in left_out.values()) == pytest.approx(faces[~faces.eligible].area.sum(), rel=1e-5)
+    assert sum(one["area"] for one in left_out.values()) == pytest.approx(
+        faces[~faces.eligible].area.sum(), rel=1e-5
+    )

@@ -54,7 +54,9 @@ def test_slabs_are_closed_and_as_thick_as_modules():
         volume = np.einsum("ij,ij->", first - first[0], size) / 3
         assert volume == pytest.approx(THICKNESS * scene.surfaces.area[row], rel=1e-4)
         front = scene.triangle_surface[surface_of_triangles(scene) == row] == row
-        assert np.linalg.norm(size[front], axis=1).sum() == pytest.approx(scene.surfaces.area[row], rel=1e-4)
+        assert np.linalg.norm(size[front], axis=1).sum() == pytest.approx(
+            scene.surfaces.area[row], rel=1e-4
+        )
 
 
 def test_holes_and_concave_outlines_are_left_free():
@@ -71,7 +73,11 @@ def test_holes_and_concave_outlines_are_left_free():
     angle = roof((0, 0), (30, 0), (30, 8), (10, 8), (10, 20), (0, 20))
     seen = fronts_in(scene_with("tilt=10,spacing=1.2", angle))[..., :2]
     north = seen[:, :, 1].max(axis=1) > 7.5
-    assert north.any() and (seen[north, :, 0] <= 9.5 + 1e-5).all() and (seen[~north, :, 0].max(axis=1) > 29).all()
+    assert (
+        north.any()
+        and (seen[north, :, 0] <= 9.5 + 1e-5).all()
+        and (seen[~north, :, 0].max(axis=1) > 29).all()
+    )
 
 
 def test_what_rises_above_a_roof_is_left_free():
@@ -86,8 +92,11 @@ def test_what_rises_above_a_roof_is_left_free():
     low, high = seen.min(axis=1), seen.max(axis=1)
     assert (low[:, 1] >= 0.8 - 1e-5).all() and (high[:, 0] <= 29.2 + 1e-5).all()
     beside = (high[:, 1] > 5.0) & (low[:, 1] < 13.0)
-    assert beside.any() and ((high[beside, 0] <= 9.2 + 1e-5) | (low[beside, 0] >= 18.8 - 1e-5)).all()
-    # On the penthouse and the tower nothing rises; the narrow, lower roof lies free but for the wall beside it.
+    assert (
+        beside.any() and ((high[beside, 0] <= 9.2 + 1e-5) | (low[beside, 0] >= 18.8 - 1e-5)).all()
+    )
+    # On the penthouse and the tower nothing rises; the narrow, lower roof lies free but for the
+    # wall beside it.
     assert {name.split("/")[0] for name in names} >= {"s5", "s11", "s17", "s23"}
     assert fronts_in(scene)[np.char.startswith(names, "s23/")][..., 0].max() <= -0.8 + 1e-5
 
@@ -95,15 +104,24 @@ def test_what_rises_above_a_roof_is_left_free():
 def test_covered_and_pitched_roofs_small_ones_and_ground_bear_none():
     pitched = [("b", "RoofSurface", [[(0, 0, 5), (20, 0, 5), (20, 10, 8), (0, 10, 8)]])]  # 16.7°
     assert not len(rows_of(scene_with("tilt=10", pitched)))
-    for words, depth, bears in (("tilt=10", 3.9, False), ("tilt=10", 4.1, True), ("tilt=10,area=10", 3.9, True)):
+    for words, depth, bears in (
+        ("tilt=10", 3.9, False),
+        ("tilt=10", 4.1, True),
+        ("tilt=10,area=10", 3.9, True),
+    ):
         assert bool(len(rows_of(scene_with(words, rectangle(5, depth))))) == bears
     covered = [*rectangle(20, 10), *rectangle(20, 10, height=14.0)]
     once, twice = (scene_with("tilt=10", rectangle(20, 10) * count) for count in (1, 2))
     assert len(rows_of(once)) == len(rows_of(twice)) > 0  # drawn twice
     names = scene_with("tilt=10", covered).surfaces.surface_id
     assert all(name.startswith("s1/") for name in names[2:]) and len(names) > 4
-    meadow = [("m", "", [[(-50, -50, 0), (70, -50, 0), (70, 60, 0), (-50, 60, 0)]]), *box("a", 0, 0, 20, 10, 0, 9)]
-    assert all(name.startswith("s6/") for name in scene_with("tilt=10", meadow).surfaces.surface_id[7:])
+    meadow = [
+        ("m", "", [[(-50, -50, 0), (70, -50, 0), (70, 60, 0), (-50, 60, 0)]]),
+        *box("a", 0, 0, 20, 10, 0, 9),
+    ]
+    assert all(
+        name.startswith("s6/") for name in scene_with("tilt=10", meadow).surfaces.surface_id[7:]
+    )
 
 
 @pytest.mark.parametrize("latitude", [52.5, -33.4, 5.0])
@@ -111,7 +129,9 @@ def test_the_default_spacing_keeps_noon_of_the_winter_solstice_free(latitude):
     scene = scene_with("tilt=30", rectangle(20, 40), latitude=latitude)
     fronts = scene.racks
     azimuth = 180.0 if latitude > 0 else 0.0
-    np.testing.assert_allclose(scene.surfaces.surface_azimuth[rows_of(scene)] % 360, azimuth, atol=1e-3)
+    np.testing.assert_allclose(
+        scene.surfaces.surface_azimuth[rows_of(scene)] % 360, azimuth, atol=1e-3
+    )
     along = np.abs(np.diff(fronts[:, 0, 1]))[0] - np.cos(np.radians(30))
     elevation = 90 - abs(latitude) - 23.44
     assert along == pytest.approx(0.5 / np.tan(np.radians(elevation)), rel=2e-4)
@@ -119,7 +139,13 @@ def test_the_default_spacing_keeps_noon_of_the_winter_solstice_free(latitude):
 
 def test_rows_follow_a_roof_that_leans():
     slope = np.tan(np.radians(5.0))
-    leaning = [("b", "RoofSurface", [[(0, 0, 9), (20, 0, 9), (20, 12, 9 + 12 * slope), (0, 12, 9 + 12 * slope)]])]
+    leaning = [
+        (
+            "b",
+            "RoofSurface",
+            [[(0, 0, 9), (20, 0, 9), (20, 12, 9 + 12 * slope), (0, 12, 9 + 12 * slope)]],
+        )
+    ]
     scene = scene_with("tilt=10,spacing=1.5", leaning)
     rows = rows_of(scene)
     np.testing.assert_allclose(scene.surfaces.surface_tilt[rows], 15.0, atol=1e-3)
@@ -130,7 +156,10 @@ def test_rows_follow_a_roof_that_leans():
 def test_cells_of_a_grid_leave_the_rows_whole():
     plain, cut = (scene_with("tilt=10", rectangle(20, 10), grid_size=size) for size in (None, 4.0))
     np.testing.assert_array_equal(plain.racks, cut.racks)
-    assert cut.surfaces.surface_id[0] == "s0#1" and cut.surfaces.surface_id[-1] == plain.surfaces.surface_id[-1]
+    assert (
+        cut.surfaces.surface_id[0] == "s0#1"
+        and cut.surfaces.surface_id[-1] == plain.surfaces.surface_id[-1]
+    )
 
 
 def test_a_city_with_its_racks_has_a_polygon_for_each_surface():
@@ -140,7 +169,11 @@ def test_a_city_with_its_racks_has_a_polygon_for_each_surface():
     drawn = city_with_racks(city, scene)
     assert drawn.surface_id == scene.surfaces.surface_id
     fronts = drawn.points[len(city.points) :].reshape(-1, 4, 3) - [390_000.0, 5_818_000.0, 30.0]
-    assert fronts[..., :2].min() > 0.49 and fronts[..., 0].max() < 19.51 and fronts[..., 1].max() < 9.51
+    assert (
+        fronts[..., :2].min() > 0.49
+        and fronts[..., 0].max() < 19.51
+        and fronts[..., 1].max() < 9.51
+    )
 
 
 # -- the words of --racks --
@@ -173,5 +206,8 @@ def test_words_that_mean_nothing(words, told):
 
 @pytest.mark.parametrize("words", ["tilt=10,spacing=0.9", "east-west,spacing=1.9", "gcr=1"])
 def test_rows_without_room_are_refused(words):
-    with pytest.raises(InputError, match=r"--racks: .* leaves no room; rows of this depth .* at least [12].[0-9]+ m"):
+    with pytest.raises(
+        InputError,
+        match=r"--racks: .* leaves no room; rows of this depth .* at least [12].[0-9]+ m",
+    ):
         scene_with(words, rectangle(20, 10))

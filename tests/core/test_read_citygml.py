@@ -22,10 +22,14 @@ US_FOOT = 1200 / 3937  # [m]
 # Counted in the file, but left out for want of area; the file's own count of degenerate polygons.
 DEGENERATE = {"ingolstadt_lod3_4018148.xml": 25}
 SYSTEMS = {  # of files that spell it in different ways
-    "berlin_3910_5817.gml": "EPSG:25833", "berlin_opendata_part_v1.gml": "EPSG:25833",
-    "hannover_LGLN_LoD2_32_550_5802_3bld.gml": "EPSG:25832", "nrw_LoD2_32_280_5659_1_NW.gml": "EPSG:25832",
-    "denhaag_1BwBP.gml": "EPSG:28992", "zurich_lod2_v1.xml": "EPSG:21781", "lyon_1er_small_house.gml": None,
-}  # fmt: skip
+    "berlin_3910_5817.gml": "EPSG:25833",
+    "berlin_opendata_part_v1.gml": "EPSG:25833",
+    "hannover_LGLN_LoD2_32_550_5802_3bld.gml": "EPSG:25832",
+    "nrw_LoD2_32_280_5659_1_NW.gml": "EPSG:25832",
+    "denhaag_1BwBP.gml": "EPSG:28992",
+    "zurich_lod2_v1.xml": "EPSG:21781",
+    "lyon_1er_small_house.gml": None,
+}
 
 
 def find(name):
@@ -53,7 +57,11 @@ def scale(name):
     return US_FOOT**2 if name.startswith("nyc") else 1.0
 
 
-CASES = [(name, lod) for name, e in EXPECTED.items() for lod in sorted({k[3:4] for k in e["area_by_lod_class"]})]
+CASES = [
+    (name, lod)
+    for name, e in EXPECTED.items()
+    for lod in sorted({k[3:4] for k in e["area_by_lod_class"]})
+]
 
 
 @pytest.mark.parametrize(("name", "lod"), CASES)
@@ -63,7 +71,11 @@ def test_counts_and_areas_of_every_lod(name, lod):
     assert city.report.part_count == expected["parts"]
     area, _ = measure(city)
     thematic = np.array(city.thematic)
-    classes = {k.split(":")[1]: v for k, v in expected["area_by_lod_class"].items() if k.startswith(f"lod{lod}")}
+    classes = {
+        k.split(":")[1]: v
+        for k, v in expected["area_by_lod_class"].items()
+        if k.startswith(f"lod{lod}")
+    }
     assert sum(count for count, _ in classes.values()) == len(city)
     for name_of_class, (count, square_metres) in classes.items():
         chosen = thematic == (name_of_class if name_of_class != "None" else "")
@@ -78,7 +90,11 @@ def test_every_polygon_is_met_and_counted_once(name):
     assert sum(city.report.lods_met.values()) == EXPECTED[name]["polygons"]
     assert len(set(city.surface_id)) == len(city)
     left_out = [names for names in city.report.skipped.values() if name in DEGENERATE]
-    assert sum(city.report.lods_chosen.values()) - len(city) == DEGENERATE.get(name, 0) == sum(map(len, left_out))
+    assert (
+        sum(city.report.lods_chosen.values()) - len(city)
+        == DEGENERATE.get(name, 0)
+        == sum(map(len, left_out))
+    )
     assert all(identifier for names in left_out for identifier in names)
 
 
@@ -86,13 +102,23 @@ def test_every_polygon_is_met_and_counted_once(name):
 def test_area_by_tilt(name):
     area, normal = measure(read_lod(name, "2", orient="as-drawn"))
     tilt, _ = measure_tilt(normal)
-    bounds = {"up": (0, 1), "roof<15": (1, 15), "roof15-60": (15, 60), "60-89": (60, 89), "wall": (89, 91)}
+    bounds = {
+        "up": (0, 1),
+        "roof<15": (1, 15),
+        "roof15-60": (15, 60),
+        "60-89": (60, 89),
+        "wall": (89, 91),
+    }
     for word, (low, high) in {**bounds, "down": (91, 180.1)}.items():
         expected = EXPECTED[name]["lod2_area_by_tilt"].get(word, 0.0) * scale(name)
-        assert area[(tilt >= low) & (tilt < high)].sum() == pytest.approx(expected, rel=1e-3, abs=0.5)
+        assert area[(tilt >= low) & (tilt < high)].sum() == pytest.approx(
+            expected, rel=1e-3, abs=0.5
+        )
 
 
-@pytest.mark.parametrize("name", [n for n in EXPECTED if not n.startswith(("plateau", "nyc", "ingolstadt"))])
+@pytest.mark.parametrize(
+    "name", [n for n in EXPECTED if not n.startswith(("plateau", "nyc", "ingolstadt"))]
+)
 def test_bounds_are_those_of_the_points_not_of_the_envelope(name):
     points = np.concatenate([city.points for city in read_lods(name)])
     assert points.min(axis=0) == pytest.approx(EXPECTED[name]["min"], abs=2e-3)
@@ -104,7 +130,9 @@ def test_bounds_are_those_of_the_points_not_of_the_envelope(name):
 def test_holes_are_kept():
     for name, e in EXPECTED.items():
         total = sum(len(city.ring_start) - 1 - len(city) for city in read_lods(name))
-        lost = 1 if name.startswith("ingolstadt") else 0  # one hole belongs to a polygon without area
+        lost = (
+            1 if name.startswith("ingolstadt") else 0
+        )  # one hole belongs to a polygon without area
         assert e["holes"] - total in (0, lost), name
 
 
@@ -123,14 +151,21 @@ def test_best_of_lod_2_by_default_and_never_two_at_once():
     assert plateau.report.lods_chosen == {"1": 152, "2": 582}
     kinds = {}
     for building, thematic in zip(plateau.building_id, plateau.thematic, strict=True):
-        kinds.setdefault(building, set()).add(bool(thematic))  # only LoD 2 has thematic surfaces there
+        kinds.setdefault(building, set()).add(
+            bool(thematic)
+        )  # only LoD 2 has thematic surfaces there
     assert all(len(met) == 1 for met in kinds.values())
 
 
 def test_folder_and_several_files_are_one_city(tmp_path):
     shutil.copy(find("denhaag_1BwBP.gml"), tmp_path / "b.gml")
     with gzip.open(tmp_path / "a.gml.gz", "wb") as packed:
-        packed.write(find("denhaag_1BwBP.gml").read_bytes().replace(b"GUID_7F9", b"GUID_XXX").replace(b"UUID", b"UVID"))
+        packed.write(
+            find("denhaag_1BwBP.gml")
+            .read_bytes()
+            .replace(b"GUID_7F9", b"GUID_XXX")
+            .replace(b"UUID", b"UVID")
+        )
     city = read_city(tmp_path)
     alone = pickle.loads(pickle.dumps(read_city(find("denhaag_1BwBP.gml"))))
     assert len(city) == 2 * len(alone)

@@ -1,4 +1,6 @@
-"""CityJSON of several producers and versions against counts and areas that independent scripts found."""
+"""CityJSON of several producers and versions against counts and areas that independent scripts
+found.
+"""
 
 import gzip
 import json
@@ -27,7 +29,10 @@ PLACES = {  # of the publisher's towns, to a tenth of a degree
     "3dbag_5870_ext.city.jsonl": (52.05, 4.3),
     "3dbag_delft_subset_v20.city.jsonl": (52.0, 4.4),
     "denhaag_random_5.city.jsonl": (52.1, 4.3),
-    "montreal_b4.city.jsonl": (45.5, -77.55),  # it names UTM zone 18 for coordinates of MTM zone 8, 310 km further east
+    "montreal_b4.city.jsonl": (
+        45.5,
+        -77.55,
+    ),  # it names UTM zone 18 for coordinates of MTM zone 8, 310 km further east
     "rotterdam_delfshaven_v20.city.json": (51.9, 4.4),
 }
 
@@ -51,7 +56,10 @@ def test_counts_and_areas_of_every_lod(name, lod):
         for key, row in EXPECTED[name]["area_by_lod_geom_class"].items()
         if key.split(":")[0] == f"lod{lod}"
     }
-    lost = sum(len(city.report.skipped.get(reason, ())) for reason in ("no area", "fewer than three points"))
+    lost = sum(
+        len(city.report.skipped.get(reason, ()))
+        for reason in ("no area", "fewer than three points")
+    )
     assert len(city) + lost == sum(count for count, _ in expected.values())
     for word, (count, square_metres) in expected.items():
         chosen = thematic == (word if word != "None" else "")
@@ -91,14 +99,28 @@ READ = {  # file: buildings, polygons, area [m²] as its coordinates tell
     "wkb_winding.city.json": (1, 1, 0.5),
 }
 NO_BUILDING = (  # but generic objects, trees, a road
-    "all_geometry_types_v10.json", "geomtemplate_2.city.json", "geometry_templates.city.json", "csol.json", "cube.json",
-    "geometry_templates_bad_lod.city.json", "insert_appearance.city.json", "insert_crs_28992.city.json", "cube10.json",
-    "insert_other_lod.city.json", "no_geometry.city.json", "cube2.json", "msol.json", "msol2.json", "nonmanifold.json",
+    "all_geometry_types_v10.json",
+    "geomtemplate_2.city.json",
+    "geometry_templates.city.json",
+    "csol.json",
+    "cube.json",
+    "geometry_templates_bad_lod.city.json",
+    "insert_appearance.city.json",
+    "insert_crs_28992.city.json",
+    "cube10.json",
+    "insert_other_lod.city.json",
+    "no_geometry.city.json",
+    "cube2.json",
+    "msol.json",
+    "msol2.json",
+    "nonmanifold.json",
     "torus.city.json",
-)  # fmt: skip
+)
 REFUSED = {
     **dict.fromkeys(NO_BUILDING, "contains no buildings"),
-    **dict.fromkeys(("sample.city.jsonl", "sample_late_attribute.city.jsonl"), "no building has usable geometry"),
+    **dict.fromkeys(
+        ("sample.city.jsonl", "sample_late_attribute.city.jsonl"), "no building has usable geometry"
+    ),
     "cityparquet_metadata.json": "not CityJSON",
 }
 
@@ -121,7 +143,9 @@ def test_every_file_at_hand_is_tried():
     assert names == set(EXPECTED) | set(READ) | set(REFUSED)
 
 
-@pytest.mark.parametrize("name", ["cube.json", "torus.city.json", "nonmanifold.json", "msol.json", "csol.json"])
+@pytest.mark.parametrize(
+    "name", ["cube.json", "torus.city.json", "nonmanifold.json", "msol.json", "csol.json"]
+)
 def test_solids_of_generic_objects_have_their_area_once_they_are_buildings(tmp_path, name):
     document = json.loads(find(name).read_text(encoding="utf-8"))
     for item in document["CityObjects"].values():
@@ -145,20 +169,52 @@ def fan_area(ring):
 
 
 def test_semantics_ids_and_parts(tmp_path):
-    surfaces = [{"type": "GroundSurface", "id": "g"}, {"type": "RoofSurface"}, {"type": "WallSurface", "id": "w"}]
+    surfaces = [
+        {"type": "GroundSurface", "id": "g"},
+        {"type": "RoofSurface"},
+        {"type": "WallSurface", "id": "w"},
+    ]
     semantics = {"surfaces": surfaces, "values": [[0, 1, 2, 2, 2, None]]}
     part = house(solid(semantics=semantics), kind="BuildingPart", parents=["b"])
     city = read(tmp_path, model({"p": part, "b": house(children=["p"])}))
-    assert city.thematic == ["GroundSurface", "RoofSurface", "WallSurface", "WallSurface", "WallSurface", ""]
+    assert city.thematic == [
+        "GroundSurface",
+        "RoofSurface",
+        "WallSurface",
+        "WallSurface",
+        "WallSurface",
+        "",
+    ]
     assert city.surface_id == ["g", "b_2", "b_3", "b_4", "b_5", "b_6"]
     assert set(city.building_id) == {"b"}
     assert (city.report.building_count, city.report.part_count) == (1, 1)
 
 
 def test_template_stands_where_its_matrix_and_point_put_it(tmp_path):
-    matrix = [0, -1, 0, 10, 1, 0, 0, 20, 0, 0, 2, 30, 0, 0, 0, 1]  # a quarter turn, twice as high, then a step
+    matrix = [
+        0,
+        -1,
+        0,
+        10,
+        1,
+        0,
+        0,
+        20,
+        0,
+        0,
+        2,
+        30,
+        0,
+        0,
+        0,
+        1,
+    ]  # a quarter turn, twice as high, then a step
     templates = {"templates": [solid(lod=2.2)], "vertices-templates": CUBE}
-    document = model({"b": house(instance(matrix=matrix))}, [[100, 200, 300]], **{"geometry-templates": templates})
+    document = model(
+        {"b": house(instance(matrix=matrix))},
+        [[100, 200, 300]],
+        **{"geometry-templates": templates},
+    )
     city = read(tmp_path, document)
     assert city.report.lods_chosen == {"2.2": 6}
     face = [CUBE[corner] for corner in FACES[0]]
@@ -189,13 +245,18 @@ def test_installations_shade_and_rooms_do_not(tmp_path):
 def test_the_system_in_metadata_and_those_that_are_not_an_object(tmp_path, metadata, crs, said):
     """A widely used script that extrudes OpenStreetMap's buildings wraps them into a list."""
     vertices = [[390000 + x, 5810000 + y, z] for x, y, z in CUBE]
-    city = read(tmp_path, model({"b": house(solid())}, vertices, metadata=metadata, transform=None, version="1.0"))
+    city = read(
+        tmp_path,
+        model({"b": house(solid())}, vertices, metadata=metadata, transform=None, version="1.0"),
+    )
     assert city.crs == crs
     noted = [note for note in city.report.notes if "metadata that is not an object" in note]
     assert len(noted) == bool(said) and all(said in note for note in noted)
 
 
-@pytest.mark.parametrize(("encoding", "indent"), [("utf-8-sig", None), ("utf-16", 1), ("utf-32", None)])
+@pytest.mark.parametrize(
+    ("encoding", "indent"), [("utf-8-sig", None), ("utf-16", 1), ("utf-32", None)]
+)
 def test_encodings_and_layouts(tmp_path, encoding, indent):
     document = json.dumps(model({"b": house(solid())}), indent=indent)
     (tmp_path / "city.json").write_bytes(document.encode(encoding))

@@ -1,4 +1,6 @@
-"""OBJ of five producers against counts and areas that independent scripts found, and its traps one by one."""
+"""OBJ of five producers against counts and areas that independent scripts found, and its traps one
+by one.
+"""
 
 import gzip
 import json
@@ -20,7 +22,13 @@ from citypv.core.read.read_obj import read_obj
 DATA = Path(__file__).parents[1] / "data" / "obj"
 EXPECTED = json.loads((DATA / "expected.json").read_text(encoding="utf-8"))
 US_FOOT = 1200 / 3937  # [m]
-BANDS = {"up<1": (0, 1), "roof1-15": (1, 15), "roof15-60": (15, 60), "steep60-89": (60, 89), "wall89-91": (89, 91)}
+BANDS = {
+    "up<1": (0, 1),
+    "roof1-15": (1, 15),
+    "roof15-60": (15, 60),
+    "steep60-89": (60, 89),
+    "wall89-91": (89, 91),
+}
 CUBE = "\n".join(f"v {x} {y} {z}" for z in (0, 3) for y in (0, 2) for x in (0, 1))
 FACES = ["f 1 3 4 2", "f 5 6 8 7", "f 1 2 6 5", "f 2 4 8 6", "f 4 3 7 8", "f 3 1 5 7"]
 
@@ -97,7 +105,9 @@ def test_grounds_of_rockaway_that_face_up_are_turned_and_named():
     assert up == pytest.approx(down, rel=1e-4)
     expected = EXPECTED["nyc_rockaway_1km_feet.obj"]["area_by_tilt_native_units_if_Zup"]
     assert up + down == pytest.approx((expected["up<1"] + expected["down"]) * US_FOOT**2, rel=1e-3)
-    assert sum(len(ids) for reason, ids in city.report.repaired.items() if "flipped" in reason) > 4000
+    assert (
+        sum(len(ids) for reason, ids in city.report.repaired.items() if "flipped" in reason) > 4000
+    )
     assert any("EPSG:2263" in note for note in city.report.notes)
 
 
@@ -117,23 +127,36 @@ def test_the_tower_stands_upright_with_y_up():
     # The same tower in CityGML: its walls, and as much roof as floor.
     assert area[np.abs(tilt - 90) < 1].sum() == pytest.approx(34722.7, rel=1e-3)
     assert area[tilt < 1].sum() == pytest.approx(3343.3, rel=1e-3) == area[tilt > 179].sum()
-    assert signed_volume(city) == pytest.approx(EXPECTED["nyc_tower_yup.obj"]["signed_volume"] * US_FOOT**3, rel=1e-2)
+    assert signed_volume(city) == pytest.approx(
+        EXPECTED["nyc_tower_yup.obj"]["signed_volume"] * US_FOOT**3, rel=1e-2
+    )
 
 
 def test_the_floors_of_lyon_are_turned_as_the_tower_around_them():
     city = read_city(find("lyon_tour_part_dieu.obj"))
     area, _, tilt = measure(city)
-    assert area[tilt > 91].sum() == pytest.approx(area[tilt < 1].sum() + area[(tilt > 1) & (tilt < 60)].sum(), rel=0.06)
+    assert area[tilt > 91].sum() == pytest.approx(
+        area[tilt < 1].sum() + area[(tilt > 1) & (tilt < 60)].sum(), rel=0.06
+    )
     # Three more, 0.25 m² in all, stick out of the tower and see the sky as they are drawn.
     assert len(city.report.repaired["flipped with its open shell"]) == 233
     spared = [note for note in city.report.notes if "not by rays from both sides" in note]
     assert len(spared) == 1
     assert spared[0].startswith("3 surfaces")
-    assert area[[city.surface_id.index(name) for name in spared[0].split(": ")[1].rstrip(".").split(", ")]].sum() < 0.3
+    assert (
+        area[
+            [
+                city.surface_id.index(name)
+                for name in spared[0].split(": ")[1].rstrip(".").split(", ")
+            ]
+        ].sum()
+        < 0.3
+    )
 
 
 @pytest.mark.parametrize(
-    ("name", "faces", "buildings", "left_out"),  # "6 5 2 1" of the two cubes crosses itself: no area
+    # "6 5 2 1" of the two cubes crosses itself: no area
+    ("name", "faces", "buildings", "left_out"),
     [("cube.obj", 5, 1, 0), ("duplicatevertices.obj", 5, 1, 0), ("nonmanifold.obj", 12, 1, 0),
      ("nonmanifold.gml", 12, 1, 0), ("twocubes.obj", 12, 2, 1)],
 )  # fmt: skip
@@ -154,22 +177,39 @@ def test_no_place_is_asked_for():
 def test_corners_count_backwards_and_carry_textures(tmp_path):
     text = CUBE + "\nvt 0 0\nvn 0 0 1\n" + "\n".join(FACES)
     plain = read_city(write(tmp_path, text))
-    backwards = text.replace("f 5 6 8 7", "f -4/1 -3/1 -1/1 -2/1").replace("f 1 2 6 5", "f 1//1 2//1 6/1/1 \\\n 5")
+    backwards = text.replace("f 5 6 8 7", "f -4/1 -3/1 -1/1 -2/1").replace(
+        "f 1 2 6 5", "f 1//1 2//1 6/1/1 \\\n 5"
+    )
     other = read_city(write(tmp_path, backwards))
     assert np.array_equal(plain.points, other.points)
     assert signed_volume(plain) == pytest.approx(6.0)
 
 
 def test_groups_are_buildings_where_no_object_is(tmp_path):
-    text = f"{CUBE}\ng north wing\n{FACES[0]}\n{FACES[1]}\ng south\n{FACES[2]}\ng north wing\n{FACES[3]}"
-    assert read_city(write(tmp_path, text)).building_id == ["north wing", "north wing", "south", "north wing"]
+    text = (
+        f"{CUBE}\ng north wing\n{FACES[0]}\n{FACES[1]}\ng south\n{FACES[2]}\ng north "
+        f"wing\n{FACES[3]}"
+    )
+    assert read_city(write(tmp_path, text)).building_id == [
+        "north wing",
+        "north wing",
+        "south",
+        "north wing",
+    ]
     objects = text.replace("\ng south", "\no tower\ng south")
-    assert read_city(write(tmp_path, objects)).building_id == ["building_1", "building_1", "tower", "tower"]
+    assert read_city(write(tmp_path, objects)).building_id == [
+        "building_1",
+        "building_1",
+        "tower",
+        "tower",
+    ]
 
 
 def test_scattered_parts_are_buildings_and_what_stands_on_one_belongs_to_it(tmp_path):
     def cube(x, z, first, side=1.0):
-        corners = [(x + a * side, b * side, z + c * side) for c in (0, 1) for b in (0, 1) for a in (0, 1)]
+        corners = [
+            (x + a * side, b * side, z + c * side) for c in (0, 1) for b in (0, 1) for a in (0, 1)
+        ]
         faces = [[int(n) + first for n in face.split()[1:]] for face in FACES]
         vertices = [f"v {a} {b} {c}" for a, b, c in corners]
         return "\n".join([*vertices, *[f"f {' '.join(map(str, face))}" for face in faces]]) + "\n"
@@ -195,7 +235,10 @@ REFUSED = {
     "no faces": (CUBE, "contains no polygons"),
     "index": (CUBE + "\nf 1 2 9", "line 9: polygon refers to vertex 9, the file has 8"),
     "zero": (CUBE + "\nf 0 1 2", "line 9: polygon with a vertex index before the first vertex"),
-    "words": (CUBE + "\nf one two three", "line 9: polygon with vertex indices that are not integers"),
+    "words": (
+        CUBE + "\nf one two three",
+        "line 9: polygon with vertex indices that are not integers",
+    ),
     "huge": (CUBE + "\nv 0 1e308 0\nf 1 2 3", "line 9: vertex without three numbers"),
     "two numbers": (CUBE + "\nv 0 1\nf 1 2 3", "line 9: vertex without three numbers"),
     "long line": ("f " + "1 " * 600_000, "line 1: longer than"),
@@ -223,15 +266,21 @@ def test_encodings_and_gzip(tmp_path, encoding):
 
 
 def house_statements(west, first, base=0.0):
-    """A box of 10 m x 8 m x 6 m with corners of its own, as `v` and `f` lines; `first` corners stand before it."""
-    corners = [(west + x, y, base + z) for z in (0, 6) for x, y in ((0, 0), (10, 0), (10, 8), (0, 8))]
+    """A box of 10 m x 8 m x 6 m with corners of its own, as `v` and `f` lines; `first` corners
+    stand before it.
+    """
+    corners = [
+        (west + x, y, base + z) for z in (0, 6) for x, y in ((0, 0), (10, 0), (10, 8), (0, 8))
+    ]
     faces = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
     lines = ["v {} {} {}".format(*corner) for corner in corners]
     return lines + ["f " + " ".join(str(first + k + 1) for k in face) for face in faces]
 
 
 def sheet_statements(first, *corners):
-    return ["v {} {} {}".format(*corner) for corner in corners] + [f"f {first + 1} {first + 2} {first + 3} {first + 4}"]
+    return ["v {} {} {}".format(*corner) for corner in corners] + [
+        f"f {first + 1} {first + 2} {first + 3} {first + 4}"
+    ]
 
 
 SLOPE = [(-50, -50, -2), (100, -50, -2), (100, 60, 0), (-50, 60, 0)]

@@ -1,4 +1,6 @@
-"""How far a task is: told from nothing to all, forwards only, and a cancelled one leaves nothing."""
+"""How far a task is: told from nothing to all, forwards only, and a cancelled one leaves
+nothing.
+"""
 
 import gzip
 import io
@@ -63,18 +65,29 @@ def assert_whole(shares):
 
 def large_files(folder):
     """A file of each format that takes several reads, and one packed."""
-    paths = [folder / name for name in ("city.gml", "city.city.json", "city.city.jsonl", "city.obj", "packed.obj.gz")]
+    paths = [
+        folder / name
+        for name in ("city.gml", "city.city.json", "city.city.jsonl", "city.obj", "packed.obj.gz")
+    ]
     with gzip.open(DATA / "obj/nyc_midtown_citicorp_1km.obj.gz") as file:
         paths[3].write_bytes(file.read())
     shutil.copy(DATA / "obj/nyc_midtown_citicorp_1km.obj.gz", paths[4])
     count, head = 2000, model({}, [], transform={"scale": [1] * 3, "translate": [0] * 3})
-    paths[1].write_text(json.dumps(model({f"b{k}": house(at(k)) for k in range(count)}, row(count))))
+    paths[1].write_text(
+        json.dumps(model({f"b{k}": house(at(k)) for k in range(count)}, row(count)))
+    )
     lines = [json.dumps(head)]
     for k in range(count):
-        own = {"CityObjects": {f"b{k}": house(solid())}, "vertices": [[x + 10 * k, y, z] for x, y, z in CUBE]}
+        own = {
+            "CityObjects": {f"b{k}": house(solid())},
+            "vertices": [[x + 10 * k, y, z] for x, y, z in CUBE],
+        }
         lines.append(json.dumps({"type": "CityJSONFeature", "id": f"b{k}", **own}))
     paths[2].write_text("\n".join(lines) + "\n")
-    walls = [[(20 * k, 0, 0), (20 * k + 10, 0, 0), (20 * k + 10, 0, 5), (20 * k, 0, 5)] for k in range(300)]
+    walls = [
+        [(20 * k, 0, 0), (20 * k + 10, 0, 0), (20 * k + 10, 0, 5), (20 * k, 0, 5)]
+        for k in range(300)
+    ]
     drawn = [text.surface(text.members(text.polygon("", wall))) for wall in walls]
     paths[0].write_text(text.model(*(text.building(wall, name="") + "\n" * 2000 for wall in drawn)))
     return paths
@@ -98,7 +111,9 @@ def test_reading_is_told(files, number):
     assert np.diff(reading).max() < 0.7
     stages = list(dict.fromkeys(report[0] for report in kept.reports))
     assert stages == [READING, JOINING]
-    assert {(total, unit) for stage, _, total, unit in kept.reports if stage == READING} == {(size, "B")}
+    assert {(total, unit) for stage, _, total, unit in kept.reports if stage == READING} == {
+        (size, "B")
+    }
     assert {unit for stage, *_, unit in kept.reports if stage == JOINING} == {"polygons"}
     assert len(paths) > 1 or len(city) == len(read_city(paths))
 
@@ -106,10 +121,19 @@ def test_reading_is_told(files, number):
 @pytest.mark.once
 @pytest.mark.parametrize(
     ("number", "stage", "share"),
-    [(0, READING, 0.5), (1, READING, 0.0), (2, READING, 0.5), (3, READING, 0.0), (4, READING, 0.5), (1, JOINING, 0.5)],
+    [
+        (0, READING, 0.5),
+        (1, READING, 0.0),
+        (2, READING, 0.5),
+        (3, READING, 0.0),
+        (4, READING, 0.5),
+        (1, JOINING, 0.5),
+    ],
 )
 def test_reading_ends_when_it_is_cancelled(files, number, stage, share):
-    """No parser puts its own exception in the place of the cancellation, and no file stays open: that warns."""
+    """No parser puts its own exception in the place of the cancellation, and no file stays open:
+    that warns.
+    """
     kept = Kept(stage, share)
     with pytest.raises(CancelledError):
         read_city(files[number], progress=kept)
@@ -131,7 +155,9 @@ def let_time_pass(monkeypatch, seconds):
 
 
 def test_lines_of_a_terminal_and_of_a_log(files, monkeypatch):
-    """One line a stage; where none is to last, the terminal is left as it was and a log stays empty."""
+    """One line a stage; where none is to last, the terminal is left as it was and a log stays
+    empty.
+    """
     for stream, lines in ((Terminal(), 2), (io.StringIO(), 2)):
         let_time_pass(monkeypatch, 0.001)
         read_city(files[1], progress=TerminalProgress(stream))
@@ -153,7 +179,9 @@ def test_lines_of_a_terminal_and_of_a_log(files, monkeypatch):
 @pytest.fixture(scope="module")
 def results():
     """City, Scene, Transfer, Energy and Weather of some boxes."""
-    city = make_city([polygon for k in range(5) for polygon in box(f"b{k}", 20 * k, 0, 10, 10, 0, 5)])
+    city = make_city(
+        [polygon for k in range(5) for polygon in box(f"b{k}", 20 * k, 0, 10, 10, 0, 5)]
+    )
     scene = build_scene(city, 50, 10, ground="none", patch_size=None)
     weather = read_weather("clear-sky", 50, 10, 0, year=2021)
     suns = choose_suns("typical-days:6", weather.data.index, weather.interval, 50, 10)
@@ -164,13 +192,23 @@ def results():
 
 def test_writing_is_told(results, tmp_path, monkeypatch):
     city, scene, transfer, energy, weather = results
-    monkeypatch.setattr(kept_matrix, "LIMIT", 16 * 4 * len(transfer.suns) * 7)  # blocks of 7 surfaces
+    monkeypatch.setattr(
+        kept_matrix, "LIMIT", 16 * 4 * len(transfer.suns) * 7
+    )  # blocks of 7 surfaces
     kept = Kept()
     write_transfer(tmp_path / "transfer.nc", transfer, kept)
     shares = kept.of("writing transfer.nc")
     assert_whole(shares)
     assert len(shares) > len(city) / 7
-    write_cityjson(tmp_path / "c.json", city, transfer, energy, system=dc_system(), weather=weather, progress=kept)
+    write_cityjson(
+        tmp_path / "c.json",
+        city,
+        transfer,
+        energy,
+        system=dc_system(),
+        weather=weather,
+        progress=kept,
+    )
     assert_whole(kept.of("writing city.city.json"))
     write_gltf(tmp_path / "c.glb", scene, energy, label="", progress=kept)
     assert_whole(kept.of("writing city.glb"))
@@ -178,10 +216,14 @@ def test_writing_is_told(results, tmp_path, monkeypatch):
 
 def test_classifying_tells_many_shares_and_the_plan_each_effect():
     shares, told, request = [], [], Request(weather="clear-sky", suns="days:2")
-    scene = stand_city(read_city(DATA / "citygml/berlin_opendata_part_v1.gml.gz"), request, shares.append)
+    scene = stand_city(
+        read_city(DATA / "citygml/berlin_opendata_part_v1.gml.gz"), request, shares.append
+    )
     assert_whole(np.array(shares))
     assert np.diff(shares).max() < 0.25
     assert len(shares) > 15
-    prepare_study(scene, read_year(scene.site, request), request, progress=lambda *report: told.append(report))
+    prepare_study(
+        scene, read_year(scene.site, request), request, progress=lambda *report: told.append(report)
+    )
     planned = [report[1:3] for report in told if report[0] == PLANNING]
     assert planned == [(done, len(TABLE)) for done in range(len(TABLE))]

@@ -1,4 +1,6 @@
-"""Surfaces that pass on light without being eligible: sampled less, with the same light and honest errors."""
+"""Surfaces that pass on light without being eligible: sampled less, with the same light and honest
+errors.
+"""
 
 import numpy as np
 import pytest
@@ -18,7 +20,9 @@ def on_ground():
 
 
 def traced_for(report, suns, seed=0, samples=256, shadow_samples=16):
-    return run_gather(on_ground(), suns, report=report, seed=seed, samples=samples, shadow_samples=shadow_samples)
+    return run_gather(
+        on_ground(), suns, report=report, seed=seed, samples=samples, shadow_samples=shadow_samples
+    )
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +31,9 @@ def year():
 
 
 def test_receivers_keep_their_own_rays():
-    """Sky and suns of surfaces whose numbers are wanted stay the same to the last bit; the others send a quarter."""
+    """Sky and suns of surfaces whose numbers are wanted stay the same to the last bit; the others
+    send a quarter.
+    """
     surfaces = on_ground().surfaces
     wanted = surfaces.eligible | (surfaces.kind == "flat")
     assert 0 < wanted.sum() < len(wanted)
@@ -53,7 +59,9 @@ def test_light_that_others_pass_on_is_the_same(year):
 
 
 def test_others_pass_on_light_from_where_it_falls(year):
-    """Facades on bright ground in sun and shadow, against all points: four cells a patch would be 8 % too bright."""
+    """Facades on bright ground in sun and shadow, against all points: four cells a patch would be 8
+    % too bright.
+    """
     surfaces = on_ground().surfaces
     facade = surfaces.eligible & (surfaces.kind == "facade")
     ratios = []
@@ -66,7 +74,9 @@ def test_others_pass_on_light_from_where_it_falls(year):
 
 
 def test_others_keep_honest_errors(year):
-    """Surfaces with fewer rays against many rays: errors as of four replicates (t, three degrees of freedom)."""
+    """Surfaces with fewer rays against many rays: errors as of four replicates (t, three degrees of
+    freedom).
+    """
     surfaces = on_ground().surfaces
     others = ~(surfaces.eligible | (surfaces.kind == "flat"))
     exact = traced_for("all", year, samples=16384, shadow_samples=1024)
@@ -74,8 +84,14 @@ def test_others_keep_honest_errors(year):
     for seed in range(1, 7):
         found = traced_for("eligible", year, seed)
         for error, standard_error in (
-            (found.diffuse_relative - exact.diffuse_relative, found.diffuse_relative_standard_error),
-            ((direct_relative(found) - direct_relative(exact)) @ year.weight, found.direct_annual_standard_error),
+            (
+                found.diffuse_relative - exact.diffuse_relative,
+                found.diffuse_relative_standard_error,
+            ),
+            (
+                (direct_relative(found) - direct_relative(exact)) @ year.weight,
+                found.direct_annual_standard_error,
+            ),
         ):
             noisy = others & (standard_error > 0)
             deviation.append(error[noisy] / standard_error[noisy])

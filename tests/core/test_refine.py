@@ -7,18 +7,28 @@ from test_triangulate import vectors
 
 from citypv.core.city.refine import refine_triangles
 
-HEIGHT, WIDTH, LENGTH = 20.0, 20.0, 3000.0  # [m] of a wall and of the ground before it, as long as the wall
+HEIGHT, WIDTH, LENGTH = (
+    20.0,
+    20.0,
+    3000.0,
+)  # [m] of a wall and of the ground before it, as long as the wall
 
 
 def wall_and_ground():
-    """A wall that looks east over the ground before it: squares, each of one triangle at the wall and one away."""
+    """A wall that looks east over the ground before it: squares, each of one triangle at the wall
+    and one away.
+    """
     count = round(LENGTH / WIDTH)
     wall = strip([0, 0, 0], [0, 0, HEIGHT], [0, LENGTH, 0], count)
-    return join([(wall[0], wall[1][:, ::-1]), strip([0, 0, 0], [WIDTH, 0, 0], [0, LENGTH, 0], count)])
+    return join(
+        [(wall[0], wall[1][:, ::-1]), strip([0, 0, 0], [WIDTH, 0, 0], [0, LENGTH, 0], count)]
+    )
 
 
 def test_refining_to_own_sizes_leaves_no_gap():
-    """Neighbours of what is split are split along the shared edge: every edge has two sides, or lies on the rim."""
+    """Neighbours of what is split are split along the shared edge: every edge has two sides, or
+    lies on the rim.
+    """
     scene = wall_and_ground()
     size = np.full(len(scene.triangles), 100.0)
     size[[3, 4, 250, 400]] = 1.5, 6.0, 0.7, 3.0
@@ -27,7 +37,9 @@ def test_refining_to_own_sizes_leaves_no_gap():
     assert (longest <= 1.00001 * size[parent]).all()
     assert np.bincount(parent, area) == pytest.approx(scene.surfaces.area)
     # The rim stays as long as it was: what has one side only is no gap between pieces.
-    assert rim_length(vertices, triangles) == pytest.approx(rim_length(scene.vertices, scene.triangles))
+    assert rim_length(vertices, triangles) == pytest.approx(
+        rim_length(scene.vertices, scene.triangles)
+    )
     untouched = np.bincount(parent) == 1
     assert untouched.mean() > 0.9
 
@@ -40,11 +52,17 @@ def rim_length(vertices, triangles):
     return np.linalg.norm(vertices[single[:, 0]] - vertices[single[:, 1]], axis=1).sum()
 
 
-@pytest.mark.parametrize(("length", "height", "most"), [(1000, 3, 220), (100, 3, 24), (1000, 30, 2700), (60, 15, 72)])
+@pytest.mark.parametrize(
+    ("length", "height", "most"), [(1000, 3, 220), (100, 3, 24), (1000, 30, 2700), (60, 15, 72)]
+)
 def test_long_walls_are_cut_into_near_squares(length, height, most):
-    """A wall of 1000 × 3 m was cut into 4,374 patches. A piece of 10 m and its diagonal leave 9.5 m: 105 pieces."""
+    """A wall of 1000 × 3 m was cut into 4,374 patches. A piece of 10 m and its diagonal leave 9.5
+    m: 105 pieces.
+    """
     scene = join([strip([0, 0, 0], [length, 0, 0], [0, 0, height], 1)])
-    vertices, triangles, _ = refine_triangles(scene.vertices, scene.triangles, 10.0, np.zeros(2, int))
+    vertices, triangles, _ = refine_triangles(
+        scene.vertices, scene.triangles, 10.0, np.zeros(2, int)
+    )
     assert len(triangles) <= most
     longest, across, area = measure(vertices, triangles)
     assert longest.max() <= 10 * (1 + 1e-5)
@@ -62,9 +80,13 @@ def measure(vertices, triangles):
 
 
 def test_a_long_wall_and_its_neighbours_still_meet_edge_to_edge():
-    """A wall of 300 × 3 m between a roof, the ground and two short walls, turned any way: no gap, no face turned."""
+    """A wall of 300 × 3 m between a roof, the ground and two short walls, turned any way: no gap,
+    no face turned.
+    """
     for angle in (0.0, 0.7):
-        turn = np.array([[np.cos(angle), np.sin(angle), 0], [-np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+        turn = np.array(
+            [[np.cos(angle), np.sin(angle), 0], [-np.sin(angle), np.cos(angle), 0], [0, 0, 1]]
+        )
         scene = join([
             strip([0, 0, 0], [300, 0, 0], [0, 0, 3], 1),
             strip([0, 0, 3], [300, 0, 0], [0, 40, 0], 1),
@@ -94,7 +116,9 @@ def normals(vertices, triangles):
 
 
 def test_a_disc_of_short_edges_is_refined():
-    """A regular polygon with 150 sides of 4 m, cut into a fan: its long edges are diagonals, none lies on the rim."""
+    """A regular polygon with 150 sides of 4 m, cut into a fan: its long edges are diagonals, none
+    lies on the rim.
+    """
     angle = 2 * np.pi * np.arange(150) / 150
     vertices = 95.5 * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
     fan = np.column_stack([np.zeros(148, int), np.arange(1, 149), np.arange(2, 150)])
@@ -107,7 +131,9 @@ def test_a_disc_of_short_edges_is_refined():
 
 
 def test_a_bend_inside_a_surface_stays():
-    """Diagonals of a surface that is bent are edges of it: none of its points moves out of the two halves."""
+    """Diagonals of a surface that is bent are edges of it: none of its points moves out of the two
+    halves.
+    """
     corners = np.array([[0, 0, 0], [200, 0, 0], [200, 3, 2], [0, 3, 0]], float)
     halves = np.array([[0, 1, 2], [0, 2, 3]])
     vertices, pieces, _ = refine_triangles(corners, halves, 10.0, np.zeros(2, int))

@@ -1,4 +1,6 @@
-"""What means nothing is refused in one line that names it before anything is written, and before files are read."""
+"""What means nothing is refused in one line that names it before anything is written, and before
+files are read.
+"""
 
 from pathlib import Path
 
@@ -59,7 +61,10 @@ WORLD = [
     ("unshaded --weather BARROW missing.nc", "missing.nc"),
     ("unshaded --mix=", "--mix: the weights add up to 0"),
     ("unshaded mix=unshaded --mix unshaded=0.5,mix=0.5 --step 90", "is called 'mix'"),
-    ("unshaded --weather clear-sky --off-land clear-sky", "--off-land: means nothing for clear-sky"),
+    (
+        "unshaded --weather clear-sky --off-land clear-sky",
+        "--off-land: means nothing for clear-sky",
+    ),
     (f"unshaded {FAR} BARROW --years 2003", "--years: means nothing for stations"),
     (f"unshaded {FAR} BARROW --off-land clear-sky", "--off-land: means nothing for stations"),
     (f"unshaded {FAR} ERA5 --off-land clear-sky", "--off-land: means nothing for gridded weather"),
@@ -110,13 +115,22 @@ def test_a_map_of_the_world_that_cannot_be_meant(refusal, words, problem):
 @pytest.mark.parametrize(
     ("settings", "problem"),
     [
-        ("--estimator forward --effects sky-rays=off", "--effects: sky-rays=off is for gather only"),
-        ("--effects terrain-horizon=on", "--effects: terrain-horizon needs a horizon; give --horizon FILE"),
+        (
+            "--estimator forward --effects sky-rays=off",
+            "--effects: sky-rays=off is for gather only",
+        ),
+        (
+            "--effects terrain-horizon=on",
+            "--effects: terrain-horizon needs a horizon; give --horizon FILE",
+        ),
         ("--albedo-file albedo.csv", "albedo.csv: line 2: mirror needs an albedo; give one"),
         ("--horizon nowhere.tif", "nowhere.tif: no such file"),
         ("--horizon albedo.csv", "albedo.csv: has neither two columns nor one"),
         ("--horizon heights.asc", "heights.asc: names no coordinate reference system"),
-        ("--horizon mesh.obj", "mesh.obj: is a mesh or a city, from which no horizon is read; give heights"),
+        (
+            "--horizon mesh.obj",
+            "mesh.obj: is a mesh or a city, from which no horizon is read; give heights",
+        ),
     ],
 )
 def test_what_tracing_lacks_is_told_before_the_city_is_read(refusal, command, settings, problem):

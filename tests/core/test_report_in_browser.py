@@ -32,14 +32,18 @@ HOSTILE = [
 def folder(tmp_path_factory):
     """Results of sixteen houses, whose ids want to do harm."""
     names = [*HOSTILE, *(f"house {k}" for k in range(len(HOSTILE), 16))]
-    out = simulate_houses(tmp_path_factory.mktemp("browser") / "out", names, np.random.default_rng(3), 4, "--monthly")
+    out = simulate_houses(
+        tmp_path_factory.mktemp("browser") / "out", names, np.random.default_rng(3), 4, "--monthly"
+    )
     assert main(["plot", str(out), "--quiet"]) == 0
     return out
 
 
 @pytest.fixture(scope="module")
 def faces(folder):
-    return pd.read_csv(folder / "faces.csv", index_col="surface_id", keep_default_na=False, na_values=[""])
+    return pd.read_csv(
+        folder / "faces.csv", index_col="surface_id", keep_default_na=False, na_values=[""]
+    )
 
 
 @pytest.fixture
@@ -50,7 +54,9 @@ def page(chromium, folder):
     chromium.run("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
     yield chromium
     assert chromium.complaints == []
-    assert [url for url in chromium.requests if not url.startswith("data:")] == [(folder / "report.html").as_uri()]
+    assert [url for url in chromium.requests if not url.startswith("data:")] == [
+        (folder / "report.html").as_uri()
+    ]
     assert chromium.run("document.title") == "Solar potential: out"
 
 
@@ -68,7 +74,10 @@ def test_a_hundred_clicks_show_what_faces_csv_says(page, folder, faces):
         name, row = faces.index[surface], faces.iloc[surface]
         told = shown(page)
         assert told["Surface"] == name
-        assert page.run("document.querySelector('#city-chosen p button').textContent") == row["building_id"]
+        assert (
+            page.run("document.querySelector('#city-chosen p button').textContent")
+            == row["building_id"]
+        )
         plane = [row.surface_tilt, row.surface_azimuth]
         assert numbers(told["Tilt"] + told["Azimuth"]) == pytest.approx(plane, abs=0.06)
         assert numbers(told["Area"])[0] == pytest.approx(row.area, abs=0.006)
@@ -79,8 +88,12 @@ def test_a_hundred_clicks_show_what_faces_csv_says(page, folder, faces):
             continue
         kwp = row.open_area / kwh_per_kwp
         assert numbers(told["Power"])[0] == pytest.approx(kwp, abs=0.006)
-        assert numbers(told["Full load hours"]) == pytest.approx([hours[name], error[name]], abs=0.06)
-        assert numbers(told["Energy in a year"]) == pytest.approx([kwp * hours[name], kwp * error[name]], abs=1)
+        assert numbers(told["Full load hours"]) == pytest.approx(
+            [hours[name], error[name]], abs=0.06
+        )
+        assert numbers(told["Energy in a year"]) == pytest.approx(
+            [kwp * hours[name], kwp * error[name]], abs=1
+        )
         bars = page.run("document.querySelector('#city-chosen .months').ariaLabel")
         assert numbers(bars) == pytest.approx([month[name] for month in months], abs=0.06)
     assert kinds == {"facade", "roof"}
@@ -89,23 +102,34 @@ def test_a_hundred_clicks_show_what_faces_csv_says(page, folder, faces):
 def test_totals_are_those_of_buildings_csv(page, folder, faces):
     buildings = pd.read_csv(folder / "buildings.csv", index_col="building_id")
     page.run("byId('more').hidden || byId('more').click()")
-    cells = "[...byId('buildings').tBodies[0].rows].map((row) => [...row.cells].map((cell) => cell.textContent))"
+    cells = (
+        "[...byId('buildings').tBodies[0].rows].map((row) => [...row.cells].map((cell) => "
+        "cell.textContent))"
+    )
     table = page.run(cells)
     assert sorted(row[0] for row in table) == sorted(buildings.index)
-    assert [numbers(row[3])[0] for row in table] == sorted((numbers(row[3])[0] for row in table), reverse=True)
+    assert [numbers(row[3])[0] for row in table] == sorted(
+        (numbers(row[3])[0] for row in table), reverse=True
+    )
     for place, (name, *texts) in enumerate(table):
         one = buildings.loc[name]
         area, kwp, mwh, hours = (numbers(text)[0] for text in texts)
-        assert [area, kwp, mwh] == pytest.approx([one.eligible_area, one.kwp, one.mwh_per_year], rel=0.001, abs=0.51)
+        assert [area, kwp, mwh] == pytest.approx(
+            [one.eligible_area, one.kwp, one.mwh_per_year], rel=0.001, abs=0.51
+        )
         assert hours == pytest.approx(one.full_load_hours, abs=0.06) and one.flat_roof_kwp == 0
         assert mwh == pytest.approx(one.mwh_per_year, abs=0.006)
         page.run(f"document.querySelectorAll('#city-buildings td button')[{place}].click()")
         parts = shown_parts(page)
         assert parts["Together"][:4] == pytest.approx([area, kwp, mwh, hours], abs=0.06)
         for title, kind in (("Facades", "facade"), ("Pitched roofs", "roof")):
-            own = faces[(faces["building_id"] == name) & faces["eligible"] & (faces["kind"] == kind)]
+            own = faces[
+                (faces["building_id"] == name) & faces["eligible"] & (faces["kind"] == kind)
+            ]
             mean = np.average(on_counted_area(own, "full_load_hours"), weights=own["open_area"])
-            assert [parts[title][0], parts[title][3]] == pytest.approx([own["open_area"].sum(), mean], abs=0.51)
+            assert [parts[title][0], parts[title][3]] == pytest.approx(
+                [own["open_area"].sum(), mean], abs=0.51
+            )
 
 
 def test_the_city_has_the_colours_of_its_hours(page, folder, faces, tmp_path):
@@ -130,7 +154,9 @@ def test_names_do_nothing_but_stand_there(page):
         page.run("byId('search').value = ''")
         page.run("byId('search').focus()")
         page.call("Input.insertText", text=name)
-        found = page.run("[...byId('buildings').tBodies[0].rows].map((row) => row.cells[0].textContent)")
+        found = page.run(
+            "[...byId('buildings').tBodies[0].rows].map((row) => row.cells[0].textContent)"
+        )
         assert found == [name]
         page.run("document.querySelector('#city-buildings td button').click()")
         assert page.run("document.querySelector('#city-chosen p button').textContent") == name
@@ -141,9 +167,12 @@ def test_names_do_nothing_but_stand_there(page):
 def test_other_scripts_do_not_run(chromium, folder):
     chromium.open(folder / "report.html")
     chromium.run(
-        "document.body.append(Object.assign(document.createElement('script'), { textContent: 'window.ran = 1' }))"
+        "document.body.append(Object.assign(document.createElement('script'), { textContent: "
+        "'window.ran = 1' }))"
     )
-    chromium.run("document.body.insertAdjacentHTML('beforeend', '<img src=x onerror=\"window.ran = 2\">')")
+    chromium.run(
+        "document.body.insertAdjacentHTML('beforeend', '<img src=x onerror=\"window.ran = 2\">')"
+    )
     chromium.run("fetch('http://127.0.0.1:9/').catch(() => 0)")
     assert chromium.run("window.ran === undefined")
     assert sum("Content Security Policy" in complaint for complaint in chromium.complaints) >= 3
@@ -168,7 +197,9 @@ def test_keys_alone_do_all(page, folder):
     rows = page.run(f"rows[{building}].surfaces")
     corners = np.concatenate([outlines.rings(row)[0] for row in rows])
     middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
-    page.wait(f"view.controls.target.distanceTo(new THREE.Vector3({','.join(map(str, middle))})) < 0.01")
+    page.wait(
+        f"view.controls.target.distanceTo(new THREE.Vector3({','.join(map(str, middle))})) < 0.01"
+    )
     page.run("document.querySelector('#city-chosen details').open = true")
     page.wait("document.querySelectorAll('#city-chosen li button').length === 7")
     page.run("document.querySelector('#city-chosen li button').focus()")
@@ -184,27 +215,45 @@ def test_on_a_phone_nothing_hangs_over_and_a_tap_chooses(page, folder):
     page.call("Emulation.setTouchEmulationEnabled", enabled=True)
     page.run("byId('tools').scrollIntoView()")
     page.wait("view.canvas.width === view.canvas.clientWidth")
-    x, y, surface = next(place for place in Picture(page, folder).places(20, seed=2) if place[2] >= 0)
+    x, y, surface = next(
+        place for place in Picture(page, folder).places(20, seed=2) if place[2] >= 0
+    )
     page.call("Input.dispatchTouchEvent", type="touchStart", touchPoints=[{"x": x, "y": y}])
     page.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
     page.call("Emulation.setTouchEmulationEnabled", enabled=False)
     assert page.run("chosen.surface") == surface
-    assert page.run("[document.documentElement.scrollWidth, view.canvas.clientWidth <= 375]") == [375, True]
+    assert page.run("[document.documentElement.scrollWidth, view.canvas.clientWidth <= 375]") == [
+        375,
+        True,
+    ]
 
 
 def test_a_comparison_shows_the_change(chromium, folder, tmp_path):
     """Of a state with itself: nothing changes, and all that counts has the colour in the middle."""
     assert main(["compare", str(folder), str(folder), "--out", str(tmp_path / "change")]) == 0
     chromium.open(tmp_path / "change" / "report.html")
-    assert chromium.run("byId('legend-title').textContent") == "Change of the full load hours [h per year]"
+    assert (
+        chromium.run("byId('legend-title').textContent")
+        == "Change of the full load hours [h per year]"
+    )
     counting = "[...city.surfaces.keys()].filter(carries)"
     stops = "currentLayer().stops.map(readColour)"
-    assert chromium.run(f"{counting}.every((k) => colourOf(k, currentLayer(), {stops}, [0, 0, 0])[0] === 0xeb)")
+    assert chromium.run(
+        f"{counting}.every((k) => colourOf(k, currentLayer(), {stops}, [0, 0, 0])[0] === 0xeb)"
+    )
     chromium.run(f"chooseSurface({counting}[0])")
     assert shown(chromium)["Change of the hours"] == "0.0 ± 0.0 h" and chromium.complaints == []
-    assert "Change of its energy in a year: 0.00 ± 0.00 MWh" in chromium.run("byId('chosen').textContent")
-    assert "Change [MWh] ▾" in chromium.run("byId('buildings').tHead.innerText")  # sorted by it; ▴ where some lose
-    assert chromium.run("[-0.04, 1234.5, -0.05].map((value) => format(value, 1, '+'))") == ["0.0", "+1,234.5", "−0.1"]
+    assert "Change of its energy in a year: 0.00 ± 0.00 MWh" in chromium.run(
+        "byId('chosen').textContent"
+    )
+    assert "Change [MWh] ▾" in chromium.run(
+        "byId('buildings').tHead.innerText"
+    )  # sorted by it; ▴ where some lose
+    assert chromium.run("[-0.04, 1234.5, -0.05].map((value) => format(value, 1, '+'))") == [
+        "0.0",
+        "+1,234.5",
+        "−0.1",
+    ]
 
 
 def test_without_webgl_the_table_is_there(folder):
@@ -212,7 +261,9 @@ def test_without_webgl_the_table_is_there(folder):
     try:
         browser.open(folder / "report.html")
         assert "WebGL" in browser.run("byId('note').textContent")
-        assert browser.run("[byId('view').checkVisibility(), byId('buildings').tBodies[0].rows.length]") == [False, 16]
+        assert browser.run(
+            "[byId('view').checkVisibility(), byId('buildings').tBodies[0].rows.length]"
+        ) == [False, 16]
         browser.run("document.querySelector('#city-buildings td button').click()")
         assert len(shown_parts(browser)) == 3
     finally:

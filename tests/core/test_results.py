@@ -33,17 +33,28 @@ FACES = (
 )
 
 
-# Two houses, an oak and a horizon, see data/ATTRIBUTION.md. Hours and errors as version 0.2.0 itself computed them,
-# when it wrote the file, for the file's weather: its faces.csv under Perez's sky, read again under the isotropic one.
+# Two houses, an oak and a horizon, see data/ATTRIBUTION.md. Hours and errors as version 0.2.0
+# itself computed them, when it wrote the file, for the file's weather: its faces.csv under Perez's
+# sky, read again under the isotropic one.
 KEPT = Path(__file__).parents[1] / "data" / "transfer_0.2.0.nc.gz"
 KEPT_HOURS = {
-    "perez": "747.393 290.566 267.597 593.361 1168.94 484.299 883.828 668.546 281.99 483.443 1192.14 608.129",
-    "isotropic": "676.58 293.41 323.24 584.22 1095.81 566.08 805.76 640.6 336.07 475.19 1130.58 674.63",
+    "perez": (
+        "747.393 290.566 267.597 593.361 1168.94 484.299 883.828 668.546 281.99 483.443 1192.14 "
+        "608.129"
+    ),
+    "isotropic": (
+        "676.58 293.41 323.24 584.22 1095.81 566.08 805.76 640.6 336.07 475.19 1130.58 674.63"
+    ),
 }
-KEPT_ERRORS = "5.65007 2.39543 0.885052 6.23176 3.71313 4.26997 5.58928 4.34054 1.01867 5.21042 3.42419 5.30132"
+KEPT_ERRORS = (
+    "5.65007 2.39543 0.885052 6.23176 3.71313 4.26997 5.58928 4.34054 1.01867 5.21042 3.42419 "
+    "5.30132"
+)
 
 
-@pytest.fixture(scope="module", params=[ERA5, PVGIS], ids=["hours", "intervals around an odd minute"])
+@pytest.fixture(
+    scope="module", params=[ERA5, PVGIS], ids=["hours", "intervals around an odd minute"]
+)
 def weighed(request):
     """Transfer, weather and energy of a hundred random horizons."""
     weather = read_weather(request.param, 52.5, 13.4)
@@ -63,7 +74,9 @@ def test_faces(weighed, tmp_path):
     with (tmp_path / "faces.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     assert [row["surface_id"] for row in rows] == transfer.surfaces.surface_id
-    assert [row["eligible"] for row in rows] == ["true" if one else "false" for one in transfer.surfaces.eligible]
+    assert [row["eligible"] for row in rows] == [
+        "true" if one else "false" for one in transfer.surfaces.eligible
+    ]
     assert rows[3]["full_load_hours"] == rows[3]["full_load_hours_standard_error"] == ""
     assert float(rows[3]["poa_global_annual"]) > 0
     for name, values in (
@@ -82,7 +95,11 @@ def test_groups(weighed, tmp_path):
     write_groups(tmp_path / "groups.csv", energy)
     table = pd.read_csv(tmp_path / "groups.csv")
     columns = ["kind", "orientation", "period", "index", "full_load_hours", "count", "area"]
-    assert table.columns.tolist() == [*columns, "full_load_hours_standard_error", "full_load_hours_dc"]
+    assert table.columns.tolist() == [
+        *columns,
+        "full_load_hours_standard_error",
+        "full_load_hours_dc",
+    ]
     known = table["full_load_hours_standard_error"].notna()
     assert (known == (table["period"] == "annual")).all()
     surfaces = transfer.surfaces
@@ -90,17 +107,27 @@ def test_groups(weighed, tmp_path):
         own = table[(table["kind"] == kind) & (table["orientation"] == orientation)]
         member = surfaces.eligible & (surfaces.kind == kind) & (surfaces.orientation == orientation)
         annual = np.average(energy.full_load_hours[member], weights=surfaces.area[member])
-        months = np.average(energy.full_load_hours_by_month[member], weights=surfaces.area[member], axis=0)
-        period = {name: rows.set_index("index")["full_load_hours"] for name, rows in own.groupby("period")}
+        months = np.average(
+            energy.full_load_hours_by_month[member], weights=surfaces.area[member], axis=0
+        )
+        period = {
+            name: rows.set_index("index")["full_load_hours"] for name, rows in own.groupby("period")
+        }
         assert period["annual"].to_list() == pytest.approx([annual], rel=1e-5)
-        assert period["month"].loc[range(1, 13)].to_list() == pytest.approx(months.tolist(), rel=1e-5, abs=1e-4)
+        assert period["month"].loc[range(1, 13)].to_list() == pytest.approx(
+            months.tolist(), rel=1e-5, abs=1e-4
+        )
         assert len(period["hour"]) == 24
         assert period["hour"].sum() == pytest.approx(annual, rel=1e-5)
         assert (own["count"] == member.sum()).all()
     # The hour is that of the middle of the interval: around noon the sun stands highest.
-    south = table[(table["kind"] == "roof") & (table["orientation"] == "south") & (table["period"] == "hour")]
+    south = table[
+        (table["kind"] == "roof") & (table["orientation"] == "south") & (table["period"] == "hour")
+    ]
     noon = np.average(south["index"] + 0.5, weights=south["full_load_hours"])
-    offset = 0.5 - ((weather.data.index[0] + weather.interval / 2).minute / 60)  # of the middle in its hour
+    offset = 0.5 - (
+        (weather.data.index[0] + weather.interval / 2).minute / 60
+    )  # of the middle in its hour
     assert noon == pytest.approx(12 - weather.longitude / 15 + offset, abs=0.45)
 
 
@@ -110,8 +137,13 @@ def test_time_series(weighed, tmp_path):
     write_timeseries(path, energy, weather, dc_system())
     with xr.open_dataset(path) as dataset:
         assert dataset["capacity_factor"].dims == ("time", "group")
-        assert dataset["group"].to_numpy().tolist() == [*("_".join(group) for group in energy.groups), "all"]
-        np.testing.assert_allclose(dataset["capacity_factor"][:, :-1], energy.capacity_factor, atol=1e-7)
+        assert dataset["group"].to_numpy().tolist() == [
+            *("_".join(group) for group in energy.groups),
+            "all",
+        ]
+        np.testing.assert_allclose(
+            dataset["capacity_factor"][:, :-1], energy.capacity_factor, atol=1e-7
+        )
         whole = np.average(energy.capacity_factor, axis=1, weights=energy.group_area)
         np.testing.assert_allclose(dataset["capacity_factor"][:, -1], whole, atol=1e-7)
         times = pd.DatetimeIndex(dataset["time"].to_numpy(), tz="UTC")
@@ -131,7 +163,9 @@ def assert_same(one, other):
     """Equal in every field, to the last bit, types included."""
     if isinstance(one, np.ndarray):
         np.testing.assert_array_equal(one, other)
-        assert one.dtype.kind == other.dtype.kind and (one.dtype.kind != "f" or one.dtype == other.dtype)
+        assert one.dtype.kind == other.dtype.kind and (
+            one.dtype.kind != "f" or one.dtype == other.dtype
+        )
     elif isinstance(one, dict):
         assert one.keys() == other.keys()
         for name in one:
@@ -148,23 +182,32 @@ def test_transfer_comes_back_exactly(weighed, tmp_path):
     write_transfer(tmp_path / "transfer.nc", transfer)
     again = read_transfer(tmp_path / "transfer.nc")
     assert_same(transfer, again)
-    np.testing.assert_array_equal(compute_energy(again, weather).full_load_hours, energy.full_load_hours)
+    np.testing.assert_array_equal(
+        compute_energy(again, weather).full_load_hours, energy.full_load_hours
+    )
 
 
 @pytest.mark.parametrize("sky", KEPT_HOURS)
 def test_a_transfer_of_version_0_2_is_read(tmp_path, sky):
-    """In leaf from May to October and bare, beneath distant terrain, with the horizon of Perez's sky and its errors."""
+    """In leaf from May to October and bare, beneath distant terrain, with the horizon of Perez's
+    sky and its errors.
+    """
     path = tmp_path / "transfer.nc"
     path.write_bytes(gzip.decompress(KEPT.read_bytes()))
     transfer = read_transfer(path)
-    energy = compute_energy(transfer, read_weather(ERA5, transfer.site.latitude, transfer.site.longitude), sky=sky)
+    energy = compute_energy(
+        transfer, read_weather(ERA5, transfer.site.latitude, transfer.site.longitude), sky=sky
+    )
     carries = ~np.isin(transfer.surfaces.kind, ["downward"])
     assert (np.isfinite(energy.full_load_hours) == carries).all() and carries.sum() == 12
     expected, errors = (np.array(line.split(), float) for line in (KEPT_HOURS[sky], KEPT_ERRORS))
-    # By the version that wrote the file. Suns that are just behind a surface are matched otherwise since.
+    # By the version that wrote the file. Suns that are just behind a surface are matched otherwise
+    # since.
     assert (np.abs(energy.full_load_hours[carries] - expected) < 0.03 * errors).all()
     if sky == "perez":
-        np.testing.assert_allclose(energy.full_load_hours_standard_error[carries], errors, rtol=0.01)
+        np.testing.assert_allclose(
+            energy.full_load_hours_standard_error[carries], errors, rtol=0.01
+        )
     notes = [note.split(" (version 0.2.0")[0] for note in transfer.notes]
     assert notes == ["has no checksums", "does not tell where modules have no room"]
     assert transfer.leaf_months == (5, 6, 7, 8, 9, 10)
@@ -180,7 +223,11 @@ def kept_again(tmp_path_factory):
     write_transfer(new, before)
     again = read_transfer(new)
     assert_same(replace(before, notes=again.notes), again)
-    assert again.error_parts and again.bare.error_parts and again.sources["horizon"].standard_error.any()
+    assert (
+        again.error_parts
+        and again.bare.error_parts
+        and again.sources["horizon"].standard_error.any()
+    )
     return new, again
 
 
@@ -189,20 +236,28 @@ def test_all_that_is_written_has_a_checksum(kept_again):
         for group in (file, file["bare"]):
             written = {*group.variables, *(":" + name for name in group.ncattrs())} - {":checksums"}
             assert set(json.loads(group.checksums)) == written and len(written) > 40
-        np.testing.assert_array_equal(file["visible_share"][:], kept_again[1].visible_share)  # as others read it
+        np.testing.assert_array_equal(
+            file["visible_share"][:], kept_again[1].visible_share
+        )  # as others read it
 
 
 @pytest.mark.parametrize("name", ["diffuse_relative", "horizon_relative", "surface_id", "site"])
 def test_one_flipped_bit_is_named(kept_again, tmp_path, name):
     path, transfer = kept_again
-    arrays = {"diffuse_relative": transfer.diffuse_relative, "horizon_relative": transfer.sources["horizon"].relative}
+    arrays = {
+        "diffuse_relative": transfer.diffuse_relative,
+        "horizon_relative": transfer.sources["horizon"].relative,
+    }
     texts = {"surface_id": b"a_south", "site": f"{transfer.site.latitude!r}".encode()[:8]}
     content = bytearray(path.read_bytes())
     place = content.find(arrays[name].tobytes() if name in arrays else texts[name])
     assert place > 0
     content[place + 2] ^= 1
     (tmp_path / "flipped.nc").write_bytes(content)
-    with pytest.raises(InputError, match=rf"flipped\.nc: is damaged: {name} is not what was written .*; copy it again"):
+    with pytest.raises(
+        InputError,
+        match=rf"flipped\.nc: is damaged: {name} is not what was written .*; copy it again",
+    ):
         read_transfer(tmp_path / "flipped.nc")
 
 
@@ -220,7 +275,11 @@ def test_transfer_of_other_ways_and_without_surfaces(way, tmp_path):
 
 def test_a_series_without_groups_keeps_names_of_text(weighed, tmp_path):
     _, weather, energy = weighed
-    area, count, factor = energy.group_area[:0], energy.group_count[:0], energy.capacity_factor[:, :0]
+    area, count, factor = (
+        energy.group_area[:0],
+        energy.group_count[:0],
+        energy.capacity_factor[:, :0],
+    )
     none = replace(energy, groups=[], group_area=area, group_count=count, capacity_factor=factor)
     write_timeseries(tmp_path / "none.nc", none, weather, dc_system())
     with xr.open_dataset(tmp_path / "none.nc") as data:
@@ -245,7 +304,12 @@ def test_files_that_are_no_transfer(weighed, tmp_path):
     content = good.read_bytes()
     write_timeseries(tmp_path / "timeseries.nc", energy, weather, dc_system())
     paths = [ERA5, tmp_path / "missing.nc", tmp_path, tmp_path / "timeseries.nc"]
-    parts = {"empty": b"", "text": b"a,b\n1,2\n", "half": content[: len(content) // 2], "cut": content[:-9]}
+    parts = {
+        "empty": b"",
+        "text": b"a,b\n1,2\n",
+        "half": content[: len(content) // 2],
+        "cut": content[:-9],
+    }
     for name, part in parts.items():
         paths.append(tmp_path / f"{name}.nc")
         paths[-1].write_bytes(part)
@@ -271,25 +335,35 @@ def test_what_hdf5_cannot_unpack_is_named_with_a_cure(tmp_path, monkeypatch):
     monkeypatch.setattr(open_netcdf.importlib.util, "find_spec", lambda name: None)
     # The NetCDF library, which the tests use, tells HDF5 where its own methods lie.
     monkeypatch.setattr(open_netcdf.h5py.h5z, "filter_avail", lambda code: code < 256)
-    with pytest.raises(InputError, match=r"packed\.nc: is compressed by .*zstd.*; type: pip install hdf5plugin"):
+    with pytest.raises(
+        InputError, match=r"packed\.nc: is compressed by .*zstd.*; type: pip install hdf5plugin"
+    ):
         open_netcdf.open_netcdf(path)
     with netCDF4.Dataset(tmp_path / "five.nc", "w", format="NETCDF3_64BIT_DATA") as file:
         file.createDimension("x", 1)
-    with pytest.raises(InputError, match=r"five\.nc: is NetCDF in the format CDF-5.*; type: nccopy -k nc4"):
+    with pytest.raises(
+        InputError, match=r"five\.nc: is NetCDF in the format CDF-5.*; type: nccopy -k nc4"
+    ):
         open_netcdf.open_netcdf(tmp_path / "five.nc")
 
 
-@pytest.mark.parametrize("form", ["NETCDF4", "NETCDF4_CLASSIC", "NETCDF3_CLASSIC", "NETCDF3_64BIT_OFFSET"])
+@pytest.mark.parametrize(
+    "form", ["NETCDF4", "NETCDF4_CLASSIC", "NETCDF3_CLASSIC", "NETCDF3_64BIT_OFFSET"]
+)
 def test_the_formats_of_netcdf_are_read_alike(form, tmp_path):
     """As packed by the NetCDF library: whole numbers with a scale, a gap and a time axis."""
     path = tmp_path / "one.nc"
     with netCDF4.Dataset(path, "w", format=form) as file:
         file.createDimension("time", 4)
-        values = file.createVariable("ssrd", "i2", ("time",), fill_value=-1, zlib=form.startswith("NETCDF4"))
+        values = file.createVariable(
+            "ssrd", "i2", ("time",), fill_value=-1, zlib=form.startswith("NETCDF4")
+        )
         values.scale_factor, values.add_offset = 0.5, 100.0
         values[:] = np.ma.masked_array([100.0, 101.5, 0.0, 90.0], [False, False, True, False])
         file.createVariable("time", "i4", ("time",))[:] = np.arange(4)
         file["time"].units = "hours since 2017-01-01"
     with open_netcdf.open_netcdf(path) as dataset:
         np.testing.assert_array_equal(dataset["ssrd"], [100.0, 101.5, np.nan, 90.0])
-        assert (dataset["time"].to_numpy() == np.arange("2017-01-01", "2017-01-01T04", dtype="M8[h]")).all()
+        assert (
+            dataset["time"].to_numpy() == np.arange("2017-01-01", "2017-01-01T04", dtype="M8[h]")
+        ).all()

@@ -69,14 +69,18 @@ def test_stratified_points_lie_in_their_cells(divisions):
 
 @pytest.mark.parametrize("count", [1, 2, 4, 8, 16, 32, 64, 256, 1 << 18])
 def test_shadow_points_lie_evenly_in_all_bands(count):
-    """One of them in each rectangle of area 1/count, whatever its shape, however the digits are turned over."""
+    """One of them in each rectangle of area 1/count, whatever its shape, however the digits are
+    turned over.
+    """
     rows, columns = grid_of(count)
     points = points_of_grid(count).astype(np.int64)
     rectangle = (points[:, 1] * rows >> 24) * columns + (points[:, 0] * columns >> 24)
     assert (rectangle == np.arange(count)).all()
     turned = points ^ np.array([0xABCDEF, 0x123456])
     for wide in 2 ** np.arange(count.bit_length()):
-        band = (turned[:, 0] * wide >> 24) * (count // wide) + (turned[:, 1] * (count // wide) >> 24)
+        band = (turned[:, 0] * wide >> 24) * (count // wide) + (
+            turned[:, 1] * (count // wide) >> 24
+        )
         assert (np.sort(band) == np.arange(count)).all()
 
 
@@ -91,4 +95,6 @@ def test_sobol_points_are_those_of_scipy():
     """Direction numbers of Joe and Kuo, in the order of the Gray code."""
     for count in (1, 2, 64, 1000, 1 << 14):
         points = Sobol(4, scramble=False).random_base2((count - 1).bit_length())[:count]
-        assert np.array_equal(sobol_digits(count), np.round(points * (1 << DIGITS)).astype(np.uint32))
+        assert np.array_equal(
+            sobol_digits(count), np.round(points * (1 << DIGITS)).astype(np.uint32)
+        )

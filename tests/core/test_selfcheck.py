@@ -28,7 +28,9 @@ def test_everything_passes_in_half_a_minute(report):
 
 @pytest.mark.slow
 def test_errors_are_small_enough_to_reject_the_nearest_wrong_value(report):
-    """Two reflections are told from three, the sky from the sky and the ground, one view factor from the next."""
+    """Two reflections are told from three, the sky from the sky and the ground, one view factor
+    from the next.
+    """
     found = {check["name"]: check for check in report["checks"]}
     for face in ("wall", "street"):
         two, three = (found[f"street canyon, {face} after {count} reflections"] for count in (2, 3))
@@ -39,7 +41,10 @@ def test_errors_are_small_enough_to_reject_the_nearest_wrong_value(report):
 
 
 def test_the_command_prints_numbers_and_says_pass(monkeypatch, capsys):
-    few = [("one is one", 1.0, 0.0, lambda: (1.0, 0.0)), ("about two", 2.0, 0.0, lambda: (2.01, 0.004))]
+    few = [
+        ("one is one", 1.0, 0.0, lambda: (1.0, 0.0)),
+        ("about two", 2.0, 0.0, lambda: (2.01, 0.004)),
+    ]
     monkeypatch.setattr(selfcheck, "closed_form_checks", lambda: few)
     monkeypatch.setattr(selfcheck, "hard_checks", list)
     assert main(["selfcheck"]) == 0
@@ -71,7 +76,9 @@ def test_a_wrong_number_fails_the_command_and_the_others_go_on(monkeypatch, caps
 def test_a_fault_in_the_tracer_is_found(monkeypatch):
     """With a tenth of the reflected light lost, the furnace fails."""
     whole = solve_radiosity.multiply
-    monkeypatch.setattr(solve_radiosity, "multiply", lambda *given, **kept: np.float32(0.9) * whole(*given))
+    monkeypatch.setattr(
+        solve_radiosity, "multiply", lambda *given, **kept: np.float32(0.9) * whole(*given)
+    )
     name = "closed furnace, albedo 0.25, 3 reflections"
     furnace = [check for check in closed_form_checks.closed_form_checks() if check[0] == name]
     monkeypatch.setattr(selfcheck, "closed_form_checks", lambda: furnace)

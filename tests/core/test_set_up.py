@@ -1,4 +1,6 @@
-"""The set-up stops with one line that can be pasted, on machines of several kinds, played by faked programs."""
+"""The set-up stops with one line that can be pasted, on machines of several kinds, played by faked
+programs.
+"""
 
 import importlib.util
 import os
@@ -28,7 +30,9 @@ def tool():
 
 @pytest.fixture
 def machine(tool, tmp_path, monkeypatch):
-    """A machine with nothing but the programs that a test puts there; returns the function that does so."""
+    """A machine with nothing but the programs that a test puts there; returns the function that
+    does so.
+    """
     folder = tmp_path / "bin"
     folder.mkdir()
     monkeypatch.setenv("PATH", str(folder))
@@ -56,24 +60,39 @@ def stopped(function, *arguments):
 def can_be_pasted(line):
     """Whether the shell takes what stands behind "type: " without complaint about its form."""
     command = line.split("type: ")[1] if "type: " in line else line.split("Type: ")[1]
-    return subprocess.run(["/bin/sh", "-n", "-c", command.split(" (")[0]], check=False).returncode == 0
+    return (
+        subprocess.run(["/bin/sh", "-n", "-c", command.split(" (")[0]], check=False).returncode == 0
+    )
 
 
 def test_missing_packages_are_one_line_with_what_they_are_for(tool, machine):
     machine("apt-get")
     packages = ["python3.13-venv", "libx11-6", "libgl1"]
     line = stopped(tool.install_system_packages, packages)
-    assert "missing Python and its virtual environments" in line and "graphics libraries that Blender loads" in line
-    assert "type: su -c" in line and all(package in line for package in packages) and can_be_pasted(line)
+    assert (
+        "missing Python and its virtual environments" in line
+        and "graphics libraries that Blender loads" in line
+    )
+    assert (
+        "type: su -c" in line
+        and all(package in line for package in packages)
+        and can_be_pasted(line)
+    )
     machine("sudo", "exit 1")  # wants a password
     line = stopped(tool.install_system_packages, packages)
     assert "type: sudo sh -c 'apt-get update && apt-get install -y" in line and can_be_pasted(line)
 
 
-@pytest.mark.parametrize("case", [
-    ("ID=ubuntu\nVERSION_ID=24.04\n", "add-apt-repository -y ppa:deadsnakes/ppa && apt-get install -y python3.13-venv"),
-    ("ID=fedora\n", "type: UV_PYTHON_INSTALL_MIRROR=https://HOST/PATH make demo"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "case",
+    [
+        (
+            "ID=ubuntu\nVERSION_ID=24.04\n",
+            "add-apt-repository -y ppa:deadsnakes/ppa && apt-get install -y python3.13-venv",
+        ),
+        ("ID=fedora\n", "type: UV_PYTHON_INSTALL_MIRROR=https://HOST/PATH make demo"),
+    ],
+)
 def test_uv_without_a_network_says_what_to_type(tool, machine, tmp_path, monkeypatch, case):
     """As in Ubuntu 24.04, whose apt has no Python that Blender exists for."""
     system, cure = case
@@ -96,7 +115,12 @@ def test_make_without_any_python_is_one_line(tmp_path):
     (tmp_path / "id").write_text("#!/bin/sh\necho 1000\n")
     (tmp_path / "id").chmod(0o755)
     done = subprocess.run(
-        [make, "demo"], cwd=ROOT, env={"PATH": str(tmp_path)}, capture_output=True, text=True, check=False
+        [make, "demo"],
+        cwd=ROOT,
+        env={"PATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert done.returncode == 2
     install = "'apt-get update && apt-get install -y python3 python3-venv' && make demo"
@@ -104,12 +128,17 @@ def test_make_without_any_python_is_one_line(tmp_path):
     assert len(done.stdout.strip().splitlines()) == 1
     (tmp_path / "sudo").symlink_to("/bin/true")
     done = subprocess.run(
-        [make, "demo"], cwd=ROOT, env={"PATH": str(tmp_path)}, capture_output=True, text=True, check=False
+        [make, "demo"],
+        cwd=ROOT,
+        env={"PATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert f"type: sudo sh -c {install}" in done.stdout
 
 
-# -- wheels of the extension: large tests of packages are left out of the archive and of its list, nothing else --
+# -- wheels of the extension: tests of packages are left out of archive and list, no more --
 RECORD = "toy-1.0.dist-info/RECORD"
 
 

@@ -1,4 +1,6 @@
-"""A city's solar map, its tiles read by a reader of our own from the specifications, and in a real Chromium."""
+"""A city's solar map, its tiles read by a reader of our own from the specifications, and in a real
+Chromium.
+"""
 
 import gzip
 import json
@@ -18,7 +20,11 @@ from citypv.core.results import tile_tree
 from citypv.core.results.read_results import read_results
 
 pytestmark = [pytest.mark.once, pytest.mark.slow]
-HOSTILE = ["</script><script>document.title='bad'</script>", "\"'><img src=x onerror=document.title='bad'>", "дом 🏠"]
+HOSTILE = [
+    "</script><script>document.title='bad'</script>",
+    "\"'><img src=x onerror=document.title='bad'>",
+    "дом 🏠",
+]
 EAST = (0.0, 400.0)  # [m] of the two folders
 
 
@@ -27,20 +33,38 @@ def folders(tmp_path_factory):
     """Results of two quarters of nine houses each."""
     place, rng = tmp_path_factory.mktemp("quarters"), np.random.default_rng(4)
     names = [f"House {k}" for k in range(9, 18)], [*HOSTILE, *(f"house {k}" for k in range(6))]
-    return [simulate_houses(place / f"quarter{k}", names[k], rng, 3, east=east) for k, east in enumerate(EAST)]
+    return [
+        simulate_houses(place / f"quarter{k}", names[k], rng, 3, east=east)
+        for k, east in enumerate(EAST)
+    ]
 
 
 @pytest.fixture(scope="module")
 def web(folders, tmp_path_factory):
     """The map of both."""
     out = tmp_path_factory.mktemp("map") / "web"
-    assert main(["site", *map(str, folders), "--out", str(out), "--attribution", "<b>City & Co</b>", "--quiet"]) == 0
+    assert (
+        main(
+            [
+                "site",
+                *map(str, folders),
+                "--out",
+                str(out),
+                "--attribution",
+                "<b>City & Co</b>",
+                "--quiet",
+            ]
+        )
+        == 0
+    )
     return out
 
 
 @pytest.fixture(scope="module")
 def faces(folders):
-    return pd.concat([pd.read_csv(folder / "faces.csv") for folder in folders]).set_index("surface_id")
+    return pd.concat([pd.read_csv(folder / "faces.csv") for folder in folders]).set_index(
+        "surface_id"
+    )
 
 
 def tiles_of(web):
@@ -58,9 +82,17 @@ def test_each_surface_stands_once_in_the_tiles_with_the_numbers_of_faces_csv(web
     for table, *_ in tiles_of(web):
         own = faces.loc[table["surface_id"]]
         seen += table["surface_id"]
-        for name, column in (("building_id", "building_id"), ("kind", "kind"), ("orientation", "orientation")):
+        for name, column in (
+            ("building_id", "building_id"),
+            ("kind", "kind"),
+            ("orientation", "orientation"),
+        ):
             assert table[name] == own[column].tolist()
-        for name, column in (("area", "area"), ("tilt", "surface_tilt"), ("sky", "sky_view_factor")):
+        for name, column in (
+            ("area", "area"),
+            ("tilt", "surface_tilt"),
+            ("sky", "sky_view_factor"),
+        ):
             assert table[name] == pytest.approx(own[column].to_numpy(), rel=1e-5)
         counts = own["eligible"].to_numpy()
         assert [reason == "counts" for reason in table["reason"]] == counts.tolist()
@@ -72,25 +104,36 @@ def test_each_surface_stands_once_in_the_tiles_with_the_numbers_of_faces_csv(web
             "error": on_counted_area(own, "full_load_hours_standard_error"),
         }
         share = (own["area"] / own["open_area"]).to_numpy()
-        expected |= {f"month_{k + 1:02d}": months.loc[own.index, k].to_numpy() * share for k in range(12)}
+        expected |= {
+            f"month_{k + 1:02d}": months.loc[own.index, k].to_numpy() * share for k in range(12)
+        }
         for name, values in expected.items():
             assert table[name][counts] == pytest.approx(np.asarray(values), rel=1e-5)
     assert sorted(seen) == sorted(faces.index) and len(faces) == 2 * 9 * 7
 
 
 def test_triangles_lie_on_the_earth_where_the_city_stands(web, folders, faces):
-    """From the Earth's centre to the files' grid by PROJ: area, plane and middle of each surface."""
-    globe = pyproj.Transformer.from_crs("EPSG:4978", pyproj.CRS("EPSG:25833").to_3d(), always_xy=True)
+    """From the Earth's centre to the files' grid by PROJ: area, plane and middle of each
+    surface.
+    """
+    globe = pyproj.Transformer.from_crs(
+        "EPSG:4978", pyproj.CRS("EPSG:25833").to_3d(), always_xy=True
+    )
     middles = {}
     for quarter, folder in enumerate(folders):
         outlines = read_results(folder).outlines
         for row, name in enumerate(pd.read_csv(folder / "faces.csv")["surface_id"]):
             middles[name] = outlines.rings(row)[0].mean(axis=0)[2], quarter
-    low = [json.loads((folder / "summary.json").read_text("utf-8"))["input"]["site"]["origin"][2] for folder in folders]
+    low = [
+        json.loads((folder / "summary.json").read_text("utf-8"))["input"]["site"]["origin"][2]
+        for folder in folders
+    ]
     for table, corners, feature, matrix in tiles_of(web):
         there = np.column_stack([corners.reshape(-1, 3), np.ones(3 * len(corners))]) @ matrix
         grid = np.column_stack(globe.transform(*there[:, :3].T)).reshape(-1, 3, 3)
-        area = 0.5 * np.linalg.norm(np.cross(grid[:, 1] - grid[:, 0], grid[:, 2] - grid[:, 0]), axis=1)
+        area = 0.5 * np.linalg.norm(
+            np.cross(grid[:, 1] - grid[:, 0], grid[:, 2] - grid[:, 0]), axis=1
+        )
         own = faces.loc[table["surface_id"]]
         assert np.bincount(feature, area) == pytest.approx(own["area"].to_numpy(), rel=1e-4)
         for number, name in enumerate(table["surface_id"]):
@@ -116,7 +159,9 @@ def test_tiles_lie_in_their_boxes_and_are_small(web):
 
 
 def test_roofs_without_walls_are_off_by_the_tallest_building(web):
-    """And whatever stands above them by no less: a page draws walls wherever they are large enough to be seen."""
+    """And whatever stands above them by no less: a page draws walls wherever they are large enough
+    to be seen.
+    """
     heights, errors = {}, {}
     for tile, path, _ in visit_tiles(web / "tiles"):
         square = path.stem.rpartition("_")[0]
@@ -134,11 +179,15 @@ def test_roofs_without_walls_are_off_by_the_tallest_building(web):
 
 
 def test_from_afar_the_roofs_have_their_means(web, faces):
-    """The mosaic for the whole: the mean over its pixels is that of the roofs by their area in plan."""
+    """The mosaic for the whole: the mean over its pixels is that of the roofs by their area in
+    plan.
+    """
     top = max(visit_tiles(web / "tiles"), key=lambda one: one[0]["geometricError"])
     glb = Glb(top[1].read_bytes())
     table, (corners, feature) = glb.table(), glb.features()
-    area = np.bincount(feature, 0.5 * np.abs(np.cross(*(corners[:, k] - corners[:, 0] for k in (1, 2)))[:, 2]))
+    area = np.bincount(
+        feature, 0.5 * np.abs(np.cross(*(corners[:, k] - corners[:, 0] for k in (1, 2)))[:, 2])
+    )
     roofs = faces[faces["kind"] == "roof"]
     plan = roofs["area"] * np.cos(np.radians(roofs["surface_tilt"]))
     assert area.sum() == pytest.approx(plan.sum(), rel=0.02)
@@ -159,7 +208,9 @@ def test_tiles_that_are_too_large_are_cut(folders, tmp_path, monkeypatch):
 def test_a_private_map_names_nothing(folders, tmp_path):
     out = tmp_path / "web"
     assert main(["site", *map(str, folders), "--out", str(out), "--private", "--quiet"]) == 0
-    whole = b"".join(path.read_bytes() for path in out.rglob("*") if path.suffix in (".glb", ".json", ".html"))
+    whole = b"".join(
+        path.read_bytes() for path in out.rglob("*") if path.suffix in (".glb", ".json", ".html")
+    )
     assert b"ouse" not in whole and "дом".encode() not in whole
     rows = json.loads((out / "buildings" / "largest.json").read_text("utf-8"))
     assert len(rows) == 18 and {row[0] for row in rows} == {None}
@@ -168,7 +219,15 @@ def test_a_private_map_names_nothing(folders, tmp_path):
 
 def test_what_does_not_belong_together_is_refused(folders, tmp_path, refused):
     other = tmp_path / "other"
-    again = ["yield", str(folders[1] / "transfer.nc"), "--losses", "0", "--out", str(other), "--quiet"]
+    again = [
+        "yield",
+        str(folders[1] / "transfer.nc"),
+        "--losses",
+        "0",
+        "--out",
+        str(other),
+        "--quiet",
+    ]
     assert main(again) == 0
     cases = {
         ("--losses",): [folders[0], other],
@@ -198,7 +257,10 @@ def address(web):
 
 def whole_map(page):
     page.wait("document.querySelector('#city-buildings tbody tr') !== null")
-    page.wait("tiles.stats.downloading + tiles.stats.parsing + tiles.stats.queued === 0 && tiles.visibleTiles.size > 0")
+    page.wait(
+        "tiles.stats.downloading + tiles.stats.parsing + tiles.stats.queued === 0 && "
+        "tiles.visibleTiles.size > 0"
+    )
     page.run("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
 
@@ -213,21 +275,38 @@ def page(chromium, address):
 
 
 def test_clicks_show_what_faces_csv_says(page, web, folders, faces):
-    """Near the second quarter; places as the files have them, brought to the map's frame by PROJ."""
+    """Near the second quarter; places as the files have them, brought to the map's frame
+    by PROJ.
+    """
     page.run("chooseBuilding(found.find((row) => row.id === 'house 4').building, true)")
-    page.wait("[...loaded.values()].some(({ columns }) => columns.building?.includes(chosen.building))")
+    page.wait(
+        "[...loaded.values()].some(({ columns }) => columns.building?.includes(chosen.building))"
+    )
     page.run("new Promise((done) => setTimeout(done, 700))")
     whole_map(page)
     assert shown_parts(page)["Together"]
-    frame = np.array(json.loads((web / "page" / "map.json").read_text("utf-8"))["frame"]).reshape(4, 4)
+    frame = np.array(json.loads((web / "page" / "map.json").read_text("utf-8"))["frame"]).reshape(
+        4, 4
+    )
     site = json.loads((folders[1] / "summary.json").read_text("utf-8"))["input"]["site"]
-    globe = pyproj.Transformer.from_crs(pyproj.CRS("EPSG:25833").to_3d(), "EPSG:4978", always_xy=True)
+    globe = pyproj.Transformer.from_crs(
+        pyproj.CRS("EPSG:25833").to_3d(), "EPSG:4978", always_xy=True
+    )
 
     def place(corners):
         turn = np.radians(site["convergence"])
         east, north = (corners[..., 0], corners[..., 1])
-        grid = np.stack([np.cos(turn) * east - np.sin(turn) * north, np.sin(turn) * east + np.cos(turn) * north], -1)
-        x, y, z = (*np.moveaxis(grid + site["origin"][:2], -1, 0), corners[..., 2] + site["origin"][2])
+        grid = np.stack(
+            [
+                np.cos(turn) * east - np.sin(turn) * north,
+                np.sin(turn) * east + np.cos(turn) * north,
+            ],
+            -1,
+        )
+        x, y, z = (
+            *np.moveaxis(grid + site["origin"][:2], -1, 0),
+            corners[..., 2] + site["origin"][2],
+        )
         return (np.stack(globe.transform(x, y, z), axis=-1) - frame[3, :3]) @ frame[:3, :3].T
 
     names = pd.read_csv(folders[1] / "faces.csv")["surface_id"]
@@ -240,7 +319,9 @@ def test_clicks_show_what_faces_csv_says(page, web, folders, faces):
         assert told["Surface"] == names[surface]
         assert numbers(told["Area"])[0] == pytest.approx(row.area, abs=0.006)
         if row.eligible:
-            hours = [on_counted_area(row, f"full_load_hours{end}") for end in ("", "_standard_error")]
+            hours = [
+                on_counted_area(row, f"full_load_hours{end}") for end in ("", "_standard_error")
+            ]
             assert numbers(told["Full load hours"]) == pytest.approx(hours, abs=0.06)
             assert page.run("document.querySelectorAll('#city-chosen .months i').length") == 12
             checked += 1
@@ -248,15 +329,21 @@ def test_clicks_show_what_faces_csv_says(page, web, folders, faces):
 
 
 def test_buildings_are_found_and_have_the_totals_of_buildings_csv(page, folders):
-    buildings = pd.concat([pd.read_csv(folder / "buildings.csv") for folder in folders]).set_index("building_id")
+    buildings = pd.concat([pd.read_csv(folder / "buildings.csv") for folder in folders]).set_index(
+        "building_id"
+    )
     assert page.run("byId('found').textContent") == "18 of 18"
     for name in [*HOSTILE, "House 12", "HOUSE 3"]:
         page.run(f"byId('search').value = {json.dumps(name)}")
         page.run("searchBuildings()")
-        (row,) = page.run("findRows().map(({ id, area, kwp, mwh, hours }) => [id, area, kwp, mwh, hours])")
+        (row,) = page.run(
+            "findRows().map(({ id, area, kwp, mwh, hours }) => [id, area, kwp, mwh, hours])"
+        )
         one = buildings.loc[row[0]]
         assert row[0].lower() == name.lower()
-        assert row[1:] == pytest.approx([one.eligible_area, one.kwp, one.mwh_per_year, one.full_load_hours], rel=1e-4)
+        assert row[1:] == pytest.approx(
+            [one.eligible_area, one.kwp, one.mwh_per_year, one.full_load_hours], rel=1e-4
+        )
         page.run("document.querySelector('#city-buildings td button').click()")
         assert page.run("document.querySelector('#city-chosen p button').textContent") == row[0]
     assert page.run("document.querySelectorAll('#city img, #city script').length") == 0
@@ -264,7 +351,14 @@ def test_buildings_are_found_and_have_the_totals_of_buildings_csv(page, folders)
 
 def test_it_says_what_it_rests_on_and_fits_a_phone(page):
     text = page.run("document.body.innerText")
-    for words in ("<b>City & Co</b>", "climatology", "Weather", "Results of", "root mean square", "Building law"):
+    for words in (
+        "<b>City & Co</b>",
+        "climatology",
+        "Weather",
+        "Results of",
+        "root mean square",
+        "Building law",
+    ):
         assert words in text
     page.resize(375, 812)
     assert page.run("document.documentElement.scrollWidth") == 375

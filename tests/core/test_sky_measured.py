@@ -1,4 +1,6 @@
-"""The sky against measured walls and against ISO 52010-1, by `benchmarks/sky.py`, and what chooses the sky."""
+"""The sky against measured walls and against ISO 52010-1, by `benchmarks/sky.py`, and what chooses
+the sky.
+"""
 
 import runpy
 from dataclasses import replace
@@ -36,14 +38,19 @@ def test_measured_walls(period):
     assert found["north"]["isotropic"][1] > 20
     for wall, models in found.items():
         assert models["perez"][1] <= models["pvlib"][1] + WORSE, wall
-    mean = {sky: np.mean([models[sky][1] for models in found.values()]) for sky in ("isotropic", "perez")}
+    mean = {
+        sky: np.mean([models[sky][1] for models in found.values()])
+        for sky in ("isotropic", "perez")
+    }
     assert mean["perez"] < 0.8 * mean["isotropic"]
 
 
 @pytest.mark.slow
 @pytest.mark.once
 def test_hours_of_iso_52010():
-    """No worse than pvlib's Perez; and with the norm's clearness, by the sun's altitude, the norm's own numbers."""
+    """No worse than pvlib's Perez; and with the norm's clearness, by the sun's altitude, the norm's
+    own numbers.
+    """
     found = BENCHMARK["compare_norm"]()
     assert len(found) == 4
     for plane, models in found.items():
@@ -62,10 +69,16 @@ def horizon_of(transfer, share):
 
 
 def test_no_sky_is_darker_than_black(berlin):
-    """Where little of the dome but all of the horizon is seen, a dark horizon takes no more than the dome gives."""
-    transfer = horizon_of(unshaded_transfer(choose_suns("days:12", *berlin.axis), [90] * 3, [0, 90, 180], albedo=0), 1)
+    """Where little of the dome but all of the horizon is seen, a dark horizon takes no more than
+    the dome gives.
+    """
+    transfer = horizon_of(
+        unshaded_transfer(choose_suns("days:12", *berlin.axis), [90] * 3, [0, 90, 180], albedo=0), 1
+    )
     for dome in (0.5, 0.05, 0.01, 0.0):
-        little = replace(transfer, sky_view_factor=np.full(3, dome), diffuse_relative=np.full(3, dome))
+        little = replace(
+            transfer, sky_view_factor=np.full(3, dome), diffuse_relative=np.full(3, dome)
+        )
         little.visible_share[:] = 0
         series = compute_energy(little, berlin, series=[0, 1, 2], sky="perez").series
         assert series.poa_diffuse.min() > -1e-9
@@ -73,9 +86,13 @@ def test_no_sky_is_darker_than_black(berlin):
 
 
 def test_few_and_many_surfaces_agree_under_perez(berlin):
-    """pvlib itself and its tables: full load hours to 0.03 %, with the loss of diffuse light by incidence."""
+    """pvlib itself and its tables: full load hours to 0.03 %, with the loss of diffuse light by
+    incidence.
+    """
     tilt, azimuth = np.repeat([90.0, 90.0, 30.0, 60.0], 150), np.tile(np.linspace(0, 359, 150), 4)
-    transfer = horizon_of(unshaded_transfer(choose_suns("days:12", *berlin.axis), tilt, azimuth), 0.6)
+    transfer = horizon_of(
+        unshaded_transfer(choose_suns("days:12", *berlin.axis), tilt, azimuth), 0.6
+    )
     system = build_system(Request(iam="physical", diffuse_iam=True))
     many = compute_energy(transfer, berlin, system, sky="perez")
     few = unshaded_transfer(choose_suns("days:12", *berlin.axis), tilt[::10], azimuth[::10])
@@ -85,22 +102,32 @@ def test_few_and_many_surfaces_agree_under_perez(berlin):
 
 
 def test_annual_sums_are_those_of_the_hours(berlin):
-    transfer = horizon_of(unshaded_transfer(choose_suns("days:12", *berlin.axis), [90, 30, 120], [180, 90, 0]), 0.5)
+    transfer = horizon_of(
+        unshaded_transfer(choose_suns("days:12", *berlin.axis), [90, 30, 120], [180, 90, 0]), 0.5
+    )
     energy = compute_energy(transfer, berlin, series=[0, 1, 2], sky="perez")
     series = energy.series
-    np.testing.assert_allclose((series.poa_direct + series.poa_diffuse).sum(axis=0) / 1000, energy.poa_global_annual)
+    np.testing.assert_allclose(
+        (series.poa_direct + series.poa_diffuse).sum(axis=0) / 1000, energy.poa_global_annual
+    )
     direct = compute_energy(transfer, berlin, series=[0, 1, 2]).series.poa_direct
-    np.testing.assert_allclose(series.poa_direct, direct, atol=1e-9)  # circumsolar light counts as diffuse
+    np.testing.assert_allclose(
+        series.poa_direct, direct, atol=1e-9
+    )  # circumsolar light counts as diffuse
 
 
 def test_errors_of_the_horizon_are_carried_to_hours(berlin):
-    transfer = horizon_of(unshaded_transfer(choose_suns("days:12", *berlin.axis), [90, 90], [180, 0]), 1)
+    transfer = horizon_of(
+        unshaded_transfer(choose_suns("days:12", *berlin.axis), [90, 90], [180, 0]), 1
+    )
     plain = compute_energy(transfer, berlin, sky="perez")
     transfer.sources["horizon"].standard_error[:] = 0.05
     found = compute_energy(transfer, berlin, sky="perez")
     dark = compute_energy(horizon_of(transfer, 0), berlin, sky="perez")
     change = plain.full_load_hours - dark.full_load_hours
-    np.testing.assert_allclose(found.full_load_hours_standard_error, 0.05 * np.abs(change), rtol=0.15)
+    np.testing.assert_allclose(
+        found.full_load_hours_standard_error, 0.05 * np.abs(change), rtol=0.15
+    )
 
 
 # -- which sky --
@@ -123,7 +150,9 @@ def test_the_plan_takes_perez_where_inclined_surfaces_count(berlin):
     for settings in ({"sky": "isotropic"}, {"effects": {"perez": False}}):
         effect = plan_of(wall, berlin, **settings)["perez"]
         circumsolar = 0.349  # share of DHI
-        assert not effect.on and effect.bound == pytest.approx(circumsolar / (1 - circumsolar), abs=0.005)
+        assert not effect.on and effect.bound == pytest.approx(
+            circumsolar / (1 - circumsolar), abs=0.005
+        )
         assert plan_of(wall, **settings)["perez"].bound is None
     assert plan_of(level, berlin, sky="perez")["perez"].on
 
@@ -140,5 +169,7 @@ def test_the_sky_of_a_transfer():
     assert choose_sky(Request(), even) == "isotropic"
     assert choose_sky(Request(sky="perez"), even) == "perez"
     weather = read_weather(BARROW, 71.32, -156.62)
-    with pytest.raises(InputError, match="--sky perez: the Transfer was traced without the light of the horizon"):
+    with pytest.raises(
+        InputError, match="--sky perez: the Transfer was traced without the light of the horizon"
+    ):
         compute_energy(even, weather, sky="perez")

@@ -1,11 +1,22 @@
-"""Mirrors, glossy faces and glass in gather: the specular pass against images in mirrors, and against forward."""
+"""Mirrors, glossy faces and glass in gather: the specular pass against images in mirrors, and
+against forward.
+"""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from leaves import box, crowns_of
-from mirror_street import EDGES, HEIGHT, MIDDLE, finish, light_of_strips, lit_share, street, trace_street
+from mirror_street import (
+    EDGES,
+    HEIGHT,
+    MIDDLE,
+    finish,
+    light_of_strips,
+    lit_share,
+    street,
+    trace_street,
+)
 from scenes import assert_mean, join, run_forward, run_gather, run_hybrid, strip, suns_towards
 from scipy.special import expn
 from test_forward_agrees import SUNS, group_means, refined
@@ -25,22 +36,33 @@ MIRROR = "surface,albedo,material\nfacade,0.6,mirror\nflat,{},\n"
     [("gather", 30.0, 1), ("gather", 50.0, 4), ("forward", 30.0, 1), ("forward", 50.0, 1)],
 )
 def test_sun_in_a_mirror_facade(tmp_path, estimator, elevation, bounces):
-    """The mirror image of the sun lights the street: ρ · sin(elevation) as far as the facade throws it."""
+    """The mirror image of the sun lights the street: ρ · sin(elevation) as far as the facade throws
+    it.
+    """
     fewer = {"samples": 1024} if estimator == "gather" else {}
-    transfer = trace_street(tmp_path, MIRROR.format(0), elevation, estimator, max_bounces=bounces, **fewer)
+    transfer = trace_street(
+        tmp_path, MIRROR.format(0), elevation, estimator, max_bounces=bounces, **fewer
+    )
     mean, error = light_of_strips(transfer, 0)
     assert error.max() < (0.003 if estimator == "gather" else 0.01)
     expected = 0.6 * np.sin(np.radians(elevation)) * lit_share(elevation)
     assert expected[0] > 0.29 and (expected[-1] == 0 or elevation < 45)
     assert_mean(mean, error + 1e-4, expected)
-    # Nothing comes back to the facade from a black street, but for the chance by which photons tell of a sun.
+    # Nothing comes back to the facade from a black street, but for the chance by which photons tell
+    # of a sun.
     assert transfer.direct_reflected[0, 0] <= (0 if estimator == "gather" else 1e-3)
-    assert transfer.visible_share[MIDDLE] == pytest.approx(1, abs=0 if estimator == "gather" else 0.05)
+    assert transfer.visible_share[MIDDLE] == pytest.approx(
+        1, abs=0 if estimator == "gather" else 0.05
+    )
 
 
-@pytest.mark.parametrize(("estimator", "material"), [("gather", "mirror"), ("forward", "mirror"), ("forward", "")])
+@pytest.mark.parametrize(
+    ("estimator", "material"), [("gather", "mirror"), ("forward", "mirror"), ("forward", "")]
+)
 def test_sky_in_a_facade(tmp_path, estimator, material):
-    """The street sees the sky but for the facade, and in a mirror its image (Hottel), twice what a dull one sends."""
+    """The street sees the sky but for the facade, and in a mirror its image (Hottel), twice what a
+    dull one sends.
+    """
     near, far = EDGES[:-1], EDGES[1:]
     seen = 0.5 * (1 - (np.hypot(far, HEIGHT) - np.hypot(near, HEIGHT)) / (far - near))
     text = f"surface,albedo,material\nfacade,0.8,{material}\nflat,0,\n"
@@ -51,12 +73,18 @@ def test_sky_in_a_facade(tmp_path, estimator, material):
 
 @pytest.mark.parametrize(
     ("estimator", "name", "index", "interfaces"),
-    [("gather", "glass", 1.52, 2), ("forward", "double glazing", 1.52, 4), ("gather", "water", 1.333, 1)],
+    [
+        ("gather", "glass", 1.52, 2),
+        ("forward", "double glazing", 1.52, 4),
+        ("gather", "water", 1.333, 1),
+    ],
 )
 def test_sun_in_a_glass_facade(tmp_path, estimator, name, index, interfaces):
     """Fresnel's share at the angle of incidence, which is the elevation here."""
     fewer = {"samples": 1024} if estimator == "gather" else {}
-    transfer = trace_street(tmp_path, f"surface,albedo,material\nfacade,,{name}\nflat,0,\n", 30.0, estimator, **fewer)
+    transfer = trace_street(
+        tmp_path, f"surface,albedo,material\nfacade,,{name}\nflat,0,\n", 30.0, estimator, **fewer
+    )
     mean, error = light_of_strips(transfer, 0)
     share = reflect_interfaces([np.cos(np.radians(30.0))], index, interfaces)[0]
     assert 0.02 < share < 0.2
@@ -64,15 +92,24 @@ def test_sun_in_a_glass_facade(tmp_path, estimator, name, index, interfaces):
 
 
 def test_a_mirror_below_a_layer_of_leaves(tmp_path):
-    """Leaves take their share on the way to the mirror: e^(-τ/sin β) of a sun, and 2 E₃(τ) of the sky.
+    """Leaves take their share on the way to the mirror: e^(-τ/sin β) of a sun, and 2 E₃(τ) of the
+    sky.
 
     A mirror that absorbs nothing shows what it hides: the street is as bright as without it.
     """
-    scene, thickness = replace(street(), trees=crowns_of(box([-4000, -4000, 12], [4000, 4000, 14]))), 0.6
-    path, rays = finish(tmp_path, MIRROR.format(0).replace("0.6", "1")), {"samples": 1 << 14, "shadow_samples": 1 << 13}
+    scene, thickness = (
+        replace(street(), trees=crowns_of(box([-4000, -4000, 12], [4000, 4000, 14]))),
+        0.6,
+    )
+    path, rays = (
+        finish(tmp_path, MIRROR.format(0).replace("0.6", "1")),
+        {"samples": 1 << 14, "shadow_samples": 1 << 13},
+    )
     settings = {"albedo_file": path, "far_ground": False, "max_bounces": 1, "threads": 1}
     # With an extinction coefficient of 0.5, over 2 m.
-    transfer = run_hybrid(scene, suns_towards([[0, -(3**0.5), 1]]), leaf_area_density=thickness, **rays, **settings)
+    transfer = run_hybrid(
+        scene, suns_towards([[0, -(3**0.5), 1]]), leaf_area_density=thickness, **rays, **settings
+    )
     sky, sun = light_of_strips(transfer), light_of_strips(transfer, 0)
     assert max(sky[1].max(), sun[1].max()) < 0.01
     assert_mean(sky[0], np.maximum(sky[1], 0.002), 2 * expn(3, thickness))
@@ -80,15 +117,22 @@ def test_a_mirror_below_a_layer_of_leaves(tmp_path):
 
 
 def trace_houses(tmp_path, finishes, photons, **settings):
-    """Three houses with some finishes: the scene; by gather with mirrors, by gather with black ones, and by forward."""
-    scene, path = refined(three_houses(), 10.0), finish(tmp_path, f"surface,albedo,material\n{finishes}\n")
+    """Three houses with some finishes: the scene; by gather with mirrors, by gather with black
+    ones, and by forward.
+    """
+    scene, path = (
+        refined(three_houses(), 10.0),
+        finish(tmp_path, f"surface,albedo,material\n{finishes}\n"),
+    )
     settings |= {"albedo": 0.5, "ground_albedo": 0.4, "albedo_file": path}
     hybrid = run_hybrid(scene, SUNS, **settings)
     black = run_hybrid(scene, SUNS, effects={"specular": False}, **settings)
     return scene, hybrid, black, run_forward(scene, SUNS, **settings | {"samples": photons})
 
 
-@pytest.mark.parametrize("finishes", ["facade,0.8,mirror", "facade,0.7,glossy:0.3", "facade,,double glazing"])
+@pytest.mark.parametrize(
+    "finishes", ["facade,0.8,mirror", "facade,0.7,glossy:0.3", "facade,,double glazing"]
+)
 def test_hybrid_is_forward_on_three_houses(tmp_path, finishes):
     """Reflections of all kinds after one another, with far ground."""
     _, *transfers = trace_houses(tmp_path, finishes, 150, samples=128)
@@ -135,7 +179,9 @@ def test_results_do_not_depend_on_threads_or_on_blocks(tmp_path, monkeypatch):
 
 
 def test_the_plan_and_gather_alone(tmp_path):
-    """What calls for the pass, what is said, and that gather never takes a mirror for a black face in silence."""
+    """What calls for the pass, what is said, and that gather never takes a mirror for a black face
+    in silence.
+    """
     path = finish(tmp_path, MIRROR.format(0.1))
     suns, scene = suns_towards([[0, -1, 1]]), street()
     for settings, on, words in (
@@ -156,8 +202,12 @@ def test_the_plan_and_gather_alone(tmp_path):
 
 
 def test_the_horizon_of_perez_by_way_of_mirrors(tmp_path):
-    """The band at the horizon, the second source of Perez's sky, reflected by facades: as forward has it."""
-    scene, hybrid, black, forward = trace_houses(tmp_path, "facade,0.8,mirror", 400, samples=256, sky="perez")
+    """The band at the horizon, the second source of Perez's sky, reflected by facades: as forward
+    has it.
+    """
+    scene, hybrid, black, forward = trace_houses(
+        tmp_path, "facade,0.8,mirror", 400, samples=256, sky="perez"
+    )
     assert set(forward.record.photons) == {"sky", "far ground", "suns", "horizon"}
     tally = forward.record.photons["horizon"]
     assert sum(tally.values()) == 2 * tally["emitted"] > 0
@@ -174,9 +224,11 @@ def test_the_horizon_of_perez_by_way_of_mirrors(tmp_path):
 
 
 def test_the_horizon_of_perez_in_still_water(tmp_path):
-    """A level mirror, R wide before a long wall: from height z the band is seen in it down to where it ends.
+    """A level mirror, R wide before a long wall: from height z the band is seen in it down to where
+    it ends.
 
-    The lowest z cos φ/R of the band's image, in tangents, are cut off at azimuth φ from the wall's normal.
+    The lowest z cos φ/R of the band's image, in tangents, are cut off at azimuth φ from the wall's
+    normal.
     """
     high, wide, share = 2.0, 20.0, 0.8
     wall = strip([-2000, 0, 0], [4000, 0, 0], [0, 0, high], 1)

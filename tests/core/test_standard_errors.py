@@ -33,11 +33,15 @@ def patches_as_surfaces(scene):
 
 @cache
 def scene_and_suns(name):
-    """Houses anywhere on their ground under five suns; houses that stand on whole patches, the sun in the zenith."""
+    """Houses anywhere on their ground under five suns; houses that stand on whole patches, the sun
+    in the zenith.
+    """
     if name == ANYWHERE:
         return patches_as_surfaces(three_houses()), SUNS
     ground = strip([-32, -32, 0], [64, 0, 0], [0, 64, 0], 1)
-    houses = box((-16, -16, 0), (0, 0, 12)) + box((8, -8, 0), (16, 8, 20)) + box((-8, 8, 0), (8, 16, 8))
+    houses = (
+        box((-16, -16, 0), (0, 0, 12)) + box((8, -8, 0), (16, 8, 20)) + box((-8, 8, 0), (8, 16, 8))
+    )
     return patches_as_surfaces(join([ground, *houses])), suns_towards([[0, 0, 1]])
 
 
@@ -45,17 +49,23 @@ def scene_and_suns(name):
 def traced(seed, samples, shadow_samples, bounces, name=ANYWHERE):
     """Of diffuse and annual direct light: (2, n) values and (2, n) standard errors."""
     scene, suns = scene_and_suns(name)
-    request = Request(samples=samples, shadow_samples=shadow_samples, max_bounces=bounces, seed=seed, report="all")
+    request = Request(
+        samples=samples, shadow_samples=shadow_samples, max_bounces=bounces, seed=seed, report="all"
+    )
     transfer = trace_gather(scene, suns, request, silent)
     annual = direct_relative(transfer) @ suns.weight
     values = np.stack([transfer.diffuse_relative, annual])
-    return values, np.stack([transfer.diffuse_relative_standard_error, transfer.direct_annual_standard_error])
+    return values, np.stack(
+        [transfer.diffuse_relative_standard_error, transfer.direct_annual_standard_error]
+    )
 
 
 def errors_of(part, known, settings):
     """Rms over all surfaces and seeds: reported, and against what is known."""
     runs = [traced(seed, *settings) for seed in SEEDS]
-    return rms([errors[part] for _, errors in runs]), rms([values[part] - known for values, _ in runs])
+    return rms([errors[part] for _, errors in runs]), rms(
+        [values[part] - known for values, _ in runs]
+    )
 
 
 LADDERS = {  # part, settings with 1, 4 and 16 times the samples, and those of a long run
@@ -63,16 +73,26 @@ LADDERS = {  # part, settings with 1, 4 and 16 times the samples, and those of a
     "sky and reflections": (DIFFUSE, [(n, 16, 3) for n in (64, 256, 1024)], (8192, 576, 3)),
     "suns": (DIRECT, [(64, n, 0) for n in (4, 16, 64)], (64, 1024, 0)),
     "suns and reflections": (DIRECT, [(16 * n, n, 3) for n in (4, 16, 64)], (8192, 576, 3)),
-    "reflections": (DIRECT, [(n, 16, 3, ALIGNED) for n in (64, 256, 1024)], (16384, 16, 3, ALIGNED)),  # no shadows
+    "reflections": (
+        DIRECT,
+        [(n, 16, 3, ALIGNED) for n in (64, 256, 1024)],
+        (16384, 16, 3, ALIGNED),
+    ),  # no shadows
 }
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "name", [name if "reflections" in name else pytest.param(name, marks=pytest.mark.thorough) for name in LADDERS]
+    "name",
+    [
+        name if "reflections" in name else pytest.param(name, marks=pytest.mark.thorough)
+        for name in LADDERS
+    ],
 )
 def test_errors_fall_and_are_reported(name):
-    """With sixteen times the samples to a quarter at least; of some thousand surfaces and three seeds."""
+    """With sixteen times the samples to a quarter at least; of some thousand surfaces and three
+    seeds.
+    """
     part, ladder, long = LADDERS[name]
     known = traced(9, *long)[0][part]
     assert len(known) > 2000
@@ -85,7 +105,9 @@ def test_errors_fall_and_are_reported(name):
 
 
 def test_errors_of_patches_partly_under_a_house_are_not_missed_by_chance():
-    """Few points stand on both sides of a wall's line: where they agree, they must not tell that nothing is unknown."""
+    """Few points stand on both sides of a wall's line: where they agree, they must not tell that
+    nothing is unknown.
+    """
     scene, suns = scene_and_suns(ANYWHERE)
     steps = []
     known = run_gather(scene, suns, samples=64, shadow_samples=1024, max_bounces=0, seed=9)
@@ -104,8 +126,9 @@ def test_errors_of_patches_partly_under_a_house_are_not_missed_by_chance():
 
 
 def lines_across_a_triangle(angle, generator):
-    """Straight lines at random places across a right triangle: their normals (2, k), their distances from the right
-    angle (k,), and the area beyond them in closed form, as a share of the triangle's, (k,)."""
+    """Straight lines at random places across a right triangle: their normals (2, k), their
+    distances from the right angle (k,), and the area beyond them in closed form, as a share of the
+    triangle's, (k,)."""
     normal = np.stack([np.cos(angle), np.sin(angle)])
     corners = np.sort(np.stack([np.zeros_like(angle), *normal]), axis=0)
     edge = generator.uniform(corners[0], corners[2])
@@ -117,7 +140,9 @@ def lines_across_a_triangle(angle, generator):
 
 @pytest.mark.parametrize("count", [2, 4, 8, 16, 64, 256])
 def test_what_is_left_of_the_variance_along_the_straight_edge_of_a_shadow(count):
-    """Edges at any place and angle across a right triangle, whose lit area is known in closed form."""
+    """Edges at any place and angle across a right triangle, whose lit area is known in
+    closed form.
+    """
     generator = np.random.default_rng(count)
     normal, edge, area = lines_across_a_triangle(generator.uniform(0, 2 * np.pi, 40000), generator)
     turned = (generator.random((40000, 2)) * (1 << DIGITS)).astype(np.uint32)
@@ -129,8 +154,12 @@ def test_what_is_left_of_the_variance_along_the_straight_edge_of_a_shadow(count)
 
 
 def test_light_that_only_slopes_and_light_that_is_even():
-    """A slope of four along the columns: each point stands at the same place of its rectangle, and so none is wrong."""
+    """A slope of four along the columns: each point stands at the same place of its rectangle, and
+    so none is wrong.
+    """
     rows, columns = grid_of(16)
     slope = np.tile(np.arange(columns, dtype=np.float32), rows)[None]
-    assert variance_of_neighbours(slope) == 0  # the places within rectangles tell, and here there are none
+    assert (
+        variance_of_neighbours(slope) == 0
+    )  # the places within rectangles tell, and here there are none
     assert variance_of_neighbours(np.ones((1, 16), np.float32)) == 0

@@ -8,17 +8,35 @@ from weathers import HOUR, year_of
 
 from citypv.core.settings.errors import InputError
 from citypv.core.sun.sky_grid import sky_grid_suns
-from citypv.core.sun.solar_position import is_sunny, solar_days, solar_position, sun_direction, whole_solar_days
+from citypv.core.sun.solar_position import (
+    is_sunny,
+    solar_days,
+    solar_position,
+    sun_direction,
+    whole_solar_days,
+)
 from citypv.core.sun.sun_sampling import choose_suns, match_suns
 
-PLACES = [(0.0, 0.0), (30.0, 0.0), (52.5, 13.4), (-33.4, -70.8), (12.0, 7.4), (66.56, 25.0), (90.0, 0.0), (-90.0, 0.0)]
+PLACES = [
+    (0.0, 0.0),
+    (30.0, 0.0),
+    (52.5, 13.4),
+    (-33.4, -70.8),
+    (12.0, 7.4),
+    (66.56, 25.0),
+    (90.0, 0.0),
+    (-90.0, 0.0),
+]
 DATE_LINE = [(-17.0, 179.9), (-17.0, -179.9)]
 
 
 def sunny_directions(times, interval, latitude, longitude):
     """Directions of the suns above 2°, straight from pvlib."""
     sun = pvlib.solarposition.get_solarposition(times + interval / 2, latitude, longitude)
-    zenith, azimuth = np.radians(sun["apparent_zenith"].to_numpy()), np.radians(sun["azimuth"].to_numpy())
+    zenith, azimuth = (
+        np.radians(sun["apparent_zenith"].to_numpy()),
+        np.radians(sun["azimuth"].to_numpy()),
+    )
     direction = [np.sin(zenith) * np.sin(azimuth), np.sin(zenith) * np.cos(azimuth), np.cos(zenith)]
     return np.stack(direction, 1), sun["apparent_elevation"].to_numpy() >= 2.0
 
@@ -46,7 +64,8 @@ def test_the_sun_of_the_spa_report():
     time = pd.DatetimeIndex(["2003-10-17T12:30:30-07:00"])
     sun = solar_position(time, pd.Timedelta(0), 39.742476, -105.1786).iloc[0]
     assert sun["solar_azimuth"] == pytest.approx(194.34024, abs=2e-4)
-    # The report's 50.11162° hold 0.016332° of refraction at its 820 mbar and 11 °C; ours are those at sea level.
+    # The report's 50.11162° hold 0.016332° of refraction at its 820 mbar and 11 °C; ours are those
+    # at sea level.
     assert sun["solar_zenith"] - 0.016332 == pytest.approx(50.11162, abs=2e-4)
     assert sun["apparent_zenith"] == pytest.approx(50.11162, abs=0.005)
 
@@ -57,8 +76,13 @@ def test_times_without_a_zone_are_refused():
 
 
 def test_days_of_local_solar_time():
-    times = pd.DatetimeIndex(["2021-06-01T00:00Z", "2021-06-01T11:00Z", "2021-06-01T12:00Z", "2021-06-01T23:00Z"])
-    for longitude, days, steps in ((0, [0, 0, 0, 0], [0, 11, 12, 23]), (180, [0, 0, 1, 1], [12, 23, 0, 11])):
+    times = pd.DatetimeIndex(
+        ["2021-06-01T00:00Z", "2021-06-01T11:00Z", "2021-06-01T12:00Z", "2021-06-01T23:00Z"]
+    )
+    for longitude, days, steps in (
+        (0, [0, 0, 0, 0], [0, 11, 12, 23]),
+        (180, [0, 0, 1, 1], [12, 23, 0, 11]),
+    ):
         day, step = solar_days(times, HOUR, longitude)
         assert (day - day[0]).tolist() == days and step.tolist() == steps
     _, step = solar_days(times, HOUR, -90)
@@ -86,7 +110,8 @@ def test_hourly_is_the_sun_itself(latitude, longitude):
     assert suns.weight.sum() == pytest.approx(1)
     match = match_suns(suns, times, HOUR, latitude, longitude)
     assert match.index[sunny, 0].tolist() == list(range(len(suns)))
-    # Another year is at most a quarter of a day off in the calendar and some minutes in the equation of time.
+    # Another year is at most a quarter of a day off in the calendar and some minutes in the
+    # equation of time.
     assert mismatch(suns, year_of(2020), latitude, longitude).max() < 0.5
 
 
@@ -99,7 +124,8 @@ def test_typical_days_stay_near(latitude, longitude):
     assert suns.weight.sum() == pytest.approx(1) and suns.weight.min() > 0
     assert len(np.unique(suns.day * 24 + suns.step)) == len(suns)
     angles = mismatch(suns, times, latitude, longitude)
-    # Twelve days over 47° of declination: each stands for some 2° to either side, and for the equation of time.
+    # Twelve days over 47° of declination: each stands for some 2° to either side, and for the
+    # equation of time.
     assert angles.mean() < 3.2 and angles.max() < 6
 
 
@@ -123,7 +149,8 @@ def test_weights_are_the_shares_of_the_year():
 def test_sky_grid_shares_the_sky_equally():
     suns = sky_grid_suns(2000)
     np.testing.assert_allclose(np.linalg.norm(suns.direction, axis=1), 1, atol=1e-12)
-    # Mean height and mean cosine-weighted height over a hemisphere: 1/2 and 1/3; no side is preferred.
+    # Mean height and mean cosine-weighted height over a hemisphere: 1/2 and 1/3; no side is
+    # preferred.
     assert suns.direction[:, 2].mean() == pytest.approx(0.5, abs=1e-3)
     assert (suns.direction[:, 2] ** 2).mean() == pytest.approx(1 / 3, abs=1e-3)
     assert np.abs(suns.direction[:, :2].mean(axis=0)).max() < 1e-3
@@ -134,7 +161,9 @@ def test_sky_grid_shares_the_sky_equally():
     assert nearest.min() > 0.6 * spacing and nearest.max() < 1.2 * spacing
 
 
-@pytest.mark.parametrize(("latitude", "longitude"), [(0.0, 0.0), (52.5, 13.4), (-33.4, -70.8), (90.0, 0.0)])
+@pytest.mark.parametrize(
+    ("latitude", "longitude"), [(0.0, 0.0), (52.5, 13.4), (-33.4, -70.8), (90.0, 0.0)]
+)
 def test_sky_grid_interpolates_any_latitude(latitude, longitude):
     suns = sky_grid_suns(1654)
     match = match_suns(suns, year_of(), HOUR, latitude, longitude)
@@ -163,10 +192,15 @@ def test_suns_too_low_to_be_traced_are_matched_by_the_nearest():
     """Of all typical days: the lowest sun of their own may stand far above them."""
     times, place = year_of(), (52.5, 13.4)
     suns = choose_suns("typical-days:12", times, HOUR, *place)
-    match, sun = match_suns(suns, times, HOUR, *place, lowest=0.0), solar_position(times, HOUR, *place)
+    match, sun = (
+        match_suns(suns, times, HOUR, *place, lowest=0.0),
+        solar_position(times, HOUR, *place),
+    )
     low = ((sun["apparent_zenith"] > 88) & (sun["apparent_zenith"] <= 90)).to_numpy()
     assert low.sum() > 100
-    cosine = sun_direction(sun["apparent_zenith"][low], sun["solar_azimuth"][low]) @ suns.direction.T
+    cosine = (
+        sun_direction(sun["apparent_zenith"][low], sun["solar_azimuth"][low]) @ suns.direction.T
+    )
     assert (match.index[low, 0] == cosine.argmax(axis=1)).all()
 
 
@@ -174,10 +208,22 @@ def test_two_degrees_are_the_limit():
     assert is_sunny([88.0, 88.001, 0.0, 95.0]).tolist() == [True, False, True, False]
 
 
-NONSENSE = ["daily", "days", "days:0", "days:x", "typical-days:", "typical-days:-3", "typical-days:1.5", "hourly:2", ""]
+NONSENSE = [
+    "daily",
+    "days",
+    "days:0",
+    "days:x",
+    "typical-days:",
+    "typical-days:-3",
+    "typical-days:1.5",
+    "hourly:2",
+    "",
+]
 
 
-@pytest.mark.parametrize("sampling", [*NONSENSE, "days:400", "typical-days:400", "sky-grid:3", "sky-grid:²"])
+@pytest.mark.parametrize(
+    "sampling", [*NONSENSE, "days:400", "typical-days:400", "sky-grid:3", "sky-grid:²"]
+)
 def test_settings_that_mean_nothing_or_cannot_be(sampling):
     with pytest.raises(InputError, match="--suns"):
         choose_suns(sampling, year_of(), HOUR, 52.5, 13.4)

@@ -11,7 +11,9 @@ RED = (0.5, 0.2, 0.1)
 
 def test_the_luminance_is_that_of_rec_709():
     """The middle row of IEC 61966-2-1's matrix from linear Rec. 709 to XYZ."""
-    middle = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])[1]
+    middle = np.array(
+        [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+    )[1]
     for colour in np.eye(3):
         assert luminance(colour) == pytest.approx(middle @ colour)
     assert luminance((0.3, 0.3, 0.3)) == pytest.approx(0.3)
@@ -44,5 +46,7 @@ def test_what_a_texture_tells_is_not_known():
     assert shader_material(RED, transmission=None) is None
     assert shader_material(RED, metallic=1.0, roughness=None) is None
     assert shader_material(RED, roughness=None).brdf() == Lambertian(0.2566)
-    assert shader_material(RED, metallic=1.0, roughness=0.9, transmission=None).brdf() == Lambertian(0.2566)
+    assert shader_material(
+        RED, metallic=1.0, roughness=0.9, transmission=None
+    ).brdf() == Lambertian(0.2566)
     assert shader_material(None, transmission=1.0).brdf() == Glass(1.52, 2)

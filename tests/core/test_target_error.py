@@ -1,4 +1,6 @@
-"""Rounds until a target error or a time, and presets: when they stop, and that the outcome does not depend on it."""
+"""Rounds until a target error or a time, and presets: when they stop, and that the outcome does not
+depend on it.
+"""
 
 import json
 import signal
@@ -24,13 +26,26 @@ from citypv.core.results.transfer_file import read_transfer
 from citypv.core.settings.presets import PRESETS
 from citypv.core.settings.request import Request
 
-COARSE = ["--weather", "clear-sky", "--samples", "64", "--shadow-samples", "16", "--suns", "days:24", "--threads", "1"]
+COARSE = [
+    "--weather",
+    "clear-sky",
+    "--samples",
+    "64",
+    "--shadow-samples",
+    "16",
+    "--suns",
+    "days:24",
+    "--threads",
+    "1",
+]
 NOTHING = YieldErrors({"rays": np.zeros(0)}, np.zeros(0), np.zeros(0), 1)
 
 
 def made_errors(rounds=1, **variance):
     """Four surfaces of 100 h and 1 m²."""
-    parts = dict.fromkeys(("shadows", "rays", "passed_on", "discretisation", "suns"), 0.0) | variance
+    parts = (
+        dict.fromkeys(("shadows", "rays", "passed_on", "discretisation", "suns"), 0.0) | variance
+    )
     variance = {name: np.full(4, value) for name, value in parts.items()}
     return YieldErrors(variance, np.full(4, 100.0), np.ones(4), rounds)
 
@@ -42,7 +57,9 @@ def test_sampled_errors_fall_as_those_of_nets_do():
     assert rounds_needed(independent, 0.5) == pytest.approx(16.0, rel=1e-6)
     needed = rounds_needed(errors, 0.5)
     assert 3 * needed**-1.6 + needed**-1.3 == pytest.approx(0.25, rel=1e-6)
-    assert rounds_needed(made_errors(shadows=4.0, suns=0.16), 0.5) == pytest.approx((4 / 0.09) ** (1 / 1.6), rel=1e-6)
+    assert rounds_needed(made_errors(shadows=4.0, suns=0.16), 0.5) == pytest.approx(
+        (4 / 0.09) ** (1 / 1.6), rel=1e-6
+    )
     assert rounds_needed(errors, 3.0) == 1.0
     assert rounds_needed(made_errors(shadows=4.0, suns=0.25), 0.5) == np.inf
     assert errors.largest() == "shadows"
@@ -50,7 +67,11 @@ def test_sampled_errors_fall_as_those_of_nets_do():
 
 def test_the_error_that_counts_holds_for_95_percent_of_the_area():
     errors = made_errors(rays=1.0)
-    errors = replace(errors, area=np.array([94.0, 1.0, 1.0, 4.0]), variance={"rays": np.array([1.0, 4.0, 9.0, 16.0])})
+    errors = replace(
+        errors,
+        area=np.array([94.0, 1.0, 1.0, 4.0]),
+        variance={"rays": np.array([1.0, 4.0, 9.0, 16.0])},
+    )
     assert errors.at_share() == pytest.approx(2.0)
     assert errors.at_share(share=0.5) == pytest.approx(1.0)
 
@@ -68,7 +89,10 @@ def test_it_stops_at_the_target_and_in_time():
     errors = made_errors(shadows=1.0)
     assert decide_stop(errors, Goal(1.5, None)) == "target reached"
     assert not decide_stop(errors, Goal(0.5, None))
-    assert decide_stop(made_errors(shadows=0.01, suns=1.0), Goal(0.5, None)) == "further rounds would not help"
+    assert (
+        decide_stop(made_errors(shadows=0.01, suns=1.0), Goal(0.5, None))
+        == "further rounds would not help"
+    )
     assert not decide_stop(made_errors(shadows=1.0, suns=1.0), Goal(0.5, None))
     now = time.monotonic()
     assert size_of_round(errors, Goal(None, now + 5), 6.0) == 0
@@ -78,7 +102,9 @@ def test_it_stops_at_the_target_and_in_time():
 
 
 def test_rounds_double_but_no_more_than_is_needed_and_fits():
-    """A round of size s takes points k s to (k + 1) s, so the samples before it are a multiple of s."""
+    """A round of size s takes points k s to (k + 1) s, so the samples before it are a multiple of
+    s.
+    """
     goal, sizes, total = Goal(0.001, None, largest=4), [], 1
     for _ in range(6):
         sizes.append(size_of_round(made_errors(total, shadows=1.0), goal, 1.0))
@@ -89,7 +115,9 @@ def test_rounds_double_but_no_more_than_is_needed_and_fits():
     assert size_of_round(made_errors(16, shadows=1.0), much, 20.0) == 4
     assert size_of_round(made_errors(16, shadows=1.0), Goal(0.97, None, largest=64), 1.0) == 1
     counts = ((64, 4), (256, 16), (100, 4), (4096, 4))
-    assert [largest_round(Request(samples=rays, shadow_samples=points)) for rays, points in counts] == [16, 4, 8, 1]
+    assert [
+        largest_round(Request(samples=rays, shadow_samples=points)) for rays, points in counts
+    ] == [16, 4, 8, 1]
 
 
 def summary_of(folder):
@@ -98,7 +126,12 @@ def summary_of(folder):
 
 @pytest.mark.once
 def test_a_target_is_met_twice_with_the_same_bits(city, tmp_path, capfd):
-    assert main(["simulate", str(city), "--out", str(tmp_path / "a"), *COARSE, "--target-error", "0.45"]) == 0
+    assert (
+        main(
+            ["simulate", str(city), "--out", str(tmp_path / "a"), *COARSE, "--target-error", "0.45"]
+        )
+        == 0
+    )
     told = capfd.readouterr().err
     assert "target reached" in told
     assert "Mrays/s" in told
@@ -106,9 +139,27 @@ def test_a_target_is_met_twice_with_the_same_bits(city, tmp_path, capfd):
     rounds = summary["traced"]["rounds"]
     assert 1 < rounds < 100
     assert summary["error_budget"]["sampling_95"] <= 0.45
-    assert main(["simulate", str(city), "--out", str(tmp_path / "again"), *COARSE, "--target-error", "0.45"]) == 0
+    assert (
+        main(
+            [
+                "simulate",
+                str(city),
+                "--out",
+                str(tmp_path / "again"),
+                *COARSE,
+                "--target-error",
+                "0.45",
+            ]
+        )
+        == 0
+    )
     again, written = (read_transfer(tmp_path / name / "transfer.nc") for name in ("again", "a"))
-    for name in ("visible_share", "direct_reflected", "diffuse_relative", "direct_annual_standard_error"):
+    for name in (
+        "visible_share",
+        "direct_reflected",
+        "diffuse_relative",
+        "direct_annual_standard_error",
+    ):
         assert np.array_equal(getattr(again, name), getattr(written, name))
     assert written.record.rounds == rounds
 
@@ -125,7 +176,9 @@ def test_ctrl_c_keeps_the_finished_rounds(city, tmp_path, monkeypatch, capfd):
 
     monkeypatch.setattr(refine_run, "trace_round", interrupted_in_the_third)
     try:
-        status = main(["simulate", str(city), "--out", str(tmp_path / "b"), *COARSE, "--target-error", "0.13"])
+        status = main(
+            ["simulate", str(city), "--out", str(tmp_path / "b"), *COARSE, "--target-error", "0.13"]
+        )
     finally:
         signal.signal(signal.SIGINT, before)
     assert status == 130
@@ -136,10 +189,16 @@ def test_ctrl_c_keeps_the_finished_rounds(city, tmp_path, monkeypatch, capfd):
 def test_presets_are_defaults_that_options_and_methods_override():
     city = ["simulate", "x.gml", "--out", "y"]
     for arguments, expected in (
-        (["--preset", "draft"], {"samples": 64, "shadow_samples": 4, "suns": "days:12", "max_bounces": None}),
+        (
+            ["--preset", "draft"],
+            {"samples": 64, "shadow_samples": 4, "suns": "days:12", "max_bounces": None},
+        ),
         (["--preset", "draft", "--samples", "256"], {"samples": 256, "shadow_samples": 4}),
         (["--preset", "reference"], {"samples": 1024, "patch_size": 5.0}),
-        (["--preset", "reference", "--method", "paper"], {"suns": "typical-days:12", "max_bounces": 3}),
+        (
+            ["--preset", "reference", "--method", "paper"],
+            {"suns": "typical-days:12", "max_bounces": 3},
+        ),
         ([], {"samples": 256, "shadow_samples": 16}),
     ):
         request = read_request(build_parser().parse_args([*city, *arguments]))

@@ -27,12 +27,18 @@ UTM = "EPSG:32616"
 
 def town(x, y, z, crs=None, step=40.0):
     count = 3
-    rows = [box(f"b{k}{n}", x + step * k, y + step * n, 15, 12, z, z + 20) for k in range(count) for n in range(count)]
+    rows = [
+        box(f"b{k}{n}", x + step * k, y + step * n, 15, 12, z, z + 20)
+        for k in range(count)
+        for n in range(count)
+    ]
     return make_city([polygon for row in rows for polygon in row], crs)
 
 
 def asc_posts():
-    """Places and heights of the grid, by the format's own rule: rows from the north, cells around their middles."""
+    """Places and heights of the grid, by the format's own rule: rows from the north, cells around
+    their middles.
+    """
     lines = ASC.read_text(encoding="utf-8").splitlines()
     head = {key.lower(): float(value) for key, value in (line.split() for line in lines[:6])}
     heights = np.array([[float(word) for word in line.split()] for line in lines[6:]])
@@ -44,8 +50,13 @@ def asc_posts():
 
 def write_asc(path, heights, cell=10.0, west=0.0, south=0.0):
     rows, columns = heights.shape
-    head = f"ncols {columns}\nnrows {rows}\nxllcorner {west}\nyllcorner {south}\ncellsize {cell}\nNODATA_value -9999\n"
-    path.write_text(head + "\n".join(" ".join(f"{h:.4f}" for h in row) for row in heights), encoding="utf-8")
+    head = (
+        f"ncols {columns}\nnrows {rows}\nxllcorner {west}\nyllcorner {south}\ncellsize "
+        f"{cell}\nNODATA_value -9999\n"
+    )
+    path.write_text(
+        head + "\n".join(" ".join(f"{h:.4f}" for h in row) for row in heights), encoding="utf-8"
+    )
     return path
 
 
@@ -78,7 +89,8 @@ def test_geotiff_in_degrees_lies_where_the_grid_in_metres_lies():
     city = town(float(x[30, 30]), float(y[30, 30]), 400.0, UTM)
     places = np.column_stack([x[25:35, 25:35].ravel(), y[25:35, 25:35].ravel()])
     other = measure_heights(read_terrain(TIF, city), places)
-    # One was resampled from the other, on slopes of up to 40 %: a shift by half a cell would give 15 m.
+    # One was resampled from the other, on slopes of up to 40 %: a shift by half a cell would give
+    # 15 m.
     assert np.median(np.abs(other - heights[25:35, 25:35].ravel())) < 3.0
 
 
@@ -94,8 +106,13 @@ def test_tin_in_degrees_keeps_heights_and_area():
     assert layer.points[:, 2].max() == pytest.approx(24.2, abs=1e-3)
     # The first corner of the first triangle, as it stands in the file.
     text = gzip.decompress(TIN.read_bytes()).decode("utf-8-sig")
-    latitude, longitude, height = (float(n) for n in re.search(r"<gml:posList>(\S+) (\S+) (\S+)", text).groups())
-    assert np.abs(layer.points - [*turn.transform(longitude, latitude), height]).max(axis=1).min() < 1e-3
+    latitude, longitude, height = (
+        float(n) for n in re.search(r"<gml:posList>(\S+) (\S+) (\S+)", text).groups()
+    )
+    assert (
+        np.abs(layer.points - [*turn.transform(longitude, latitude), height]).max(axis=1).min()
+        < 1e-3
+    )
 
 
 def test_mesh_with_gaps_is_bridged_and_said():
@@ -137,10 +154,17 @@ def test_walls_above_a_slope_are_carried_down_and_those_below_are_cut(tmp_path):
     scene = on_slope(city, tmp_path)
     raised = scene.report.repaired["ends above the terrain, extended down to it"]
     buried = scene.report.repaired["continues below the terrain, cut off at it"]
-    column = {name: k // 18 for k, name in enumerate(city.surface_id)}  # three buildings of six surfaces each
-    assert {column[name] for name in raised} == {0, 1}  # x from -60 and -20; the terrain is level with them at 0
+    column = {
+        name: k // 18 for k, name in enumerate(city.surface_id)
+    }  # three buildings of six surfaces each
+    assert {column[name] for name in raised} == {
+        0,
+        1,
+    }  # x from -60 and -20; the terrain is level with them at 0
     assert {column[name] for name in buried} == {2}  # x from 20
-    assert all(np.ptp(city.rings(city.surface_id.index(name))[0][:, 2]) > 19 for name in raised)  # walls, not floors
+    assert all(
+        np.ptp(city.rings(city.surface_id.index(name))[0][:, 2]) > 19 for name in raised
+    )  # walls, not floors
     assert any("extended downwards" in note for note in scene.report.notes)
 
 
@@ -157,7 +181,9 @@ def test_no_ray_slips_under_a_wall(tmp_path):
     hits = rays.trace_closest(origins.astype(np.float32), directions.astype(np.float32))
     assert (hits >= 0).all()
     # From outside, only fronts are ever met first: a back would mean a way in.
-    assert ((normal[hits] * directions).sum(axis=1) < 1e-6 * np.linalg.norm(normal[hits], axis=1)).all()
+    assert (
+        (normal[hits] * directions).sum(axis=1) < 1e-6 * np.linalg.norm(normal[hits], axis=1)
+    ).all()
 
 
 def test_marks_for_gaps_are_no_heights(tmp_path):
@@ -165,7 +191,9 @@ def test_marks_for_gaps_are_no_heights(tmp_path):
     heights[:, :25] = -9999
     heights[40, 40] = -32767.0
     city = town(-60.0, -60.0, 0.0)
-    terrain = read_terrain(write_asc(tmp_path / "gaps.asc", heights, west=-300.0, south=-300.0), city)
+    terrain = read_terrain(
+        write_asc(tmp_path / "gaps.asc", heights, west=-300.0, south=-300.0), city
+    )
     assert any("treated as gaps" in note for note in terrain.notes)
     scene = build_scene(city, 50.0, 8.0, options=SceneOptions(terrain=terrain))
     assert any("gaps" in note and "%" in note for note in scene.report.notes)
@@ -189,13 +217,25 @@ def test_terrain_of_another_place_is_refused():
         ("a.tif", TIF.read_bytes()[:90_000], "is not a readable raster|no heights at the city"),
         ("a.asc", b"hello", "is not a readable raster"),
         ("a.asc", b"ncols 5\nnrows 5\n", "is not a readable raster"),
-        ("a.asc", b"ncols 2000000\nnrows 2000000\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2 3\n", "is not a readable"),
+        (
+            "a.asc",
+            b"ncols 2000000\nnrows 2000000\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2 3\n",
+            "is not a readable",
+        ),
         ("a.txt", b"1 2 3", "not a known terrain format"),
         ("a.obj", b"v 1 2 3\n", "contains no polygons"),
         ("a.gml", b"<a/>", "contains no TINRelief"),
-        ("a.gml", b"<a><Triangle><posList>1 2 3</posList></Triangle></a>", "a triangle with 3 numbers"),
+        (
+            "a.gml",
+            b"<a><Triangle><posList>1 2 3</posList></Triangle></a>",
+            "a triangle with 3 numbers",
+        ),
         ("a.gml", b"<a><Triangle><posList>1 2 x</posList></Triangle></a>", "not numeric"),
-        ("a.gml", b"<a><Triangle><posList>nan 0 0 1 0 0 1 1 0</posList></Triangle></a>", "not finite"),
+        (
+            "a.gml",
+            b"<a><Triangle><posList>nan 0 0 1 0 0 1 1 0</posList></Triangle></a>",
+            "not finite",
+        ),
         ("a.tif", b"", "the file is empty"),
     ],
 )

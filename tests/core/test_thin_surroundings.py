@@ -21,10 +21,17 @@ REQUEST = Request(weather="clear-sky", threads=1, samples=256, shadow_samples=16
 
 @pytest.fixture(scope="module")
 def tile(tmp_path_factory):
-    """The tile in the middle of a town of houses of 16 to 23 m, in a scene of its own and as part of the whole."""
+    """The tile in the middle of a town of houses of 16 to 23 m, in a scene of its own and as part
+    of the whole.
+    """
     places = [(column, row) for column in range(SIDE) for row in range(SIDE)]
     houses = [
-        house(f"h{x}_{y}", (STEP * x + (y % 3), STEP * y + (x % 4)), (14, 12, 16 + (5 * x + 3 * y) % 8), ridge=3.0)
+        house(
+            f"h{x}_{y}",
+            (STEP * x + (y % 3), STEP * y + (x % 4)),
+            (14, 12, 16 + (5 * x + 3 * y) % 8),
+            ridge=3.0,
+        )
         for x, y in places
     ]
     scene = read_scene([write_gml(tmp_path_factory.mktemp("town") / "town.gml", *houses)], REQUEST)
@@ -37,7 +44,9 @@ def tile(tmp_path_factory):
     cut, known, _ = take_part(whole, pieces, tile)
     prepared = build_tree(prepare_scene(cut, REQUEST, suns=suns), REQUEST)
     own = np.searchsorted(known, rows)
-    return SimpleNamespace(whole=scene, weather=weather, suns=suns, rows=rows, cut=cut, own=own, prepared=prepared)
+    return SimpleNamespace(
+        whole=scene, weather=weather, suns=suns, rows=rows, cut=cut, own=own, prepared=prepared
+    )
 
 
 def test_a_patch_is_drawn_as_often_as_it_is_met():
@@ -56,7 +65,9 @@ def test_a_patch_is_drawn_as_often_as_it_is_met():
 
 
 def test_light_is_that_of_all_patches(tile):
-    """What blocks rays is exact; light from neighbours differs by less than the standard error of a surface."""
+    """What blocks rays is exact; light from neighbours differs by less than the standard error of a
+    surface.
+    """
     few = thin_surroundings(tile.cut, tile.prepared, tile.own)
     assert len(few.prepared.patches) < 0.4 * len(tile.prepared.patches)
     found = trace_scene(few.scene, tile.weather, REQUEST, silent, prepared=few.prepared)
@@ -71,4 +82,9 @@ def test_light_is_that_of_all_patches(tile):
     assert area @ one == pytest.approx(area @ other, rel=5e-3)
     one, other = found.diffuse_relative[own], expected.diffuse_relative[tile.own]
     assert area @ one == pytest.approx(area @ other, rel=1e-3)
-    assert np.mean(np.abs(one - other)[area > 0] <= found.diffuse_relative_standard_error[own][area > 0]) > 0.95
+    assert (
+        np.mean(
+            np.abs(one - other)[area > 0] <= found.diffuse_relative_standard_error[own][area > 0]
+        )
+        > 0.95
+    )

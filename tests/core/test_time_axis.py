@@ -1,4 +1,6 @@
-"""Series on whole hours of a calendar year, against exact integration of power that is constant over each interval."""
+"""Series on whole hours of a calendar year, against exact integration of power that is constant
+over each interval.
+"""
 
 import numpy as np
 import pandas as pd
@@ -13,7 +15,9 @@ from citypv.core.weather.read_weather import read_weather
 
 
 def integrate(times, interval, values, edges):
-    """Sums between edges of values that are constant over each interval, and 0 elsewhere: by the running integral."""
+    """Sums between edges of values that are constant over each interval, and 0 elsewhere: by the
+    running integral.
+    """
     starts = times.as_unit("ns").asi8 / 3.6e12
     length = interval / HOUR
     knots = np.column_stack([starts, starts + length]).ravel()
@@ -54,13 +58,17 @@ def test_years_with_a_gap_and_leap_days_that_lack():
 
 
 def test_quarter_hours_of_many_years():
-    times = pd.date_range("2005-01-01", "2008-01-01", freq="15min", inclusive="left", tz="UTC") - pd.Timedelta("7min")
+    times = pd.date_range(
+        "2005-01-01", "2008-01-01", freq="15min", inclusive="left", tz="UTC"
+    ) - pd.Timedelta("7min")
     values = np.random.default_rng(0).random(len(times))
     axis, share = lay_on_axis(times, pd.Timedelta("15min"), read_zone("+02:00"))
     assert len(axis) == len(times)
     hours = (share @ values)[96 * 3 : -96 * 3].reshape(-1, 4).sum(axis=1) / 4
     edges = pd.date_range(axis[96 * 3], periods=len(hours) + 1, freq="h")
-    np.testing.assert_allclose(hours, integrate(times, pd.Timedelta("15min"), values, edges), atol=1e-9)
+    np.testing.assert_allclose(
+        hours, integrate(times, pd.Timedelta("15min"), values, edges), atol=1e-9
+    )
 
 
 @pytest.mark.parametrize("text", ["CET", "1", "+1", "+25:00", "Europe/Berlin", "", "+01:07"])
@@ -70,20 +78,38 @@ def test_what_is_no_fixed_offset_is_refused(text):
 
 
 def test_yield_puts_a_traced_city_onto_a_calendar_year(tmp_path):
-    """As `simulate`: 8,760 hours from midnight at UTC+1, and the sums of the weather's own hours."""
+    """As `simulate`: 8,760 hours from midnight at UTC+1, and the sums of the weather's
+    own hours.
+    """
     city, base = write_small_city(tmp_path / "small.gml"), tmp_path / "base"
     few = ["--samples", "16", "--suns", "days:2", "--quiet"]
-    assert main(["simulate", str(city), "--weather", str(ERA5), "--transfer", "--out", str(base), *few]) == 0
+    assert (
+        main(
+            ["simulate", str(city), "--weather", str(ERA5), "--transfer", "--out", str(base), *few]
+        )
+        == 0
+    )
     faces = pd.read_csv(base / "faces.csv")
     surface = str(faces.loc[faces["full_load_hours"].idxmax(), "surface_id"])
     hours = []
     for zone in ("file", "+01:00"):
         out = tmp_path / zone[-2:]
-        options = ["--weather", str(ERA5), "--time-axis", zone, "--series", surface, "--out", str(out)]
+        options = [
+            "--weather",
+            str(ERA5),
+            "--time-axis",
+            zone,
+            "--series",
+            surface,
+            "--out",
+            str(out),
+        ]
         assert main(["yield", str(base), *options, "--quiet"]) == 0
         hours.append(pd.read_csv(out / "faces.csv")["full_load_hours"].to_numpy())
     np.testing.assert_allclose(hours[1], hours[0], rtol=1e-4)
     series = pd.read_csv(out / "series.csv")
     assert len(series) == 8760
     begin, end = (pd.Timestamp(series["time"].iloc[row]) for row in (0, -1))
-    assert begin == pd.Timestamp("2017-01-01 00:00+01:00") and end == pd.Timestamp("2017-12-31 23:00+01:00")
+    assert begin == pd.Timestamp("2017-01-01 00:00+01:00") and end == pd.Timestamp(
+        "2017-12-31 23:00+01:00"
+    )

@@ -1,4 +1,6 @@
-"""A town of 91,764 triangles against a reference traced with another engine (Mitsuba 3) to a noise of 0.0004."""
+"""A town of 91,764 triangles against a reference traced with another engine (Mitsuba 3) to a noise
+of 0.0004.
+"""
 
 from functools import cache
 from pathlib import Path
@@ -16,7 +18,8 @@ from citypv.core.settings.request import Request
 pytestmark = pytest.mark.once
 
 ERRORS_KNOWN = 1e-4  # a surface whose error is below it has met no noise yet
-SHADOWS_MATTER = 1e-3  # above it the error is that of the shadow points, below it more and more that of reflections
+# above it the error is that of the shadow points, below it more and more that of reflections
+SHADOWS_MATTER = 1e-3
 TOWN = Path(__file__).parents[1] / "data" / "town.npz"
 
 
@@ -31,11 +34,15 @@ def traced_town():
 
 def diffuse_difference(town, transfer):
     """Estimate less reference, (3000,)."""
-    return transfer.diffuse_relative[town["triangle"]] - (town["diffuse"] + town["diffuse_reflected"])
+    return transfer.diffuse_relative[town["triangle"]] - (
+        town["diffuse"] + town["diffuse_reflected"]
+    )
 
 
 def spread(values, freedom):
-    """Spread of values over that of Student's t: by six quantiles of their sizes and, where t has one, by rms."""
+    """Spread of values over that of Student's t: by six quantiles of their sizes and, where t has
+    one, by rms.
+    """
     shares = np.array([0.5, 0.683, 0.8, 0.9, 0.95, 0.99])
     by_quantiles = np.quantile(np.abs(values), shares) / stats.t.ppf((1 + shares) / 2, freedom)
     return np.append(by_quantiles, rms(values) / stats.t.std(freedom))
@@ -67,11 +74,13 @@ def test_diffuse_errors_follow_student_s_t():
 
 @pytest.mark.slow
 def test_direct_errors_are_conservative():
-    """Over the mean of all suns; the reference's own noise is then 0.0004/√143 and counts for nothing.
+    """Over the mean of all suns; the reference's own noise is then 0.0004/√143 and counts for
+    nothing.
 
-    Sixteen cells make eight pairs. Where the shadow points make the error it has at most eight degrees of freedom, and
-    the narrowest t to hold it against is that of eight. Pairs of unequal spread and the four replicates of the
-    reflected part have fewer, four in the median (Satterthwaite's formula).
+    Sixteen cells make eight pairs. Where the shadow points make the error it has at most eight
+    degrees of freedom, and the narrowest t to hold it against is that of eight. Pairs of unequal
+    spread and the four replicates of the reflected part have fewer, four in the median
+    (Satterthwaite's formula).
     """
     town, _, transfer = traced_town()
     chosen = town["triangle"]
@@ -82,7 +91,9 @@ def test_direct_errors_are_conservative():
     shadows = clear & (error > SHADOWS_MATTER)
     partly = clear & (transfer.covered_share[chosen] > 0)
     assert partly.sum() > 200
-    assert np.quantile(np.abs(difference[partly] / error[partly]), 0.99) <= 1.10 * stats.t.ppf(0.995, 8)
+    assert np.quantile(np.abs(difference[partly] / error[partly]), 0.99) <= 1.10 * stats.t.ppf(
+        0.995, 8
+    )
     for members, freedom in ((shadows, 8), (clear, 4)):
         assert members.sum() > 2000
         found = spread(difference[members] / error[members], freedom)

@@ -11,7 +11,9 @@ SUNS = suns_towards([[0.2, -0.5, 1], [0.7, 0.7, 0.6], [-0.8, 0.1, 0.3]])
 
 def three_houses():
     ground = strip([-40, -40, 0], [80, 0, 0], [0, 80, 0], 6)
-    houses = box((-10, -10, 0), (0, 0, 12)) + box((4, -8, 0), (12, 2, 20)) + box((-6, 8, 0), (9, 16, 6))
+    houses = (
+        box((-10, -10, 0), (0, 0, 12)) + box((4, -8, 0), (12, 2, 20)) + box((-6, 8, 0), (9, 16, 6))
+    )
     return join([ground, *houses])
 
 
@@ -24,7 +26,9 @@ def test_albedo_zero_needs_no_matrix():
 
 
 def test_without_obstacles_every_patch_has_its_closed_form():
-    """Both effects off: the sky view of the tilt, and every sun in front; the far ground reflects; not a single ray."""
+    """Both effects off: the sky view of the tilt, and every sun in front; the far ground reflects;
+    not a single ray.
+    """
     scene = three_houses()
     transfer = run_gather(scene, SUNS, effects={"sky-rays": False, "shadow-rays": False})
     normal = scene.surfaces.normal

@@ -1,4 +1,6 @@
-"""A Transfer remembers which albedos and materials it was traced with, in memory, in its file and in the summary."""
+"""A Transfer remembers which albedos and materials it was traced with, in memory, in its file and
+in the summary.
+"""
 
 import numpy as np
 import pytest
@@ -20,7 +22,9 @@ TEXT = "surface,albedo,material\ns1,0.7,\nfacade,,tile\ns2,0.6,mirror\n"
 
 def street():
     """A facade s0, s1 and a street s2, s3 before it, of the materials Backstein and nothing."""
-    scene = join([strip([0, 0, 0], [20, 0, 0], [0, 0, 10], 1), strip([0, -8, 0], [20, 0, 0], [0, 8, 0], 1)])
+    scene = join(
+        [strip([0, 0, 0], [20, 0, 0], [0, 0, 10], 1), strip([0, -8, 0], [20, 0, 0], [0, 8, 0], 1)]
+    )
     scene.surfaces.material = ["Backstein", "Backstein", "", "unknown"]
     return scene
 
@@ -29,7 +33,9 @@ def trace(tmp_path, text=TEXT, trace=trace_forward, **settings):
     path = tmp_path / "finish.csv"
     path.write_text(text)
     estimator = {trace_forward: "forward", trace_gather: "gather"}[trace]
-    request = Request(albedo=0.4, samples=16, estimator=estimator, albedo_file=str(path), **settings)
+    request = Request(
+        albedo=0.4, samples=16, estimator=estimator, albedo_file=str(path), **settings
+    )
     return trace(street(), SUNS, request, silent)
 
 
@@ -41,7 +47,10 @@ def test_albedo_and_material_of_every_surface(tmp_path):
     assert dull.albedo == pytest.approx([0.225, 0.225, 0.4, 0.4])
     assert dull.material == ["tile", "tile", "", ""]
     rows = {(row["from"], row["material"]): (row["surfaces"], row["area"]) for row in dull.albedos}
-    assert rows == {("--albedo-file", "tile"): (2, pytest.approx(200)), ("--albedo", ""): (2, pytest.approx(160))}
+    assert rows == {
+        ("--albedo-file", "tile"): (2, pytest.approx(200)),
+        ("--albedo", ""): (2, pytest.approx(160)),
+    }
     part = take_rows(transfer, np.array([2, 0]))
     assert (part.albedo.tolist(), part.material) == ([0.6, 0.31], ["mirror", "Backstein"])
 
@@ -68,7 +77,10 @@ def test_files_of_before_are_still_read(tmp_path):
         old = dataset.drop_vars(["albedo", "material"])
         del old.attrs["albedos"], old.attrs[SUMS]
         old.to_netcdf(tmp_path / "old.nc")
-        spoilt = {"half": dataset.drop_vars("material"), "garbled": dataset.assign_attrs(albedos="[")}
+        spoilt = {
+            "half": dataset.drop_vars("material"),
+            "garbled": dataset.assign_attrs(albedos="["),
+        }
         spoilt["turned"] = dataset.assign(albedo=("sun", [0.1, 0.2]))
         for name, one in spoilt.items():
             one.to_netcdf(tmp_path / f"{name}.nc")

@@ -51,7 +51,9 @@ def test_triangles_cover_the_polygon_on_any_plane_and_face_its_way(name):
     rings, expected = SHAPES[name]
     matrix, _ = np.linalg.qr(np.random.default_rng(len(name)).normal(size=(3, 3)))
     matrix *= np.sign(np.linalg.det(matrix))
-    points, ring_start, polygon_start = stack([np.array(ring) @ matrix.T + [391_000, 5_817_000, 40] for ring in rings])
+    points, ring_start, polygon_start = stack(
+        [np.array(ring) @ matrix.T + [391_000, 5_817_000, 40] for ring in rings]
+    )
     area, normal = measure_polygons(points, ring_start, polygon_start)
     assert area == pytest.approx([expected], rel=1e-6)
     assert normal[0] == pytest.approx(matrix[:, 2], abs=1e-6)
@@ -91,7 +93,9 @@ def test_merging_makes_a_cube_closed():
 
 
 def assert_closed(triangles):
-    """Every edge is run through once in each direction: no gap and no vertex on a neighbour's edge."""
+    """Every edge is run through once in each direction: no gap and no vertex on a
+    neighbour's edge.
+    """
     edges = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     directed = {tuple(edge) for edge in edges.tolist()}
     assert len(directed) == len(edges)
@@ -100,7 +104,9 @@ def assert_closed(triangles):
 
 def test_turning_by_the_convergence_moves_grid_north_to_its_azimuth():
     north = turn_to_true_north(np.array([[0.0, 1.0, 5.0]]), 30.0)[0]
-    assert np.degrees(np.arctan2(north[0], north[1])) == pytest.approx(30.0)  # clockwise from true north
+    assert np.degrees(np.arctan2(north[0], north[1])) == pytest.approx(
+        30.0
+    )  # clockwise from true north
     assert north[2] == 5.0
 
 
@@ -112,7 +118,9 @@ def circle(count, radius):
 
 
 def test_a_ring_of_many_corners_takes_hardly_more_than_its_share_of_time():
-    """Four times the corners take less than eight times as long; with the square of corners it would be sixteen."""
+    """Four times the corners take less than eight times as long; with the square of corners it
+    would be sixteen.
+    """
 
     def least_time(count):
         times = []
@@ -126,7 +134,9 @@ def test_a_ring_of_many_corners_takes_hardly_more_than_its_share_of_time():
 
 
 def test_a_ring_of_many_corners_is_covered_once():
-    """A regular polygon of 2,000 corners with a hole of 700 on a slope: areas n/2 · r² · sin(2π/n)."""
+    """A regular polygon of 2,000 corners with a hole of 700 on a slope: areas n/2 · r² ·
+    sin(2π/n).
+    """
     points = np.concatenate([circle(2000, 50.0), circle(700, 20.0)[::-1]])
     triangles, owner = triangulate(points, np.array([0, 2000, 2700]), np.array([0, 2]))
     normal = 0.5 * np.cross(*(points[triangles[:, k]] - points[triangles[:, 0]] for k in (1, 2)))

@@ -1,4 +1,6 @@
-"""Delaunay triangulations in plan: empty circumcircles, by Qhull's count and area; the edges they lack, and heights."""
+"""Delaunay triangulations in plan: empty circumcircles, by Qhull's count and area; the edges they
+lack, and heights.
+"""
 
 import numpy as np
 import pytest
@@ -65,7 +67,9 @@ def test_places_among_which_geos_loses_its_way_are_triangulated():
     triangles = triangulate_plan(places)
     area = shapely.convex_hull(shapely.multipoints(places)).area
     assert np.isclose(twice_areas(places[triangles]).sum(), 2 * area, rtol=1e-9)
-    assert (np.bincount(triangles.ravel() // 3, minlength=1200) > 0).all()  # each of the 1,200 is a corner
+    assert (
+        np.bincount(triangles.ravel() // 3, minlength=1200) > 0
+    ).all()  # each of the 1,200 is a corner
 
 
 def test_where_geos_fails_qhull_triangulates_and_what_neither_can_is_refused(monkeypatch):
@@ -76,7 +80,9 @@ def test_where_geos_fails_qhull_triangulates_and_what_neither_can_is_refused(mon
     places = scatter(2000) + 500_000
     triangles = triangulate_plan(places)
     assert_delaunay(places - 500_000, triangles)
-    assert (twice_areas(places[triangles]) > 0).all()  # as those of GEOS, beside which they may stand
+    assert (
+        twice_areas(places[triangles]) > 0
+    ).all()  # as those of GEOS, beside which they may stand
     np.testing.assert_array_equal(np.unique(triangles), np.arange(len(places)))
     with pytest.raises(InputError, match=r"--ground: 9 points .* x 40 m, y 80 m .* --terrain FILE"):
         triangulate_plan(np.outer(np.arange(9), [10.0, 20.0]))
@@ -108,10 +114,14 @@ def test_feet_on_a_hill_hang_as_each_compared_with_each_says(slope):
     hangs = np.zeros(30, bool)
     for ends in (start, end):
         away = np.linalg.norm(ends[:, None, :2] - start[None, :, :2], axis=2)
-        above_feet = (ends[:, None, 2] - start[None, :, 2] > step[:, None] + slope * away).any(axis=1)
+        above_feet = (ends[:, None, 2] - start[None, :, 2] > step[:, None] + slope * away).any(
+            axis=1
+        )
         pairs = np.indices((30, 30)).reshape(2, -1)
         along = (end - start)[pairs[1]]
-        share = ((ends[pairs[0]] - start[pairs[1]])[:, :2] * along[:, :2]).sum(axis=1) / (along[:, :2] ** 2).sum(axis=1)
+        share = ((ends[pairs[0]] - start[pairs[1]])[:, :2] * along[:, :2]).sum(axis=1) / (
+            along[:, :2] ** 2
+        ).sum(axis=1)
         foot = start[pairs[1]] + np.clip(share, 0, 1)[:, None] * along
         away = np.linalg.norm((ends[pairs[0]] - foot)[:, :2], axis=1)
         rise = ends[pairs[0], 2] - foot[:, 2] > step[pairs[0]] + slope * away + COINCIDENT
@@ -120,14 +130,18 @@ def test_feet_on_a_hill_hang_as_each_compared_with_each_says(slope):
     np.testing.assert_array_equal(find_standing(start, end, step, slopes), ~hangs)
 
 
-# -- feet at one place in plan view, among them such that rounding puts on two sides of the border of two cells --
+# -- feet at one place in plan view, also where rounding puts them into two cells --
 
 
 def test_corners_in_half_centimetres_are_each_one_place():
-    """Copies of a grid whose lines all lie on borders, moved by rounding: as many places as the grid has."""
+    """Copies of a grid whose lines all lie on borders, moved by rounding: as many places as the
+    grid has.
+    """
     lines = (np.arange(30) + 0.5) * COINCIDENT * 7
     grid = np.stack(np.meshgrid(lines, lines), axis=-1).reshape(-1, 2)
-    moved = np.concatenate([(grid + shift) - shift for shift in (0.0, 100.1, 12345.6, -9876.5, 0.3)])
+    moved = np.concatenate(
+        [(grid + shift) - shift for shift in (0.0, 100.1, 12345.6, -9876.5, 0.3)]
+    )
     lowest, place = merge_places(np.column_stack([moved, np.zeros(len(moved))]))
     assert len(np.unique(moved, axis=0)) > len(grid)  # rounding did move them
     assert len(lowest) == len(grid)
@@ -135,7 +149,9 @@ def test_corners_in_half_centimetres_are_each_one_place():
 
 
 def test_places_that_differ_stay_apart_in_their_order():
-    points = np.array([[0.02, 0.0, 5.0], [0.0, 0.0, 4.0], [0.0, 0.0, 3.0], [0.011, 0.0, 2.0], [-1.0, 9.0, 0.0]])
+    points = np.array(
+        [[0.02, 0.0, 5.0], [0.0, 0.0, 4.0], [0.0, 0.0, 3.0], [0.011, 0.0, 2.0], [-1.0, 9.0, 0.0]]
+    )
     lowest, place = merge_places(points)
     assert lowest.tolist() == [4, 2, 3, 0]
     assert place.tolist() == [3, 1, 1, 2, 0]

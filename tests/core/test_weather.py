@@ -32,13 +32,19 @@ from citypv.core.weather.read_weather import read_weather
 
 
 def assert_sun_fits(weather):
-    """The stamps are right: the sun of mid-interval explains the split better than one half an hour off."""
+    """The stamps are right: the sun of mid-interval explains the split better than one half an hour
+    off.
+    """
     data = weather.data[weather.data["apparent_zenith"] < 80]
     off = {}
     for minutes in (-30, 0, 30):
         times = data.index + weather.interval / 2 + pd.Timedelta(minutes=minutes)
-        zenith = pvlib.solarposition.get_solarposition(times, weather.latitude, weather.longitude)["apparent_zenith"]
-        ghi = data["dhi"].to_numpy() + data["dni"].to_numpy() * np.cos(np.radians(zenith.to_numpy()))
+        zenith = pvlib.solarposition.get_solarposition(times, weather.latitude, weather.longitude)[
+            "apparent_zenith"
+        ]
+        ghi = data["dhi"].to_numpy() + data["dni"].to_numpy() * np.cos(
+            np.radians(zenith.to_numpy())
+        )
         off[minutes] = np.abs(ghi - data["ghi"].to_numpy()).mean()
     assert off[0] < 0.3 * min(off[-30], off[30])
 
@@ -48,7 +54,9 @@ def assert_sun_fits(weather):
 
 def test_epw_of_the_arctic():
     weather = read_weather(BARROW, *BERLIN)
-    assert annual_sums(weather) == pytest.approx([713.4, 674.5, 461.7], abs=12.0)  # EXPECTED; dni above 2° only
+    assert annual_sums(weather) == pytest.approx(
+        [713.4, 674.5, 461.7], abs=12.0
+    )  # EXPECTED; dni above 2° only
     assert annual_sums(weather)[0] == pytest.approx(713.4, abs=0.06)
     assert (weather.latitude, weather.longitude, weather.altitude) == (71.286, -156.767, 10.0)
     assert weather.data["temp_air"].mean() == pytest.approx(-11.82, abs=0.01)
@@ -73,8 +81,15 @@ def test_pvgis_csv_and_json_and_its_time_offset(tmp_path):
     head = next(number for number, line in enumerate(lines) if line.startswith("time(UTC)"))
     names = lines[head].split(",")
     rows = [line.split(",") for line in lines[head + 1 : head + 1 + 8760]]
-    hourly = [{names[0]: row[0]} | dict(zip(names[1:], map(float, row[1:]), strict=True)) for row in rows]
-    place = {"latitude": 45.0, "longitude": 8.0, "elevation": 250.0, "irradiance_time_offset": 0.1761}
+    hourly = [
+        {names[0]: row[0]} | dict(zip(names[1:], map(float, row[1:]), strict=True)) for row in rows
+    ]
+    place = {
+        "latitude": 45.0,
+        "longitude": 8.0,
+        "elevation": 250.0,
+        "irradiance_time_offset": 0.1761,
+    }
     tree = {"inputs": {"location": place}, "outputs": {"months_selected": [], "tmy_hourly": hourly}}
     tree["meta"] = {"inputs": {}}
     (tmp_path / "tmy.json").write_text(json.dumps(tree))
@@ -100,10 +115,16 @@ def test_csv_of_two_columns_of_irradiance(tmp_path):
     table = plain_table(times)
     weather = read_weather(write_table(tmp_path / "own.csv", table), *BERLIN)
     np.testing.assert_allclose(weather.data["ghi"], table["ghi"], rtol=1e-9)
-    np.testing.assert_allclose(weather.data["dhi"] + direct_horizontal(weather.data), table["ghi"], atol=1e-9)
+    np.testing.assert_allclose(
+        weather.data["dhi"] + direct_horizontal(weather.data), table["ghi"], atol=1e-9
+    )
     # From ghi and dni, and from dhi and dni, the third comes out the same.
     for other in ("dhi", "ghi"):
-        sunny = weather.data[["ghi", "dhi", "dni", "temp_air", "wind_speed"]].rename_axis("time").drop(columns=other)
+        sunny = (
+            weather.data[["ghi", "dhi", "dni", "temp_air", "wind_speed"]]
+            .rename_axis("time")
+            .drop(columns=other)
+        )
         again = read_weather(write_table(tmp_path / f"no_{other}.csv", sunny), *BERLIN)
         high = weather.data["apparent_zenith"] <= 88
         np.testing.assert_allclose(again.data[other][high], weather.data[other][high], atol=1e-6)
@@ -153,14 +174,20 @@ def test_an_epw_in_fahrenheit_lacks_nothing(tmp_path):
     """As from Las Vegas: at and above 99.9 an EPW has no value."""
     lines = [line.split(",") for line in lines_of(BARROW)]
     hot = [",".join([*line[:6], f"{float(line[6]) * 1.8 + 100}", *line[7:]]) for line in lines[8:]]
-    refuse(write_lines(tmp_path / "f.epw", [*lines_of(BARROW)[:8], *hot]), "Dry Bulb Temperature", "in °C; give °C")
+    refuse(
+        write_lines(tmp_path / "f.epw", [*lines_of(BARROW)[:8], *hot]),
+        "Dry Bulb Temperature",
+        "in °C; give °C",
+    )
 
 
 @pytest.mark.parametrize("dropped", [1, 3, 20])
 def test_an_epw_without_its_last_columns_is_read(tmp_path, dropped):
     """As of TMY2: without albedo and rain; without DHI and wind: taken from others."""
     lines = lines_of(BARROW)
-    path = write_lines(tmp_path / "short.epw", [*lines[:8], *(line.rsplit(",", dropped)[0] for line in lines[8:])])
+    path = write_lines(
+        tmp_path / "short.epw", [*lines[:8], *(line.rsplit(",", dropped)[0] for line in lines[8:])]
+    )
     if dropped == 20:
         notes = read_weather(path, 71.3, -156.6).notes
         words = "Diffuse Horizontal Radiation, Wind Speed: no value at all"
@@ -176,7 +203,10 @@ def test_an_epw_without_its_last_columns_is_read(tmp_path, dropped):
         (BARROW, {"ghi": "Global Horizontal Radiation", "dni": "Direct Normal Radiation"}),
         (TMY3, {"ghi": "GHI (W/m^2)", "dhi": "DHI (W/m^2)", "temp_air": "Dry-bulb (C)"}),
         (STOCKHOLM, {"dhi": "DHI", "wind_speed": "Wind Speed"}),
-        (POTSDAM_2018, {"ghi": "G_Bh + G_Dh", "dni": "dni (from G_Bh + G_Dh and G_Dh)", "temp_air": "Ta"}),
+        (
+            POTSDAM_2018,
+            {"ghi": "G_Bh + G_Dh", "dni": "dni (from G_Bh + G_Dh and G_Dh)", "temp_air": "Ta"},
+        ),
         (PVGIS, {"ghi": "G(h)", "dni": "Gb(n)"}),
         (ERA5, {"dhi": "ssrd - fdir", "dni": "dni (from ssrd and ssrd - fdir)"}),
     ],
@@ -185,7 +215,9 @@ def test_messages_use_the_names_of_the_file(path, names):
     weather = read_weather(path, *BERLIN)
     assert {name: weather.columns[name] for name in names} == names
     weather.data.loc[weather.data.index[416], "dni"] = 2068.0
-    with pytest.raises(InputError, match=re.escape(f"{weather.columns['dni']} of the weather: hour 416 is 2068")):
+    with pytest.raises(
+        InputError, match=re.escape(f"{weather.columns['dni']} of the weather: hour 416 is 2068")
+    ):
         check_hours(weather)
 
 

@@ -1,4 +1,6 @@
-"""What is refused because it contradicts the sun or physics: the faults of real files, and remakes of them."""
+"""What is refused because it contradicts the sun or physics: the faults of real files, and remakes
+of them.
+"""
 
 import numpy as np
 import pandas as pd
@@ -42,7 +44,9 @@ def closure_by_pvlib(weather, shift=0):
     """Mean |GHI - DHI - DNI cos z| / mean GHI with pvlib's sun, so many minutes later."""
     data = weather.data
     middle = data.index + weather.interval / 2 + pd.Timedelta(minutes=shift)
-    zenith = pvlib.solarposition.get_solarposition(middle, weather.latitude, weather.longitude)["zenith"].to_numpy()
+    zenith = pvlib.solarposition.get_solarposition(middle, weather.latitude, weather.longitude)[
+        "zenith"
+    ].to_numpy()
     residual = data["ghi"] - data["dhi"] - data["dni"] * np.maximum(np.cos(np.radians(zenith)), 0.0)
     return float(residual.abs().sum() / data["ghi"].sum())
 
@@ -53,17 +57,25 @@ def closure_by_pvlib(weather, shift=0):
 def test_the_quick_sun_is_that_of_pvlib():
     times = year_of(2024)
     for latitude, longitude in ((52.5, 13.4), (-33.9, 151.2), (78.0, -60.0)):
-        zenith = pvlib.solarposition.get_solarposition(times, latitude, longitude)["zenith"].to_numpy()
+        zenith = pvlib.solarposition.get_solarposition(times, latitude, longitude)[
+            "zenith"
+        ].to_numpy()
         for shift in (-300, 0, 45):
             earlier = times - pd.Timedelta(minutes=shift)
             position = solar_position(earlier, pd.Timedelta(0), latitude, longitude)
-            sun = sun_direction(position["solar_zenith"].to_numpy(), position["solar_azimuth"].to_numpy())
+            sun = sun_direction(
+                position["solar_zenith"].to_numpy(), position["solar_azimuth"].to_numpy()
+            )
             found = cos_zenith_after(sun, latitude, shift)
             # A twelfth of a degree of declination within five hours.
-            np.testing.assert_allclose(found, np.maximum(np.cos(np.radians(zenith)), 0.0), atol=0.002)
+            np.testing.assert_allclose(
+                found, np.maximum(np.cos(np.radians(zenith)), 0.0), atol=0.002
+            )
 
 
-@pytest.mark.parametrize("path", [BARROW, PVGIS, PVGIS_EPW, TMY3, STOCKHOLM], ids=lambda path: path.name[:12])
+@pytest.mark.parametrize(
+    "path", [BARROW, PVGIS, PVGIS_EPW, TMY3, STOCKHOLM], ids=lambda path: path.name[:12]
+)
 def test_real_files_close(path):
     weather = read_weather(path, *BERLIN)
     checks = worst(weather)
@@ -71,13 +83,17 @@ def test_real_files_close(path):
     assert abs(checks["closure_shift"]) <= 1
     assert abs(checks["daylight_shift"]) <= 5
     assert closure_by_pvlib(weather) < 0.01
-    assert closure_by_pvlib(weather) < 0.5 * min(closure_by_pvlib(weather, shift) for shift in (-15, 15))
+    assert closure_by_pvlib(weather) < 0.5 * min(
+        closure_by_pvlib(weather, shift) for shift in (-15, 15)
+    )
     assert any("GHI = DHI + DNI cos z" in note for note in weather.notes)
 
 
 def test_epw_of_pvgis_is_the_same_as_its_csv():
     csv, epw = read_weather(PVGIS, *BERLIN), read_weather(PVGIS_EPW, *BERLIN)
-    assert abs(epw.data.index[0] - csv.data.index[0]) % pd.Timedelta(hours=1) < pd.Timedelta(seconds=2)
+    assert abs(epw.data.index[0] - csv.data.index[0]) % pd.Timedelta(hours=1) < pd.Timedelta(
+        seconds=2
+    )
     both = epw.data.index.round("min").intersection(csv.data.index.round("min"))
     assert len(both) >= 8759
     columns = ["ghi", "dhi", "dni"]
@@ -90,7 +106,9 @@ def test_epw_of_pvgis_is_the_same_as_its_csv():
 
 def test_epw_of_pvgis_without_its_comment(tmp_path):
     lines = [line.replace("Irradiance Time Offset", "Offset") for line in lines_of(PVGIS_EPW)]
-    refuse(write_lines(tmp_path / "no_comment.epw", lines), "41 min later", "--time-shift 4")  # 30 + 60 · 0.1761
+    refuse(
+        write_lines(tmp_path / "no_comment.epw", lines), "41 min later", "--time-shift 4"
+    )  # 30 + 60 · 0.1761
 
 
 def test_direct_light_of_another_sun():
@@ -99,14 +117,23 @@ def test_direct_light_of_another_sun():
     derived = read_weather(CAIRO, *BERLIN, without="dni")
     assert worst(derived)["closure_residual"] is None
     assert abs(worst(derived)["daylight_shift"]) < 20
-    refuse(CAIRO, "GHI fits the sun 3", "or give --weather-without dni", time_shift=30)  # the sun of DNI, not of GHI
+    refuse(
+        CAIRO, "GHI fits the sun 3", "or give --weather-without dni", time_shift=30
+    )  # the sun of DNI, not of GHI
 
 
 def test_weather_of_new_york_used_for_berlin(tmp_path):
     data = read_weather(TMY3, *BERLIN).data
-    path = write_table(tmp_path / "york.csv", data[["ghi", "dhi", "dni", "temp_air", "wind_speed"]].rename_axis("time"))
-    refuse(path, "fits the sun", "--weather-place", "no shift")  # 87° of longitude are 350 min; DNI tells another
-    two = write_table(tmp_path / "two.csv", data[["ghi", "dhi", "temp_air", "wind_speed"]].rename_axis("time"))
+    path = write_table(
+        tmp_path / "york.csv",
+        data[["ghi", "dhi", "dni", "temp_air", "wind_speed"]].rename_axis("time"),
+    )
+    refuse(
+        path, "fits the sun", "--weather-place", "no shift"
+    )  # 87° of longitude are 350 min; DNI tells another
+    two = write_table(
+        tmp_path / "two.csv", data[["ghi", "dhi", "temp_air", "wind_speed"]].rename_axis("time")
+    )
     refuse(two, "fits the sun", "--weather-place")
     weather = read_weather(two, *BERLIN, place=(40.65, -73.8))
     assert (weather.latitude, weather.longitude) == (40.65, -73.8)
@@ -115,7 +142,11 @@ def test_weather_of_new_york_used_for_berlin(tmp_path):
 @pytest.mark.parametrize("shift", [-30, 0, 30])
 def test_light_that_closes_at_another_time_is_refused(tmp_path, shift):
     """DNI derived from GHI and DHI with the sun of the stamps closes, however late these are."""
-    data = read_weather(ERA5, *BERLIN).data[["ghi", "dhi", "temp_air", "wind_speed"]].rename_axis("time")
+    data = (
+        read_weather(ERA5, *BERLIN)
+        .data[["ghi", "dhi", "temp_air", "wind_speed"]]
+        .rename_axis("time")
+    )
     data = data.set_axis(data.index - pd.Timedelta(minutes=shift), axis=0)
     middle = data.index + HOUR / 2
     zenith = pvlib.solarposition.get_solarposition(middle, *BERLIN)["zenith"].to_numpy()
@@ -124,7 +155,9 @@ def test_light_that_closes_at_another_time_is_refused(tmp_path, shift):
     data["dni"] = (data["ghi"] - data["dhi"]) / np.maximum(height, 0.1)
     path, settings = write_table(tmp_path / "closed.csv", data), {}
     if shift:
-        refuse(path, "DNI seems to be computed", f"or give --weather-without dni --time-shift {shift}")
+        refuse(
+            path, "DNI seems to be computed", f"or give --weather-without dni --time-shift {shift}"
+        )
         settings = {"without": "dni", "time_shift": shift}
     weather = read_weather(path, *BERLIN, **settings)
     assert abs(worst(weather)["daylight_shift"]) < 5
@@ -142,9 +175,13 @@ def test_the_shift_is_found_to_a_few_minutes():
         assert abs(times.daylight_shift - shift) <= 4
         moved = closed.data.index - pd.Timedelta(minutes=shift)
         position = solar_position(moved, HOUR, closed.latitude, closed.longitude)
-        times = measure_sun_times(closed.data.set_axis(moved, axis=0), HOUR, closed.latitude, position)
+        times = measure_sun_times(
+            closed.data.set_axis(moved, axis=0), HOUR, closed.latitude, position
+        )
         assert abs(times.closure_shift - shift) <= 1
-        two = closed.data[["dhi", "dni"]].set_axis(moved, axis=0)  # GHI follows from these and the sun, at any time
+        two = closed.data[["dhi", "dni"]].set_axis(
+            moved, axis=0
+        )  # GHI follows from these and the sun, at any time
         times = measure_sun_times(two, HOUR, closed.latitude, position)
         assert times.closure_residual is None
         assert abs(times.daylight_shift - shift) <= 5
@@ -182,13 +219,21 @@ def test_joules_of_a_quarter_of_an_hour_divided_by_an_hour(tmp_path):
     table = table.loc[table.index.repeat(4)].set_axis(quarters.rename("time"), axis=0)
     assert read_weather(write_table(tmp_path / "right.csv", table), *BERLIN).data["ghi"].max() > 800
     table[["ghi", "dhi"]] /= 4.0
-    refuse(write_table(tmp_path / "joules.csv", table), "ghi is 24 % of the long-term mean", "times 4 would fit")
+    refuse(
+        write_table(tmp_path / "joules.csv", table),
+        "ghi is 24 % of the long-term mean",
+        "times 4 would fit",
+    )
 
 
 @pytest.mark.parametrize(
     ("columns", "dark", "words"),
     [
-        (["ghi", "dhi", "dni"], "dni", ["dni is 0 all year, ghi and dhi not", "--weather-without dni"]),
+        (
+            ["ghi", "dhi", "dni"],
+            "dni",
+            ["dni is 0 all year, ghi and dhi not", "--weather-without dni"],
+        ),
         (["ghi", "dhi", "dni"], "ghi", ["ghi is 0 all year", "--weather-without ghi"]),
         (["ghi", "dni"], "dni", ["dni is 0 all year, ghi not", "give a file that has it"]),
         (["dhi", "dni"], "dni", ["dni is 0 all year", "give a file that has it"]),
@@ -197,7 +242,9 @@ def test_joules_of_a_quarter_of_an_hour_divided_by_an_hour(tmp_path):
 )
 def test_a_column_of_zeros_is_named(tmp_path, columns, dark, words):
     right = read_weather(TMY3, *BERLIN)
-    data = right.data[[*columns, "temp_air", "wind_speed"]].rename_axis("time").assign(**{dark: 0.0})
+    data = (
+        right.data[[*columns, "temp_air", "wind_speed"]].rename_axis("time").assign(**{dark: 0.0})
+    )
     path = write_table(tmp_path / "zeros.csv", data)
     refuse(path, *words)
     if len(columns) == 3:
@@ -206,8 +253,14 @@ def test_a_column_of_zeros_is_named(tmp_path, columns, dark, words):
 
 
 def test_global_light_in_the_diffuse_column(tmp_path):
-    data = read_weather(TMY3, *BERLIN).data[["ghi", "dhi", "temp_air", "wind_speed"]].rename_axis("time")
-    refuse(write_table(tmp_path / "copy.csv", data.assign(dhi=data["ghi"])), "no direct light all year")
+    data = (
+        read_weather(TMY3, *BERLIN)
+        .data[["ghi", "dhi", "temp_air", "wind_speed"]]
+        .rename_axis("time")
+    )
+    refuse(
+        write_table(tmp_path / "copy.csv", data.assign(dhi=data["ghi"])), "no direct light all year"
+    )
 
 
 def test_edges_of_clouds_may_exceed_the_limits_for_minutes(tmp_path):
@@ -221,7 +274,11 @@ def test_edges_of_clouds_may_exceed_the_limits_for_minutes(tmp_path):
 
 def test_years_too_dark_or_too_bright(tmp_path):
     table = plain_table(year_of())
-    for scale, words in ((0.25, "of the long-term mean"), (2.2, "are plausible"), (0.0, "give a file with irradiance")):
+    for scale, words in (
+        (0.25, "of the long-term mean"),
+        (2.2, "are plausible"),
+        (0.0, "give a file with irradiance"),
+    ):
         ghi = scale * table["ghi"]
         refuse(write_table(tmp_path / f"{scale}.csv", table.assign(ghi=ghi, dhi=0.1 * ghi)), words)
 
@@ -247,4 +304,8 @@ def test_measured_direct_light_near_the_horizon_is_kept():
     assert derived["dni"] == pytest.approx([10 / np.cos(np.radians(87)), 0, 0, 0])
     assert list(derived["dhi"]) == [20, 30, 30, 30]
     neglected = complete_irradiance(given, zenith, "neglect")
-    assert [list(neglected[name]) for name in ("ghi", "dhi", "dni")] == [[30, 0, 0, 0], [20, 0, 0, 0], [300, 0, 0, 0]]
+    assert [list(neglected[name]) for name in ("ghi", "dhi", "dni")] == [
+        [30, 0, 0, 0],
+        [20, 0, 0, 0],
+        [300, 0, 0, 0],
+    ]

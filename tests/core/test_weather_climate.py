@@ -1,4 +1,6 @@
-"""Years held against the climate of their place: what two independent things agree on is refused, the rest is named."""
+"""Years held against the climate of their place: what two independent things agree on is refused,
+the rest is named.
+"""
 
 from dataclasses import replace
 
@@ -15,31 +17,50 @@ from citypv.core.weather.compare_climate import climate_of_place, compare_with_c
 from citypv.core.weather.read_weather import check_record, read_weather
 
 COLUMNS = ["ghi", "dhi", "dni", "temp_air", "wind_speed"]
-# Places without frost, so that an exchanged wind is never below 0: desert, coast, tropics, mountain.
-WARM = {"Aswan": (24.0, 32.8), "Lisbon": (38.7, -9.1), "Darwin": (-12.4, 130.9), "Mexico": (19.4, -99.1)}
-DULL = {"Paris": (48.85, 2.34), "Bergen": (60.4, 5.3), "Hobart": (-42.9, 147.3), "Seattle": (47.6, -122.3)}
+# Places without frost, so that an exchanged wind is never below 0: desert, coast, tropics,
+# mountain.
+WARM = {
+    "Aswan": (24.0, 32.8),
+    "Lisbon": (38.7, -9.1),
+    "Darwin": (-12.4, 130.9),
+    "Mexico": (19.4, -99.1),
+}
+DULL = {
+    "Paris": (48.85, 2.34),
+    "Bergen": (60.4, 5.3),
+    "Hobart": (-42.9, 147.3),
+    "Seattle": (47.6, -122.3),
+}
 
 
 def year_at(latitude, longitude, freq="h"):
-    """Record of the built-in climate under other days, as any record would be, with wind that varies."""
+    """Record of the built-in climate under other days, as any record would be, with wind that
+    varies.
+    """
     record = climate(latitude, longitude, seed=7)
     draws = np.random.default_rng(1).gamma(4.0, 0.25, len(record.data))
     data = record.data.assign(wind_speed=record.data["wind_speed"] * draws)
     if freq != "h":
-        times = pd.date_range(data.index[0], periods=len(data) * int(HOUR / pd.Timedelta(freq)), freq=freq)
+        times = pd.date_range(
+            data.index[0], periods=len(data) * int(HOUR / pd.Timedelta(freq)), freq=freq
+        )
         data = data.reindex(times, method="ffill")
     return replace(record, data=data, source="a year", label="a year")
 
 
 def sky_at(latitude, longitude, model):
-    """Record of a clear sky by pvlib's own functions, hourly at mid-interval; Bird's with other air each day."""
+    """Record of a clear sky by pvlib's own functions, hourly at mid-interval; Bird's with other air
+    each day.
+    """
     record, place = climate(latitude, longitude), pvlib.location.Location(latitude, longitude)
     middle = record.data.index + HOUR / 2
     if model == "bird":
         zenith = place.get_solarposition(middle)["apparent_zenith"].to_numpy()
         airmass = np.nan_to_num(pvlib.atmosphere.get_relative_airmass(zenith), nan=40.0)
         depth = np.random.default_rng(1).uniform(0.05, 0.35, 367)[middle.day_of_year]
-        ghi = np.nan_to_num(pvlib.clearsky.bird(zenith, airmass, depth, 1.3 * depth, 1.5)["ghi"]).clip(min=0)
+        ghi = np.nan_to_num(
+            pvlib.clearsky.bird(zenith, airmass, depth, 1.3 * depth, 1.5)["ghi"]
+        ).clip(min=0)
     else:
         ghi = place.get_clearsky(middle, model=model)["ghi"].to_numpy()
     data = record.data[["temp_air", "wind_speed"]].assign(ghi=ghi)
@@ -47,12 +68,18 @@ def sky_at(latitude, longitude, model):
 
 
 def test_the_label_says_what_share_of_the_climate_a_year_has():
-    """Long-term mean of GHI by the Global Solar Atlas; the sum by hand from the file's own columns."""
+    """Long-term mean of GHI by the Global Solar Atlas; the sum by hand from the file's own
+    columns.
+    """
     weather = read_weather(POTSDAM_2018, *BERLIN, place=(52.38, 13.06))
     usual = climate(52.38, 13.06).data["ghi"].sum()
     assert weather.label.endswith(f", {100 * 1209400 / usual:.0f} % of the long-term mean")
-    assert weather.checks["2018"]["share_of_climate"]["ghi"] == pytest.approx(1209400 / usual, rel=2e-3)
-    assert 0 < weather.checks["2018"]["share_of_climate"]["temp_air"] < 3  # the warmest year until then
+    assert weather.checks["2018"]["share_of_climate"]["ghi"] == pytest.approx(
+        1209400 / usual, rel=2e-3
+    )
+    assert (
+        0 < weather.checks["2018"]["share_of_climate"]["temp_air"] < 3
+    )  # the warmest year until then
 
 
 @pytest.mark.parametrize("file", [ERA5, TMY3, BARROW, STOCKHOLM], ids=lambda file: file.name)
@@ -70,7 +97,9 @@ def test_half_of_the_energy_is_refused(place, freq, words):
     record = year_at(*place, freq)
     assert check_record(record)
     record.data[["ghi", "dhi", "dni"]] *= 0.5
-    with pytest.raises(InputError, match=rf"of the long-term mean, and that of its clearest days .*{words}"):
+    with pytest.raises(
+        InputError, match=rf"of the long-term mean, and that of its clearest days .*{words}"
+    ):
         check_record(record)
 
 
@@ -112,13 +141,17 @@ def test_exchanged_columns_of_a_place_with_frost(tmp_path):
     table = read_weather(ERA5, *BERLIN).data[COLUMNS].rename_axis("time")
     table = table.rename(columns={"temp_air": "wind_speed", "wind_speed": "temp_air"})
     refuse(
-        write_table(tmp_path / "swapped.csv", table), "wind_speed is -", "check whether these two columns are exchanged"
+        write_table(tmp_path / "swapped.csv", table),
+        "wind_speed is -",
+        "check whether these two columns are exchanged",
     )
 
 
 def test_wind_in_kilometres_an_hour_and_fahrenheit_are_named():
     record = year_at(*DULL["Bergen"])
-    weather = check_record(replace(record, data=record.data.assign(wind_speed=3.6 * record.data["wind_speed"])))
+    weather = check_record(
+        replace(record, data=record.data.assign(wind_speed=3.6 * record.data["wind_speed"]))
+    )
     assert any("wind_speed is 3.6 times the climate's: km/h" in note for note in weather.notes)
 
 

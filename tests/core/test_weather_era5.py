@@ -20,7 +20,9 @@ def test_era5_sums_and_relation():
     low = data["apparent_zenith"] > 88
     assert annual_sums(weather)[0] == pytest.approx(1031.4, abs=0.06)
     assert direct == pytest.approx(568.4, abs=0.7)  # a little direct light falls below 2°
-    np.testing.assert_allclose(data["ghi"], data["dhi"] + direct_horizontal(data), atol=1e-9)  # Eq. 5
+    np.testing.assert_allclose(
+        data["ghi"], data["dhi"] + direct_horizontal(data), atol=1e-9
+    )  # Eq. 5
     assert (data["dni"][low] == 0).all()
     assert (data["dhi"][low] == data["ghi"][low]).all()
     assert "52.6°, 13.35°" in weather.label
@@ -42,9 +44,12 @@ def test_era5_stamps_end_the_hour():
 def test_era5_bilinear_lies_between_its_neighbours():
     weather = read_weather(ERA5, 52.475, 13.225, point="bilinear")
     # The middle of four grid points is their mean.
-    assert annual_sums(weather)[0] == pytest.approx(np.mean([1030.8, 1031.4, 1046.1, 1045.7]), abs=0.1)
+    assert annual_sums(weather)[0] == pytest.approx(
+        np.mean([1030.8, 1031.4, 1046.1, 1045.7]), abs=0.1
+    )
     assert (weather.latitude, weather.longitude) == pytest.approx((52.475, 13.225), abs=1e-6)
-    # On a grid point, and beyond the grid's edge by less than half a cell, it is the grid point's own.
+    # On a grid point, and beyond the grid's edge by less than half a cell, it is the grid point's
+    # own.
     at_point = read_weather(ERA5, 52.6, 13.35, point="bilinear")
     assert annual_sums(at_point)[0] == pytest.approx(1031.4, abs=0.06)
     beyond = read_weather(ERA5, 52.7, 13.7, point="bilinear")
@@ -58,12 +63,16 @@ def test_era5_new_names_expver_and_longitudes(tmp_path):
     def renew(dataset):
         # Final data until October and preliminary ones after it, side by side, each with gaps.
         late = dataset["time"] >= np.datetime64("2017-10-01")
-        both = xr.concat([dataset.where(~late), dataset.where(late)], dim=pd.Index([1, 5], name="expver"))
+        both = xr.concat(
+            [dataset.where(~late), dataset.where(late)], dim=pd.Index([1, 5], name="expver")
+        )
         both = both.assign_coords(longitude=(both["longitude"] + 360) % 360, number=0)
         return both.rename(time="valid_time").isel(latitude=slice(None, None, -1))
 
     new = read_weather(save_era5(tmp_path / "new.nc", renew), *BERLIN).data
-    np.testing.assert_allclose(new[["ghi", "dni", "temp_air"]], plain[["ghi", "dni", "temp_air"]], rtol=1e-5, atol=2e-3)
+    np.testing.assert_allclose(
+        new[["ghi", "dni", "temp_air"]], plain[["ghi", "dni", "temp_air"]], rtol=1e-5, atol=2e-3
+    )
 
 
 def test_era5_in_two_files_of_a_zip(tmp_path):
@@ -80,7 +89,9 @@ def test_era5_of_several_years_with_one_left_out(tmp_path):
     for year, days in ((2015, -731), (2017, 0)):
         save_era5(
             tmp_path / f"{year}.nc",
-            lambda dataset, days=days: dataset.assign_coords(time=dataset["time"] + np.timedelta64(days, "D")),
+            lambda dataset, days=days: dataset.assign_coords(
+                time=dataset["time"] + np.timedelta64(days, "D")
+            ),
         )
     weather = read_weather(tmp_path, *BERLIN)
     assert len(weather.data) == 2 * 8760
@@ -88,14 +99,27 @@ def test_era5_of_several_years_with_one_left_out(tmp_path):
 
 
 def test_era5_without_a_variable_or_with_another_unit(tmp_path):
-    refuse(save_era5(tmp_path / "a.nc", lambda dataset: dataset.drop_vars(["ssrd", "t2m"])), "ssrd, t2m", "missing")
+    refuse(
+        save_era5(tmp_path / "a.nc", lambda dataset: dataset.drop_vars(["ssrd", "t2m"])),
+        "ssrd, t2m",
+        "missing",
+    )
 
     # Joules that are called watts.
     watts = save_era5(tmp_path / "b.nc", lambda dataset: spell(dataset, {"ssrd": "W m**-2"}))
     refuse(watts, "ssrd", "times 1/3600")
-    refuse(save_era5(tmp_path / "m.nc", lambda dataset: spell(dataset, {"u10": "mph"})), "u10", "mph")
-    refuse(save_era5(tmp_path / "c.nc", lambda dataset: dataset.isel(time=slice(0, 4000))), "full years")
-    refuse(save_era5(tmp_path / "d.nc", lambda dataset: dataset.drop_isel(time=[1000, 1001])), "gap", "2017-02-11")
+    refuse(
+        save_era5(tmp_path / "m.nc", lambda dataset: spell(dataset, {"u10": "mph"})), "u10", "mph"
+    )
+    refuse(
+        save_era5(tmp_path / "c.nc", lambda dataset: dataset.isel(time=slice(0, 4000))),
+        "full years",
+    )
+    refuse(
+        save_era5(tmp_path / "d.nc", lambda dataset: dataset.drop_isel(time=[1000, 1001])),
+        "gap",
+        "2017-02-11",
+    )
     may = save_era5(tmp_path / "e.nc", lambda dataset: dataset.where(dataset["time"].dt.month != 5))
     refuse(may, "2017-0", "missing")
 
@@ -115,7 +139,10 @@ def spell(dataset, units):
 
 @pytest.mark.parametrize("unit", ["J m-2", "J/m^2", "J m⁻²", "J m^-2"])
 def test_era5_units_in_other_spellings(tmp_path, unit):
-    path = save_era5(tmp_path / "a.nc", lambda dataset: spell(dataset, {"ssrd": unit, "fdir": unit, "u10": "m/s"}))
+    path = save_era5(
+        tmp_path / "a.nc",
+        lambda dataset: spell(dataset, {"ssrd": unit, "fdir": unit, "u10": "m/s"}),
+    )
     assert annual_sums(read_weather(path, *BERLIN))[0] == pytest.approx(1031.4, abs=0.06)
 
 
@@ -123,10 +150,14 @@ def test_era5_mean_rates_celsius_and_wind_speed(tmp_path):
     plain = read_weather(ERA5, *BERLIN).data
 
     def rates(dataset):
-        new = xr.Dataset({"avg_sdswrf": dataset["ssrd"] / 3600.0, "avg_sdirswrf": dataset["fdir"] / 3600.0})
+        new = xr.Dataset(
+            {"avg_sdswrf": dataset["ssrd"] / 3600.0, "avg_sdirswrf": dataset["fdir"] / 3600.0}
+        )
         new["t2m"] = dataset["t2m"] - 273.15
         new["ws10"] = np.hypot(dataset["u10"], dataset["v10"])
-        return spell(new, {"avg_sdswrf": "W m**-2", "avg_sdirswrf": "W m-2", "t2m": "degC", "ws10": "m s-1"})
+        return spell(
+            new, {"avg_sdswrf": "W m**-2", "avg_sdirswrf": "W m-2", "t2m": "degC", "ws10": "m s-1"}
+        )
 
     found = read_weather(save_era5(tmp_path / "rates.nc", rates), *BERLIN).data
     columns = ["ghi", "dhi", "temp_air", "wind_speed"]
@@ -136,14 +167,20 @@ def test_era5_mean_rates_celsius_and_wind_speed(tmp_path):
 def test_era5_one_file_for_each_variable_beside_others(tmp_path):
     for name in ("ssrd", "fdir", "t2m", "u10", "v10"):
         save_era5(tmp_path / f"{name}.nc", lambda dataset, name=name: dataset[[name]])
-    save_era5(tmp_path / "tp.nc", lambda dataset: dataset[["ssrd"]].rename(ssrd="tp").isel(time=slice(0, 100)))
+    save_era5(
+        tmp_path / "tp.nc",
+        lambda dataset: dataset[["ssrd"]].rename(ssrd="tp").isel(time=slice(0, 100)),
+    )
     folder = read_weather(tmp_path, *BERLIN)
     listed = read_weather(sorted(tmp_path.glob("*.nc")), *BERLIN)
     assert annual_sums(folder)[0] == pytest.approx(1031.4, abs=0.06)
     pd.testing.assert_frame_equal(folder.data, listed.data)
     refuse(tmp_path / "tp.nc", "no weather variable")
     # Variables of different grid points do not belong together.
-    save_era5(tmp_path / "u10.nc", lambda dataset: dataset[["u10"]].sel(latitude=[52.35], method="nearest"))
+    save_era5(
+        tmp_path / "u10.nc",
+        lambda dataset: dataset[["u10"]].sel(latitude=[52.35], method="nearest"),
+    )
     with pytest.raises(InputError, match=r"the same grid|outside the grid"):
         read_weather(tmp_path, *BERLIN)
 
@@ -159,12 +196,16 @@ def test_era5_without_29_february(tmp_path):
     assert len(weather.data) == 8760
     assert "29 February 2016 is missing" in weather.notes
     # A day that is missing elsewhere is a gap.
-    gap = save_era5(tmp_path / "gap.nc", lambda dataset: dataset.drop_isel(time=np.arange(2000, 2024)))
+    gap = save_era5(
+        tmp_path / "gap.nc", lambda dataset: dataset.drop_isel(time=np.arange(2000, 2024))
+    )
     refuse(gap, "gap", "2017-03-25")
 
 
 def test_era5_calendar_without_leap_days(tmp_path):
-    path = save_era5(tmp_path / "noleap.nc", lambda dataset: leap_year(dataset).convert_calendar("noleap"))
+    path = save_era5(
+        tmp_path / "noleap.nc", lambda dataset: leap_year(dataset).convert_calendar("noleap")
+    )
     weather = read_weather(path, *BERLIN)
     assert len(weather.data) == 8760
     assert annual_sums(weather)[0] == pytest.approx(1031.4, abs=0.06)
@@ -174,15 +215,24 @@ def quarters(dataset, share):
     """Every hour as four quarters that hold a share of its joules each."""
     times = pd.date_range("2017-01-01T00:15", "2018-01-01", freq="15min").to_numpy()
     values = {
-        name: (("time", "latitude", "longitude"), np.repeat(dataset[name].to_numpy(), 4, axis=0) * share.get(name, 1.0))
+        name: (
+            ("time", "latitude", "longitude"),
+            np.repeat(dataset[name].to_numpy(), 4, axis=0) * share.get(name, 1.0),
+        )
         for name in dataset.data_vars
     }
-    new = xr.Dataset(values, {"time": times, "latitude": dataset["latitude"], "longitude": dataset["longitude"]})
-    return spell(new, {"ssrd": "J m**-2", "fdir": "J m**-2", "t2m": "K", "u10": "m s**-1", "v10": "m s**-1"})
+    new = xr.Dataset(
+        values, {"time": times, "latitude": dataset["latitude"], "longitude": dataset["longitude"]}
+    )
+    return spell(
+        new, {"ssrd": "J m**-2", "fdir": "J m**-2", "t2m": "K", "u10": "m s**-1", "v10": "m s**-1"}
+    )
 
 
 def test_era5_joules_of_a_quarter_of_an_hour(tmp_path):
-    right = save_era5(tmp_path / "right.nc", lambda dataset: quarters(dataset, {"ssrd": 0.25, "fdir": 0.25}))
+    right = save_era5(
+        tmp_path / "right.nc", lambda dataset: quarters(dataset, {"ssrd": 0.25, "fdir": 0.25})
+    )
     weather = read_weather(right, *BERLIN, time_shift=-60)  # the copy begins an hour late
     assert weather.interval == pd.Timedelta(minutes=15)
     assert annual_sums(weather)[0] == pytest.approx(1031.4, abs=0.06)

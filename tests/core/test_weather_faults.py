@@ -1,4 +1,6 @@
-"""Faults put into real records: each is found by what it does to the light, and the records as they are pass."""
+"""Faults put into real records: each is found by what it does to the light, and the records as they
+are pass.
+"""
 
 from dataclasses import replace
 from functools import cache
@@ -9,7 +11,13 @@ from weathers import BARROW, DATA, HOUR, POTSDAM_2018, PVGIS
 
 from citypv.core.settings.errors import InputError
 from citypv.core.weather.add_sun import add_sun
-from citypv.core.weather.check_faults import check_diffuse, check_direct, check_faults, check_summer_time, cut_days
+from citypv.core.weather.check_faults import (
+    check_diffuse,
+    check_direct,
+    check_faults,
+    check_summer_time,
+    cut_days,
+)
 from citypv.core.weather.formats import recognise_weather
 from citypv.core.weather.read_weather import check_record, read_file
 from citypv.core.weather.weather import change_record
@@ -36,7 +44,9 @@ def read_record(name):
 def year_of_record(name, columns=LIGHT):
     """A copy with some of the three, to put faults into."""
     record = read_record(name)
-    return replace(record, data=record.data[[*columns, "temp_air", "wind_speed", "pressure"]].copy())
+    return replace(
+        record, data=record.data[[*columns, "temp_air", "wind_speed", "pressure"]].copy()
+    )
 
 
 def faults_of(record):
@@ -51,7 +61,9 @@ def faults_of(record):
 
 @pytest.mark.parametrize("name", RECORDS)
 def test_real_records_pass(name):
-    assert len(faults_of(year_of_record(name))) == (1 if name == "Po valley" else 0)  # of which two days are dark
+    assert len(faults_of(year_of_record(name))) == (
+        1 if name == "Po valley" else 0
+    )  # of which two days are dark
 
 
 def gap_of_zeros(data):
@@ -119,11 +131,15 @@ def test_no_shift_mends_summer_time(name, shift):
     record = year_of_record(name)
     summer_time(record.data)
     with pytest.raises(InputError, match=r"summer time; .*--time-shift cannot mend it"):
-        check_record(change_record(record, shift))  # all checks, of which that of a shift comes later
+        check_record(
+            change_record(record, shift)
+        )  # all checks, of which that of a shift comes later
 
 
 def test_a_day_or_two_of_zeros_are_noted():
-    """Weather services have such days: Potsdam's of 2016 and 2017, and PVGIS' typical year of the Po valley."""
+    """Weather services have such days: Potsdam's of 2016 and 2017, and PVGIS' typical year of the
+    Po valley.
+    """
     record = year_of_record("Potsdam")
     record.data.loc["2018-05-03":"2018-05-04", LIGHT] = 0.0
     (note,) = faults_of(record)
@@ -139,16 +155,26 @@ def test_gaps_under_a_sun_that_does_not_set():
 
 def test_one_temperature_all_year_is_no_fault():
     record = year_of_record("Potsdam")
-    assert faults_of(replace(record, data=record.data.assign(temp_air=np.full(len(record.data), 25.0)))) == []
+    assert (
+        faults_of(
+            replace(record, data=record.data.assign(temp_air=np.full(len(record.data), 25.0)))
+        )
+        == []
+    )
 
 
 def test_the_dark_signal_of_an_instrument_counts_as_0_with_a_note():
-    """Pyranometers lose heat to the night sky: -5 Wm⁻² in every hour of darkness, which a file without a cure keeps."""
+    """Pyranometers lose heat to the night sky: -5 Wm⁻² in every hour of darkness, which a file
+    without a cure keeps.
+    """
     record = year_of_record("New York", ["ghi", "dhi"])
     night = record.data["ghi"] == 0
     record.data.loc[night, "ghi"] = -5.0
     weather = check_record(replace(record, columns={"ghi": "SR01"}))
-    assert f"2021: {night.sum():,} values of SR01 below zero, down to -5.0 Wm⁻², count as 0" in weather.notes
+    assert (
+        f"2021: {night.sum():,} values of SR01 below zero, down to -5.0 Wm⁻², count as 0"
+        in weather.notes
+    )
     assert weather.data.loc[night, LIGHT].eq(0).all(axis=None)
     record.data.loc[~night & (record.data.index.hour == 17), "ghi"] = -5.0
     with pytest.raises(InputError, match=r"ghi is -5 Wm⁻² at .*, by day; give values from -4"):
@@ -164,11 +190,18 @@ def test_direct_light_above_the_extraterrestrial_counts_as_diffuse_or_is_refused
     low = record.data.index[zenith.between(86, 87)][0]
     record.data.loc[low, ["ghi", "dhi"]] = 170.0, 10.0
     weather = check_record(replace(record, columns={"ghi": "G", "dhi": "D"}))
-    assert any("dni (from G and D) is above the extraterrestrial irradiance in 1 h" in note for note in weather.notes)
+    assert any(
+        "dni (from G and D) is above the extraterrestrial irradiance in 1 h" in note
+        for note in weather.notes
+    )
     row = weather.data.loc[low]
     assert 1310 < row["dni"] < 1420
-    assert row["dhi"] + row["dni"] * np.cos(np.radians(row["apparent_zenith"])) == pytest.approx(170)
+    assert row["dhi"] + row["dni"] * np.cos(np.radians(row["apparent_zenith"])) == pytest.approx(
+        170
+    )
     high = record.data.index[zenith.between(60, 70)][:25]
     record.data.loc[high, ["ghi", "dhi"]] = 750.0, 20.0
-    with pytest.raises(InputError, match=r"above the extraterrestrial irradiance in .* h; check these"):
+    with pytest.raises(
+        InputError, match=r"above the extraterrestrial irradiance in .* h; check these"
+    ):
         check_record(record)

@@ -57,7 +57,11 @@ def test_nsrdb_of_quarters_of_an_hour():
 def test_dwd_station_against_its_own_columns():
     weather = read_weather(POTSDAM_2018, *BERLIN)
     rows = np.array([line.split() for line in lines_of(POTSDAM_2018)[6:]], float)
-    assert (weather.latitude, weather.longitude, weather.altitude) == (52.47, 13.4, 50.0)  # what the head says
+    assert (weather.latitude, weather.longitude, weather.altitude) == (
+        52.47,
+        13.4,
+        50.0,
+    )  # what the head says
     assert weather.data.index[0] == pd.Timestamp("2017-12-31T23:00Z")
     np.testing.assert_allclose(weather.data["ghi"], rows[:, 4] + rows[:, 5], atol=1e-9)
     np.testing.assert_allclose(weather.data["temp_air"], rows[:, 2])
@@ -66,7 +70,9 @@ def test_dwd_station_against_its_own_columns():
     own = read_weather(POTSDAM_2018, *BERLIN, place=POTSDAM)
     assert (own.latitude, own.longitude) == POTSDAM
     high = own.data["apparent_zenith"].to_numpy() < 85
-    zenith = pvlib.solarposition.get_solarposition(own.data.index + HOUR / 2, *POTSDAM)["apparent_zenith"].to_numpy()
+    zenith = pvlib.solarposition.get_solarposition(own.data.index + HOUR / 2, *POTSDAM)[
+        "apparent_zenith"
+    ].to_numpy()
     direct = own.data["dni"].to_numpy() * np.cos(np.radians(zenith))
     np.testing.assert_allclose(direct[high], rows[high, 4], atol=1e-6)
 
@@ -87,7 +93,12 @@ def test_dwd_heads_of_several_kinds(tmp_path):
     path = write_lines(tmp_path / "b.txt", nowhere)
     refuse(path, "no place in Germany", "--weather-place")
     assert read_weather(path, *BERLIN, place=POTSDAM).latitude == 52.38
-    refuse(write_lines(tmp_path / "c.txt", [*nowhere[:100], *nowhere[101:]]), "row 96", "hour 97", place=BERLIN)
+    refuse(
+        write_lines(tmp_path / "c.txt", [*nowhere[:100], *nowhere[101:]]),
+        "row 96",
+        "hour 97",
+        place=BERLIN,
+    )
 
 
 def test_dwd_year_without_its_last_hour(tmp_path):
@@ -117,9 +128,13 @@ def test_test_reference_year(tmp_path):
     times = pd.date_range("2021-01-01", periods=8760, freq="h")
     head = ["Koordinatensystem : Lambert konform konisch", "Rechtswert        : 4162500 Meter"]
     head += ["Hochwert          : 2733500 Meter", "Hoehenlage        : 81 Meter ueber NN", ""]
-    head += ["     RW      HW MM DD HH     t    p  WR   WG N    x  RF    B    D   A    E IL", "*** "]
+    head += [
+        "     RW      HW MM DD HH     t    p  WR   WG N    x  RF    B    D   A    E IL",
+        "*** ",
+    ]
     body = [
-        f"4162500 2733500 {time.month:2d} {time.day:2d} {time.hour + 1:2d} {row[2]} {row[1]:.0f} {row[8]:.0f} {row[7]} "
+        f"4162500 2733500 {time.month:2d} {time.day:2d} {time.hour + 1:2d} {row[2]} {row[1]:.0f} "
+        f"{row[8]:.0f} {row[7]} "
         f"{row[6]:.0f} 3.5 85 {row[4]:.1f} {row[5]:.1f} 291 -281 0"
         for time, row in zip(times, rows, strict=True)
     ]
@@ -129,7 +144,11 @@ def test_test_reference_year(tmp_path):
     assert weather.altitude == 81
     assert annual_sums(weather)[0] == pytest.approx(1209.4, abs=0.06)
     assert weather.data.index[0] == pd.Timestamp("2020-12-31T23:00Z")
-    refuse(write_lines(tmp_path / "gap.dat", [*head, *body[:50], *body[51:]]), "row 51", "day 3, hour 4")
+    refuse(
+        write_lines(tmp_path / "gap.dat", [*head, *body[:50], *body[51:]]),
+        "row 51",
+        "day 3, hour 4",
+    )
 
 
 # --- PVGIS
@@ -140,49 +159,89 @@ def hourly_pvgis(slope=0, components=True):
     data = read_weather(ERA5, *BERLIN).data
     stamps = data.index + HOUR / 2
     names = ["Gb(i)", "Gd(i)", "Gr(i)"] if components else ["G(i)"]
-    values = [data["ghi"] - data["dhi"], data["dhi"], 0 * data["dhi"]] if components else [data["ghi"]]
-    columns = [*values, 90 - data["apparent_zenith"], data["temp_air"], data["wind_speed"], 0 * data["ghi"]]
+    values = (
+        [data["ghi"] - data["dhi"], data["dhi"], 0 * data["dhi"]] if components else [data["ghi"]]
+    )
+    columns = [
+        *values,
+        90 - data["apparent_zenith"],
+        data["temp_air"],
+        data["wind_speed"],
+        0 * data["ghi"],
+    ]
     names = ["time", *names, "H_sun", "T2m", "WS10m", "Int"]
     rows = [
         [time.strftime("%Y%m%d:%H%M"), *(f"{value:.4f}" for value in row)]
         for time, row in zip(stamps, np.stack(columns, axis=1), strict=True)
     ]
-    head = ["Latitude (decimal degrees):\t52.510", "Longitude (decimal degrees):\t13.390", "Elevation (m):\t34.0"]
-    head += ["Radiation database:\tPVGIS-ERA5", "", "", f"Slope: {slope} deg.", "Azimuth: 0 deg.", ""]
+    head = [
+        "Latitude (decimal degrees):\t52.510",
+        "Longitude (decimal degrees):\t13.390",
+        "Elevation (m):\t34.0",
+    ]
+    head += [
+        "Radiation database:\tPVGIS-ERA5",
+        "",
+        "",
+        f"Slope: {slope} deg.",
+        "Azimuth: 0 deg.",
+        "",
+    ]
     return head, names, rows
 
 
 def test_hourly_series_of_pvgis(tmp_path):
     head, names, rows = hourly_pvgis()
-    path = write_lines(tmp_path / "hourly.csv", [*head, ",".join(names), *map(",".join, rows), "", "T2m: air"])
+    path = write_lines(
+        tmp_path / "hourly.csv", [*head, ",".join(names), *map(",".join, rows), "", "T2m: air"]
+    )
     weather, plain = read_weather(path, 0.0, 0.0), read_weather(ERA5, *BERLIN)
     assert (weather.latitude, weather.longitude, weather.altitude) == (52.51, 13.39, 34.0)
-    pd.testing.assert_index_equal(weather.data.index, plain.data.index, check_names=False, exact=False)
-    np.testing.assert_allclose(weather.data[["ghi", "dhi", "dni"]], plain.data[["ghi", "dhi", "dni"]], atol=0.01)
+    pd.testing.assert_index_equal(
+        weather.data.index, plain.data.index, check_names=False, exact=False
+    )
+    np.testing.assert_allclose(
+        weather.data[["ghi", "dhi", "dni"]], plain.data[["ghi", "dhi", "dni"]], atol=0.01
+    )
     # The same as json.
     hourly = [
-        {name: value if name == "time" else float(value) for name, value in zip(names, row, strict=True)}
+        {
+            name: value if name == "time" else float(value)
+            for name, value in zip(names, row, strict=True)
+        }
         for row in rows
     ]
     place = {"latitude": 52.51, "longitude": 13.39, "elevation": 34.0}
-    mounting = {"fixed": {"slope": {"value": 0, "optimal": False}, "azimuth": {"value": 0, "optimal": False}}}
+    mounting = {
+        "fixed": {
+            "slope": {"value": 0, "optimal": False},
+            "azimuth": {"value": 0, "optimal": False},
+        }
+    }
     inputs = {"location": place, "mounting_system": mounting}
     tree = {"inputs": inputs, "outputs": {"hourly": hourly}, "meta": {"inputs": {}}}
     (tmp_path / "hourly.json").write_text(json.dumps(tree))
-    pd.testing.assert_frame_equal(read_weather(tmp_path / "hourly.json", 0.0, 0.0).data, weather.data)
+    pd.testing.assert_frame_equal(
+        read_weather(tmp_path / "hourly.json", 0.0, 0.0).data, weather.data
+    )
     mounting["fixed"]["slope"]["value"] = 30
     (tmp_path / "tilted.json").write_text(json.dumps(tree))
     refuse(tmp_path / "tilted.json", "slope of 30")
 
 
 def test_hourly_series_that_cannot_be_used(tmp_path):
-    for name, settings, word in (("slope", {"slope": 35}, "slope of 35"), ("sum", {"components": False}, "Gb(i)")):
+    for name, settings, word in (
+        ("slope", {"slope": 35}, "slope of 35"),
+        ("sum", {"components": False}, "Gb(i)"),
+    ):
         head, names, rows = hourly_pvgis(**settings)
-        path = write_lines(tmp_path / f"{name}.csv", [*head, ",".join(names), *map(",".join, rows), ""])
+        path = write_lines(
+            tmp_path / f"{name}.csv", [*head, ",".join(names), *map(",".join, rows), ""]
+        )
         refuse(path, word, "hourly data with slope 0")
 
 
-# -- typical years from PVGIS' server: a local one that sends what the real one sent, one that refuses, and none --
+# -- typical years from PVGIS: a local server that answers as it did, one that refuses, none --
 
 ANSWER = gzip.decompress((DATA / "pvgis_tmy_45.000_8.000_2005_2023.json.gz").read_bytes())
 REFUSAL = b'{"message": "Location over the sea. Please, select another location", "status": 400}'
@@ -196,7 +255,9 @@ class Server(BaseHTTPRequestHandler):
         known = "lat=45" in self.path
         self.send_response(200 if known else 400)
         self.end_headers()
-        self.wfile.write({True: ANSWER, False: REFUSAL}[known] if "lat=9" not in self.path else b"<html>")
+        self.wfile.write(
+            {True: ANSWER, False: REFUSAL}[known] if "lat=9" not in self.path else b"<html>"
+        )
 
     def log_message(self, *_):
         pass
@@ -207,7 +268,9 @@ def server(monkeypatch):
     with HTTPServer(("127.0.0.1", 0), Server) as server:
         thread = threading.Thread(target=server.serve_forever)
         thread.start()
-        monkeypatch.setattr(pvlib.iotools.pvgis, "URL", f"http://127.0.0.1:{server.server_port}/api/")
+        monkeypatch.setattr(
+            pvlib.iotools.pvgis, "URL", f"http://127.0.0.1:{server.server_port}/api/"
+        )
         Server.asked.clear()
         yield
         server.shutdown()

@@ -1,4 +1,6 @@
-"""Test reference years, typical years in csv, EPW with several records an hour, formats that are named, their table."""
+"""Test reference years, typical years in csv, EPW with several records an hour, formats that are
+named, their table.
+"""
 
 import gzip
 import re
@@ -8,7 +10,18 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
-from weathers import BERLIN, DATA, ERA5, HOUR, POTSDAM_2018, PVGIS, ROOT, lines_of, refuse, write_lines
+from weathers import (
+    BERLIN,
+    DATA,
+    ERA5,
+    HOUR,
+    POTSDAM_2018,
+    PVGIS,
+    ROOT,
+    lines_of,
+    refuse,
+    write_lines,
+)
 
 from citypv.core.settings.errors import InputError
 from citypv.core.weather import formats
@@ -34,7 +47,9 @@ def read_record(path):
 
 
 def try_lines(centred=False):
-    """A test reference year of 2010 of Potsdam's 2018, whose hour 1 is 0:00 to 1:00 or centred at 1:00."""
+    """A test reference year of 2010 of Potsdam's 2018, whose hour 1 is 0:00 to 1:00 or centred at
+    1:00.
+    """
     rows = np.array([line.split() for line in lines_of(POTSDAM_2018)[6:]], float)
     light = rows[:, 4:6]
     light = (light + np.roll(light, -1, axis=0)) / 2 if centred else light
@@ -59,7 +74,9 @@ def test_reference_year_of_2010(tmp_path, centred):
     path = tmp_path / "TRY2010_04.dat"
     path.write_bytes("\n".join(try_lines(centred)).encode("latin-1"))
     weather = read_weather(path, *BERLIN)
-    assert (weather.latitude, weather.longitude) == pytest.approx((52 + 23 / 60, 13 + 4 / 60), abs=1e-5)
+    assert (weather.latitude, weather.longitude) == pytest.approx(
+        (52 + 23 / 60, 13 + 4 / 60), abs=1e-5
+    )
     assert weather.altitude == 81
     minute = 30 if centred else 0
     assert weather.data.index[0] == pd.Timestamp(f"2020-12-31T23:{minute:02d}Z")
@@ -86,7 +103,10 @@ def test_typical_year_in_csv(tmp_path, year, zone):
     mixed = [time.replace(year=2007 + time.month * 5 % 9) for time in local.index]
     local.set_axis(pd.DatetimeIndex(mixed, name="time"), axis=0).to_csv(tmp_path / "typical.csv")
     record = read_record(tmp_path / "typical.csv")
-    assert record.notes == ["months of different years, put into one"] and "typical year" in record.label
+    assert (
+        record.notes == ["months of different years, put into one"]
+        and "typical year" in record.label
+    )
     assert record.data.index.is_monotonic_increasing and len(record.data) == 8760
     assert set(pd.Series(record.data.index).diff().dropna()) == {pd.Timedelta("1h")}
     assert record.data.index.tz_convert(zone)[0].strftime("%m-%d %H:%M") == "01-01 00:00"
@@ -104,14 +124,23 @@ def test_typical_year_of_pvlib_with_the_cure_that_is_named(tmp_path):
         lines = file.read().splitlines()
     start = next(number for number, line in enumerate(lines) if line.startswith("time(UTC)"))
     rows = [line.split(",") for line in lines[start + 1 : start + 8761]]
-    names = {"T2m": "temp_air", "G(h)": "ghi", "Gb(n)": "dni", "Gd(h)": "dhi", "WS10m": "wind_speed"}
+    names = {
+        "T2m": "temp_air",
+        "G(h)": "ghi",
+        "Gb(n)": "dni",
+        "Gd(h)": "dhi",
+        "WS10m": "wind_speed",
+    }
     table = pd.DataFrame(rows, columns=lines[start].split(","))
     table.index = pd.to_datetime(table.pop("time(UTC)"), format="%Y%m%d:%H%M", utc=True)
     table.rename(columns=names)[list(names.values())].to_csv(tmp_path / "tmy.csv")
     with pytest.raises(InputError) as caught:
         read_weather(tmp_path / "tmy.csv", 45.0, 8.0)
     shift = float(re.search(r"--time-shift (-?\d+)", str(caught.value))[1])
-    mended, own = read_weather(tmp_path / "tmy.csv", 45.0, 8.0, time_shift=shift), read_weather(PVGIS, 45.0, 8.0)
+    mended, own = (
+        read_weather(tmp_path / "tmy.csv", 45.0, 8.0, time_shift=shift),
+        read_weather(PVGIS, 45.0, 8.0),
+    )
     assert abs(mended.data.index[0] - own.data.index[0]) < pd.Timedelta(minutes=1)
     np.testing.assert_array_equal(mended.data["ghi"], own.data["ghi"])
 
@@ -125,9 +154,14 @@ def test_pressure_in_hpa_by_its_size(tmp_path, year):
 
 
 def epw_lines(year, parts, energy=False):
-    """EPW of a year with several records an hour; [W/m²], or what each interval receives [Wh/m²]."""
+    """EPW of a year with several records an hour; [W/m²], or what each interval receives
+    [Wh/m²].
+    """
     head = [f"LOCATION,Berlin,-,DEU,-,0,{BERLIN[0]},{BERLIN[1]},0,34"]
-    head += [f"{name},0" for name in ("DESIGN CONDITIONS", "TYPICAL/EXTREME PERIODS", "GROUND TEMPERATURES")]
+    head += [
+        f"{name},0"
+        for name in ("DESIGN CONDITIONS", "TYPICAL/EXTREME PERIODS", "GROUND TEMPERATURES")
+    ]
     head += ["HOLIDAYS/DAYLIGHT SAVINGS,No,0,0,0", "COMMENTS 1,", "COMMENTS 2,"]
     head += [f"DATA PERIODS,1,{parts},Data,Sunday,1/1,12/31"]
     factor = 1 / parts if energy else 1
@@ -136,7 +170,9 @@ def epw_lines(year, parts, energy=False):
         for part in range(parts):
             ghi, dni, dhi = (factor * value for value in (row.ghi, row.dni, row.dhi))
             stamp = f"{start.year},{start.month},{start.day},{start.hour + 1},{60 * (part + 1) // parts}"
-            values = f"{row.temp_air},5,50,101000,0,0,300,{ghi},{dni},{dhi},0,0,0,0,180,{row.wind_speed}"
+            values = (
+                f"{row.temp_air},5,50,101000,0,0,300,{ghi},{dni},{dhi},0,0,0,0,180,{row.wind_speed}"
+            )
             head.append(f"{stamp},A7,{values},5,5,20,77777,9,999999999,10,0.1,0,88,0.2,0,1")
     return head
 
@@ -160,14 +196,20 @@ def calendar_year(year):
 
 def test_epw_with_an_hour_of_fewer_records(tmp_path, year):
     lines = epw_lines(calendar_year(year), 2)
-    refuse(write_lines(tmp_path / "less.epw", [*lines[:100], *lines[101:]]), "has 1 records, others have 2")
+    refuse(
+        write_lines(tmp_path / "less.epw", [*lines[:100], *lines[101:]]),
+        "has 1 records, others have 2",
+    )
 
 
 # --- formats that are named, and what follows from the table
 
 NINJA = "# Renewables.ninja PV (Point API) - 37.97\ntime,electricity\n2019-01-01 00:00,0\n"
 SOLARGIS = "#15 MINUTE VALUES\n#File type: Solargis_TS\n#\nDate;Time;GHI;DNI;DIF\n"
-SAM = "Latitude,Longitude,Time Zone,Elevation\n40,-105,-7,1600\nYear,Month,Day,Hour,DNI,DHI,Wspd,Tdry\n"
+SAM = (
+    "Latitude,Longitude,Time "
+    "Zone,Elevation\n40,-105,-7,1600\nYear,Month,Day,Hour,DNI,DHI,Wspd,Tdry\n"
+)
 TMY2 = " 14739 BOSTON                 MA  -5 N 42 22 W  71  2     5\n 84 1 1 1 0 0\n"
 NAMED = {
     "a.grib": ("GRIB\x00\x00\x01\x02" + "x" * 50, "GRIB", "NetCDF"),
@@ -203,7 +245,10 @@ def test_every_format_says_what_it_is():
 
 
 def test_files_of_the_tests_are_what_they_were():
-    keys = {path.name.split(".")[0][:7]: recognise_weather(path).key for path in sorted(DATA.glob("*.gz"))}
+    keys = {
+        path.name.split(".")[0][:7]: recognise_weather(path).key
+        for path in sorted(DATA.glob("*.gz"))
+    }
     assert keys == {
         "984998_": "psm",
         "CHL_San": "epw",
@@ -218,17 +263,27 @@ def test_files_of_the_tests_are_what_they_were():
 
 DAMAGED = {
     "a.json": '{"utc_offset_seconds": 0, "elevation": 1}',
-    "b.json": '{"utc_offset_seconds": "x", "elevation": null, "hourly": {"time": ["2019-01-01T00:00"]}}',
+    "b.json": (
+        '{"utc_offset_seconds": "x", "elevation": null, "hourly": {"time": ["2019-01-01T00:00"]}}'
+    ),
     "c.json": '{"utc_offset_seconds": 0, "elevation": 1, "hourly": [1, 2]}',
     "d.json": '{"properties": {}, "geometry": {}}',
-    "e.json": '{"properties": {"parameter": {"T2M": {"2019": 1}}}, "geometry": {"coordinates": [1, 2, 3]}}',
-    "f.csv": "latitude,longitude,elevation,utc_offset_seconds\n1,2\n\ntime,temperature_2m (°C)\n0,3\n1,3\n",
+    "e.json": (
+        '{"properties": {"parameter": {"T2M": {"2019": 1}}}, "geometry": {"coordinates": [1, 2, '
+        "3]}}"
+    ),
+    "f.csv": (
+        "latitude,longitude,elevation,utc_offset_seconds\n1,2\n\ntime,temperature_2m "
+        "(°C)\n0,3\n1,3\n"
+    ),
     "g.csv": "-BEGIN HEADER-\nNASA/POWER\n-END HEADER-\n",
     "h.csv": "# CAMS\n# Observation period;GHI\n1;2\n",
     "i.csv": "period_end,ghi\n,\n",
     "j.csv": "valid_time,latitude,longitude\n",
     "k.csv": "time,ghi\n",
-    "l.dat": "Lage: 52° 23' N 13° 04' O 81 Meter\nRG IS MM DD HH N WR WG t p\n4 1 1 1 1 0 0 1 1 1000\n",
+    "l.dat": (
+        "Lage: 52° 23' N 13° 04' O 81 Meter\nRG IS MM DD HH N WR WG t p\n4 1 1 1 1 0 0 1 1 1000\n"
+    ),
     "m.epw": "LOCATION,a,b,c,d,1,52,13,1,30\n",
 }
 

@@ -1,4 +1,6 @@
-"""One place for the sun: distances, other longitudes, and what the command line says of the weather."""
+"""One place for the sun: distances, other longitudes, and what the command line says of the
+weather.
+"""
 
 import json
 import re
@@ -22,7 +24,9 @@ def near_berlin(folder, longitude):
     """The weather of Berlin at another longitude, where the sun comes earlier: csv."""
     weather = read_weather(ERA5, *BERLIN).data
     path = folder / f"{longitude}.csv"
-    turned = weather.set_axis(weather.index - np.timedelta64(round((longitude - BERLIN[1]) * 240), "s"), axis=0)
+    turned = weather.set_axis(
+        weather.index - np.timedelta64(round((longitude - BERLIN[1]) * 240), "s"), axis=0
+    )
     turned[["ghi", "dhi", "temp_air", "wind_speed"]].rename_axis("time").to_csv(path)
     return path
 
@@ -55,11 +59,15 @@ def test_the_distance_that_a_refusal_names_is_enough_and_ten_less_is_not(degrees
 
 def test_suns_are_those_of_the_weathers_place():
     scene = three_houses()
-    request = Request(weather=str(BARROW), allow_distance=1e4, suns="hourly", samples=4, shadow_samples=1)
+    request = Request(
+        weather=str(BARROW), allow_distance=1e4, suns="hourly", samples=4, shadow_samples=1
+    )
     weather = study.read_year(scene.site, request)
     transfer = study.trace_scene(scene, weather, request)
     data = weather.data
-    match = match_suns(transfer.suns, data.index, weather.interval, weather.latitude, weather.longitude)
+    match = match_suns(
+        transfer.suns, data.index, weather.interval, weather.latitude, weather.longitude
+    )
     sunny = match.weight[:, 0] > 0
     own = sun_direction(data["apparent_zenith"][sunny], data["solar_azimuth"][sunny])
     np.testing.assert_allclose(transfer.suns.direction[match.index[sunny, 0]], own, atol=1e-9)
@@ -89,7 +97,20 @@ def test_yield_takes_any_longitude_of_the_latitude(traced, tmp_path, refused):
     assert hours(tmp_path / "east") == pytest.approx(hours(traced / "days"), rel=0.01)
     said = refused(*again, "--weather", TMY3, "--out", tmp_path / "south")
     assert "latitude 52.5" in said and "sky-grid" in said
-    assert main([*again, "--weather", str(TMY3), "--allow-distance", "1400", "--out", str(tmp_path / "south")]) == 0
+    assert (
+        main(
+            [
+                *again,
+                "--weather",
+                str(TMY3),
+                "--allow-distance",
+                "1400",
+                "--out",
+                str(tmp_path / "south"),
+            ]
+        )
+        == 0
+    )
 
 
 def test_yield_takes_any_place_with_a_sky_grid(traced, tmp_path):

@@ -1,4 +1,5 @@
-"""Formats of services, told by their marks: the same year as each of them writes it gives the same intervals.
+"""Formats of services, told by their marks: the same year as each of them writes it gives the same
+intervals.
 
 The year is ERA5's of Berlin. The layouts are those of the services' documentation.
 """
@@ -40,19 +41,32 @@ def assert_as(path, year, columns=(*MAIN, "temp_air", "wind_speed"), atol=0.06):
 
 
 def open_meteo(year, zone=0, wind="km/h", temperature="°C"):
-    """Names, units and columns of an answer of Open-Meteo, with times in a zone [h]; radiation ends at the stamp."""
+    """Names, units and columns of an answer of Open-Meteo, with times in a zone [h]; radiation ends
+    at the stamp.
+    """
     data, stamps = year.data, year.data.index + HOUR + pd.Timedelta(hours=zone)
     factor = {"km/h": 3.6, "m/s": 1, "mp/h": 1 / 0.44704, "kn": 1 / 0.514444}[wind]
     columns = {
         "time": list(stamps.strftime("%Y-%m-%dT%H:%M")),
-        "temperature_2m": list(data["temp_air"] * (1.8 if temperature == "°F" else 1) + 32 * (temperature == "°F")),
+        "temperature_2m": list(
+            data["temp_air"] * (1.8 if temperature == "°F" else 1) + 32 * (temperature == "°F")
+        ),
         "wind_speed_10m": list(data["wind_speed"] * factor),
         "shortwave_radiation": list(data["ghi"]),
         "direct_normal_irradiance": list(data["dni"]),
         "diffuse_radiation": list(data["dhi"]),
     }
-    units = dict.fromkeys(columns, "W/m²") | {"time": "iso8601", "temperature_2m": temperature, "wind_speed_10m": wind}
-    head = {"latitude": BERLIN[0], "longitude": BERLIN[1], "elevation": 34.0, "utc_offset_seconds": 3600 * zone}
+    units = dict.fromkeys(columns, "W/m²") | {
+        "time": "iso8601",
+        "temperature_2m": temperature,
+        "wind_speed_10m": wind,
+    }
+    head = {
+        "latitude": BERLIN[0],
+        "longitude": BERLIN[1],
+        "elevation": 34.0,
+        "utc_offset_seconds": 3600 * zone,
+    }
     return head | {"timezone": "GMT", "timezone_abbreviation": "GMT"}, units, columns
 
 
@@ -60,10 +74,14 @@ def write_open_meteo(path, head, units, columns):
     """The same as its csv."""
     lines = [",".join(head), ",".join(map(str, head.values())), ""]
     lines += [",".join("time" if name == "time" else f"{name} ({units[name]})" for name in columns)]
-    return write_lines(path, lines + [",".join(map(str, row)) for row in zip(*columns.values(), strict=True)])
+    return write_lines(
+        path, lines + [",".join(map(str, row)) for row in zip(*columns.values(), strict=True)]
+    )
 
 
-@pytest.mark.parametrize(("zone", "wind", "temperature"), [(0, "km/h", "°C"), (1, "m/s", "°F"), (-5, "mp/h", "°C")])
+@pytest.mark.parametrize(
+    ("zone", "wind", "temperature"), [(0, "km/h", "°C"), (1, "m/s", "°F"), (-5, "mp/h", "°C")]
+)
 def test_open_meteo_as_csv_and_json(tmp_path, year, zone, wind, temperature):
     head, units, columns = open_meteo(year, zone, wind, temperature)
     record = assert_as(write_open_meteo(tmp_path / "a.csv", head, units, columns), year)
@@ -89,10 +107,21 @@ def test_open_meteo_that_cannot_be_used(tmp_path, year):
         path.write_text(json.dumps({**head, "hourly_units": units, "hourly": columns, **changes}))
         return path
 
-    refuse(write(hourly_units=units | {"wind_speed_10m": "furlong"}), "wind_speed_10m is in 'furlong'", "m/s")
+    refuse(
+        write(hourly_units=units | {"wind_speed_10m": "furlong"}),
+        "wind_speed_10m is in 'furlong'",
+        "m/s",
+    )
     refuse(write(hourly=columns | {"time": columns["time"][:-1]}), "different lengths")
-    refuse(write(hourly={"time": columns["time"], "rain": columns["time"]}), "no column of weather", "shortwave")
-    refuse(write(hourly=columns | {"time": ["noon", *columns["time"][1:]]}), "'noon' (row 1) is not a time")
+    refuse(
+        write(hourly={"time": columns["time"], "rain": columns["time"]}),
+        "no column of weather",
+        "shortwave",
+    )
+    refuse(
+        write(hourly=columns | {"time": ["noon", *columns["time"][1:]]}),
+        "'noon' (row 1) is not a time",
+    )
     path.write_text(write().read_text()[:-400])
     refuse(path, "is not JSON", "cut")
     path.write_text(json.dumps([{**head, "hourly": columns}] * 2))
@@ -105,10 +134,16 @@ def power_lines(year, zone="UTC", energy="Wh/m^2"):
     lines += [f"Dates (month/day/year): 01/01/2017 through 12/31/2017 in {zone}"]
     lines += [f"Location: latitude  {BERLIN[0]}   longitude {BERLIN[1]} "]
     lines += ["elevation from MERRA-2: Average for 0.5 x 0.625 degree lat/lon region = 34.0 meters"]
-    lines += ["The value for missing source data that cannot be computed is -999 ", "parameter(s): "]
+    lines += [
+        "The value for missing source data that cannot be computed is -999 ",
+        "parameter(s): ",
+    ]
     names = ["ALLSKY_SFC_SW_DWN", "ALLSKY_SFC_SW_DIFF", "ALLSKY_SFC_SW_DNI"]
     lines += [f"{name}     CERES SYN1deg All Sky ({energy}) " for name in names]
-    lines += ["T2M      MERRA-2 Temperature at 2 Meters (C) ", "WS10M     MERRA-2 Wind Speed at 10 Meters (m/s) "]
+    lines += [
+        "T2M      MERRA-2 Temperature at 2 Meters (C) ",
+        "WS10M     MERRA-2 Wind Speed at 10 Meters (m/s) ",
+    ]
     lines += [
         "PS     MERRA-2 Surface Pressure (kPa) ",
         "-END HEADER-",
@@ -117,7 +152,14 @@ def power_lines(year, zone="UTC", energy="Wh/m^2"):
     factor = 3600 / 1e6 if energy == "MJ/hr" else 1
     local = year.data.index + pd.Timedelta(hours=round(BERLIN[1] / 15) if zone == "LST" else 0)
     for time, row in zip(local, year.data.itertuples(), strict=True):
-        values = [factor * row.ghi, factor * row.dhi, factor * row.dni, row.temp_air, row.wind_speed, 100.1]
+        values = [
+            factor * row.ghi,
+            factor * row.dhi,
+            factor * row.dni,
+            row.temp_air,
+            row.wind_speed,
+            100.1,
+        ]
         lines.append(",".join(map(str, [time.year, time.month, time.day, time.hour, *values])))
     return lines
 
@@ -137,7 +179,9 @@ def test_nasa_power_as_csv(tmp_path, year, zone, energy):
 
 def test_solcast_names_old_and_new(tmp_path, year):
     stamps = (year.data.index + HOUR).strftime("%Y-%m-%dT%H:%M:%SZ")
-    table = year.data[["temp_air", "dhi", "dni", "ghi", "wind_speed"]].assign(period_end=stamps, period="PT60M")
+    table = year.data[["temp_air", "dhi", "dni", "ghi", "wind_speed"]].assign(
+        period_end=stamps, period="PT60M"
+    )
     new = ["air_temp", "dhi", "dni", "ghi", "wind_speed_10m", "period_end", "period"]
     table.set_axis(new, axis=1).to_csv(tmp_path / "new.csv", index=False)
     assert_as(tmp_path / "new.csv", year)
@@ -146,13 +190,21 @@ def test_solcast_names_old_and_new(tmp_path, year):
     table.set_axis(old, axis=1).assign(PeriodStart=begins).to_csv(tmp_path / "old.csv", index=False)
     assert_as(tmp_path / "old.csv", year)
     assert read_record(tmp_path / "old.csv").altitude == PLACE[2]
-    table.set_axis(new, axis=1).assign(period_end=stamps.str[:-1]).to_csv(tmp_path / "bare.csv", index=False)
+    table.set_axis(new, axis=1).assign(period_end=stamps.str[:-1]).to_csv(
+        tmp_path / "bare.csv", index=False
+    )
     refuse(tmp_path / "bare.csv", "no time zone", "UTC")
 
 
 def cams_lines(year, reference="Universal time (UT)"):
-    """Lines of the CAMS radiation service; [Wh/m²] of quarters of an hour, each as bright as its hour."""
-    lines = ["# Coding: utf-8", "# File format version: 2", "# Title: CAMS Radiation Service v4.5 all-sky irradiation"]
+    """Lines of the CAMS radiation service; [Wh/m²] of quarters of an hour, each as bright as its
+    hour.
+    """
+    lines = [
+        "# Coding: utf-8",
+        "# File format version: 2",
+        "# Title: CAMS Radiation Service v4.5 all-sky irradiation",
+    ]
     lines += [
         f"# Latitude (positive North, ISO 19115): {BERLIN[0]}",
         f"# Longitude (positive East, ISO 19115): {BERLIN[1]}",
@@ -164,7 +216,9 @@ def cams_lines(year, reference="Universal time (UT)"):
         for quarter in range(4):
             ends = [start + pd.Timedelta(minutes=15 * (quarter + k)) for k in (0, 1)]
             period = "/".join(f"{end:%Y-%m-%dT%H:%M:%S}.0" for end in ends)
-            lines.append(f"{period};0;0;{row.ghi / 4};{(row.ghi - row.dhi) / 4};{row.dhi / 4};{row.dni / 4};1.0")
+            lines.append(
+                f"{period};0;0;{row.ghi / 4};{(row.ghi - row.dhi) / 4};{row.dhi / 4};{row.dni / 4};1.0"
+            )
     return lines
 
 
@@ -181,8 +235,16 @@ def test_cams_has_neither_temperature_nor_wind(tmp_path, year):
 def point_table(year):
     """A point series of the Climate Data Store: sums of the hour that ends at the stamp."""
     data, stamps = year.data, (year.data.index + HOUR).strftime("%Y-%m-%d %H:%M:%S")
-    columns = {"valid_time": stamps, "ssrd": 3600 * data["ghi"], "fdir": 3600 * (data["ghi"] - data["dhi"])}
-    columns |= {"t2m": data["temp_air"] + 273.15, "u10": 0.6 * data["wind_speed"], "v10": -0.8 * data["wind_speed"]}
+    columns = {
+        "valid_time": stamps,
+        "ssrd": 3600 * data["ghi"],
+        "fdir": 3600 * (data["ghi"] - data["dhi"]),
+    }
+    columns |= {
+        "t2m": data["temp_air"] + 273.15,
+        "u10": 0.6 * data["wind_speed"],
+        "v10": -0.8 * data["wind_speed"],
+    }
     return pd.DataFrame(columns | {"latitude": BERLIN[0], "longitude": BERLIN[1]})
 
 
@@ -204,6 +266,8 @@ def test_sums_since_midnight_of_era5_land(tmp_path, year):
 
     path = save_era5(tmp_path / "land.nc", add_up)
     record = read_era5(path, *PLACE, "nearest")
-    assert "ERA5-Land" in record.label and record.notes == ["radiation of each hour from sums since 0 UTC"]
+    assert "ERA5-Land" in record.label and record.notes == [
+        "radiation of each hour from sums since 0 UTC"
+    ]
     np.testing.assert_allclose(record.data["ghi"].clip(lower=0), year.data["ghi"], atol=0.3)
     assert not any("sums" in note for note in read_era5(ERA5, *PLACE, "nearest").notes)

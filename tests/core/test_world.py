@@ -1,4 +1,6 @@
-"""The world: values of single places against `yield`, pvlib and closed forms; the sun everywhere on Earth."""
+"""The world: values of single places against `yield`, pvlib and closed forms; the sun everywhere on
+Earth.
+"""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -29,7 +31,15 @@ from .transfers import Horizons
 from .weathers import BARROW, HOUR, PVGIS, year_of
 
 # 55° S to 71° N, both sides of the date line, all on land.
-LAND = [(-54.8, -68.3), (-33.4, -70.6), (-15.0, -47.0), (0.2, 32.5), (13.5, 2.1), (24.0, 90.0), (36.2, -115.2)]
+LAND = [
+    (-54.8, -68.3),
+    (-33.4, -70.6),
+    (-15.0, -47.0),
+    (0.2, 32.5),
+    (13.5, 2.1),
+    (24.0, 90.0),
+    (36.2, -115.2),
+]
 LAND += [(52.5, 13.4), (66.5, 179.0), (71.3, -156.8)]
 CLOSE = 1e-4  # of full load hours: the tables' error
 SYSTEM = dc_system()
@@ -39,19 +49,25 @@ SYSTEM = dc_system()
 def skylines():
     transfer, rng = Horizons(60, seed=3).transfer(sky_grid_suns(400)), np.random.default_rng(4)
     view = np.hypot(*transfer.surfaces.normal[:, :2].T) * rng.random(60)
-    return replace(transfer, sources={"horizon": SourceLight(view, view + 0.1 * rng.random(60), np.zeros(60))})
+    return replace(
+        transfer, sources={"horizon": SourceLight(view, view + 0.1 * rng.random(60), np.zeros(60))}
+    )
 
 
 def world_of(transfer, places, name="clear-sky", **settings):
     request = Request(horizon_cut=settings.pop("horizon_cut", "measured"))
     source = model_source(places, name, request, settings.pop("off_land", "blank"))
-    environment = build_environment("town", "test", transfer, SYSTEM, settings.get("sky", "isotropic"))
+    environment = build_environment(
+        "town", "test", transfer, SYSTEM, settings.get("sky", "isotropic")
+    )
     return compute_world([environment], source, SYSTEM, threads=1, **settings)
 
 
 @pytest.mark.parametrize("count", [16, 673])
 def test_each_direction_lies_in_its_triangle(count):
-    """Also between the lowest ring and the horizon, where four points of grid and mirror image lie in one plane."""
+    """Also between the lowest ring and the horizon, where four points of grid and mirror image lie
+    in one plane.
+    """
     suns, rng = sky_grid_suns(count), np.random.default_rng(1)
     direction = rng.normal(size=(4000, 3))
     direction[:, 2] = np.abs(direction[:, 2]) * rng.choice([1.0, 0.02], 4000)
@@ -69,7 +85,12 @@ def test_each_direction_lies_in_its_triangle(count):
 
 @pytest.mark.parametrize(
     ("place", "sky"),
-    [((52.5, 13.4), "isotropic"), ((-33.4, -70.6), "perez"), ((9.0, 179.9), "isotropic"), ((71.3, -156.8), "perez")],
+    [
+        ((52.5, 13.4), "isotropic"),
+        ((-33.4, -70.6), "perez"),
+        ((9.0, 179.9), "isotropic"),
+        ((71.3, -156.8), "perez"),
+    ],
 )
 def test_a_place_is_what_yield_gives(skylines, place, sky):
     world = world_of(skylines, Places(*np.array([place]).T), sky=sky)
@@ -94,20 +115,26 @@ def test_stations_are_what_yield_gives(skylines):
 
 
 def test_unshaded_planes_are_pvlibs():
-    """Transposition, cell temperature and module by pvlib itself, at ten places from 55° S to 71° N."""
+    """Transposition, cell temperature and module by pvlib itself, at ten places from 55° S to 71°
+    N.
+    """
     transfer, places = unshaded_transfer(), Places(*np.array(LAND, float).T)
     world = world_of(transfer, places, "climate")
     assert (world.weather == CLIMATE).all()
     surfaces = transfer.surfaces
     for row, place in enumerate(LAND):
         data = read_weather("climate", *place).data
-        for group, (tilt, azimuth) in enumerate(zip(surfaces.surface_tilt, surfaces.surface_azimuth, strict=True)):
+        for group, (tilt, azimuth) in enumerate(
+            zip(surfaces.surface_tilt, surfaces.surface_azimuth, strict=True)
+        ):
             expected = run_chain(data, tilt, azimuth)[1].sum()
             assert world.full_load_hours[row, 0, group, 0] == pytest.approx(expected, rel=2 * CLOSE)
 
 
 def test_poles_and_date_line():
-    """At the pole all facades get the same light within a day's drift; no sun in the polar night."""
+    """At the pole all facades get the same light within a day's drift; no sun in the
+    polar night.
+    """
     places = Places(np.array([90.0, 80.0, 20.0, 20.0]), np.array([0.0, 30.0, -180.0, 179.999]))
     world = world_of(unshaded_transfer(), places)
     hours = world.full_load_hours[:, 0]
@@ -141,7 +168,8 @@ def test_shift_is_exact_at_greenwich_and_close_elsewhere(skylines):
     """At Greenwich nothing is shifted; over half the Earth the sun has moved on by half a day."""
     places = Places(np.full(3, 48.0), np.array([0.0, 97.5, -180.0]))
     exact, paper = (
-        world_of(skylines, places, way=way, horizon_cut="neglect").full_load_hours for way in ("exact", "paper")
+        world_of(skylines, places, way=way, horizon_cut="neglect").full_load_hours
+        for way in ("exact", "paper")
     )
     np.testing.assert_allclose(paper[0], exact[0], rtol=CLOSE, atol=1e-3)
     error = paper[1:, 0, :, 0] / exact[1:, 0, :, 0] - 1
@@ -149,7 +177,11 @@ def test_shift_is_exact_at_greenwich_and_close_elsewhere(skylines):
 
 
 def test_weights_of_a_mix_that_mean_nothing():
-    for text, words in (("town=1.5", "above 0"), ("city=1", "no environment"), ("town=.5", "add up to 0.5")):
+    for text, words in (
+        ("town=1.5", "above 0"),
+        ("city=1", "no environment"),
+        ("town=.5", "add up to 0.5"),
+    ):
         with pytest.raises(InputError, match=words):
             parse_mix(text, ["town", "unshaded"])
 
@@ -174,13 +206,18 @@ def test_merged_surfaces_keep_what_is_linear(skylines):
         assert merged.weight[own] @ merged.block.sky[own] == pytest.approx(sky, rel=1e-5)
         direct = [
             one.weight[part]
-            @ (np.maximum(one.block.normal.T @ one.sky.direction.T, 0) * one.block.visible_share.T)[part]
+            @ (np.maximum(one.block.normal.T @ one.sky.direction.T, 0) * one.block.visible_share.T)[
+                part
+            ]
             for one, part in ((environment, slice(start, stop)), (merged, own))
         ]
         assert np.abs(direct[1] - direct[0]).mean() < 0.02 * direct[0].mean()
-    source = model_source(Places(np.array([30.0, 60.0]), np.array([31.0, 10.0])), "climate", Request())
+    source = model_source(
+        Places(np.array([30.0, 60.0]), np.array([31.0, 10.0])), "climate", Request()
+    )
     whole, few = (
-        compute_world([one], source, SYSTEM, threads=1, sky="perez").full_load_hours for one in (environment, merged)
+        compute_world([one], source, SYSTEM, threads=1, sky="perez").full_load_hours
+        for one in (environment, merged)
     )
     np.testing.assert_allclose(few[..., 0], whole[..., 0], rtol=0.02)
     assert merge_surfaces(environment, 1000) is environment
@@ -190,7 +227,9 @@ def test_other_suns_than_a_sky_grid_are_refused_with_what_to_run():
     whole, flat = (Horizons(9).transfer(sky_grid_suns(16)) for _ in range(2))
     flat.surfaces.eligible[:] = False
     days = Horizons(9).transfer(choose_suns("days:2", year_of(), HOUR, 52.5, 13.4))
-    part = Horizons(9).transfer(replace(interrupted_suns(sky_grid_suns(100), 40), sampling="sky-grid:100"))
+    part = Horizons(9).transfer(
+        replace(interrupted_suns(sky_grid_suns(100), 40), sampling="sky-grid:100")
+    )
     for transfer, words in (
         (days, r"days:2, which holds for one latitude only; .*--suns sky-grid"),
         (part, "40 directions"),

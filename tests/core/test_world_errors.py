@@ -1,4 +1,6 @@
-"""Standard errors of a world: those of `yield`, and as large as the scatter of Transfers with known noise."""
+"""Standard errors of a world: those of `yield`, and as large as the scatter of Transfers with known
+noise.
+"""
 
 from dataclasses import replace
 
@@ -43,7 +45,11 @@ def town():
     groups = {"facade south": {"bias": 0.4, "rms": 1.0}}
     return replace(
         transfer,
-        sources={"horizon": SourceLight(view, view + 0.1 * rng.random(COUNT), rng.uniform(0.001, 0.01, COUNT))},
+        sources={
+            "horizon": SourceLight(
+                view, view + 0.1 * rng.random(COUNT), rng.uniform(0.001, 0.01, COUNT)
+            )
+        },
         diffuse_relative_standard_error=whole[0],
         direct_annual_standard_error=whole[1],
         error_parts=ErrorParts(*passed_on, *grid, covariance, np.zeros(COUNT)),
@@ -62,7 +68,9 @@ def world_of(transfer, weathers):
 
 @pytest.mark.parametrize("sky", ["isotropic", "perez"])
 def test_errors_are_those_of_yield(town, sky):
-    """The Arctic, 45° N, and a clear sky at the equator: shares of direct light from a third to four fifths."""
+    """The Arctic, 45° N, and a clear sky at the equator: shares of direct light from a third to
+    four fifths.
+    """
     weathers = [read_weather(path, 0.0, 0.0) for path in (BARROW, PVGIS)]
     weathers.append(read_weather("clear-sky", 0.0, 10.0, 0.0))
     environment = build_environment("town", "test", town, SYSTEM, sky)
@@ -71,16 +79,22 @@ def test_errors_are_those_of_yield(town, sky):
     for row, weather in enumerate(weathers):
         energy = compute_energy(town, weather, SYSTEM, threads=1, sky=sky)
         assert world.groups == energy.groups
-        np.testing.assert_allclose(world.standard_error[row, 0, :, 0], energy.group_standard_error, rtol=AS_YIELD)
-        np.testing.assert_allclose(merged.standard_error[row, 0, :, 0], energy.group_standard_error, rtol=AS_YIELD)
+        np.testing.assert_allclose(
+            world.standard_error[row, 0, :, 0], energy.group_standard_error, rtol=AS_YIELD
+        )
+        np.testing.assert_allclose(
+            merged.standard_error[row, 0, :, 0], energy.group_standard_error, rtol=AS_YIELD
+        )
     relative = world.standard_error[:, 0, :, 0] / world.full_load_hours[:, 0, :, 0]
-    assert (np.ptp(relative, axis=0) > 0.05 * relative.mean(axis=0)).any()  # one share for all places would not do
+    assert (
+        np.ptp(relative, axis=0) > 0.05 * relative.mean(axis=0)
+    ).any()  # one share for all places would not do
 
 
 @pytest.mark.once
 def test_errors_are_as_large_as_the_scatter():
-    """Of the year and the gain: noise of known size in the reflected light of single surfaces, and in the
-    visible sky, beside which rays meet faces of half its brightness.
+    """Of the year and the gain: noise of known size in the reflected light of single surfaces, and
+    in the visible sky, beside which rays meet faces of half its brightness.
     """
     plain, rng = Horizons(COUNT, seed=3).transfer(sky_grid_suns(100)), np.random.default_rng(7)
     plain.direct_reflected += np.float32(0.05)
@@ -101,8 +115,11 @@ def test_errors_are_as_large_as_the_scatter():
 
     stated, draws = world_of(plain, weathers), [world_of(noisy(), weathers) for _ in range(DRAWS)]
     annual = np.array([one.full_load_hours[:, 0, :, 0] for one in draws])
-    gain = np.array([one.full_load_hours[:, 0, :, 0] / one.without_reflections[:, 0, :, 0] for one in draws])
-    # Some 6 independent groups of 40 draws: 9 % of the variance; hours are proportional to light within 10 %.
+    gain = np.array(
+        [one.full_load_hours[:, 0, :, 0] / one.without_reflections[:, 0, :, 0] for one in draws]
+    )
+    # Some 6 independent groups of 40 draws: 9 % of the variance; hours are proportional to light
+    # within 10 %.
     ratio = annual.var(axis=0, ddof=1) / stated.standard_error[:, 0, :, 0] ** 2
     np.testing.assert_allclose(np.sqrt(ratio.mean(axis=1)), 1.0, atol=0.17)
     ratio = gain.var(axis=0, ddof=1) / stated.gain_error[:, 0] ** 2
@@ -111,7 +128,9 @@ def test_errors_are_as_large_as_the_scatter():
 
 @pytest.mark.once
 def test_months_are_as_uncertain_as_the_scatter():
-    """Noise of known size, another in each direction of the grid: months have more of it than the year has."""
+    """Noise of known size, another in each direction of the grid: months have more of it than the
+    year has.
+    """
     plain, rng = Horizons(COUNT, seed=3).transfer(sky_grid_suns(400)), np.random.default_rng(8)
     plain.direct_reflected += np.float32(0.6)
     plain.direct_annual_standard_error[:] = NOISE
@@ -123,10 +142,13 @@ def test_months_are_as_uncertain_as_the_scatter():
         return replace(plain, direct_reflected=plain.direct_reflected + noise)
 
     stated = world_of(plain, weathers).standard_error[:, 0]
-    found = np.array([world_of(noisy(), weathers).full_load_hours[:, 0, :, :13] for _ in range(DRAWS)])
+    found = np.array(
+        [world_of(noisy(), weathers).full_load_hours[:, 0, :, :13] for _ in range(DRAWS)]
+    )
     ratio = found.var(axis=0, ddof=1) / stated**2
     year, months = (np.sqrt(part.mean(axis=(1, 2))) for part in (ratio[..., :1], ratio[..., 1:]))
-    # The year's is that of the mean over the whole grid, of which a place meets a half or less: known to be low.
+    # The year's is that of the mean over the whole grid, of which a place meets a half or less:
+    # known to be low.
     assert (year > 1).all() and (year < 2).all()
     np.testing.assert_allclose(months / year, 1.0, atol=0.17)
 
@@ -158,15 +180,44 @@ def test_an_unknown_error_stays_unknown(town):
 
 def test_the_file_has_them_and_tasks_do_not_change_them(town, tmp_path):
     write_transfer(tmp_path / "transfer.nc", town)
-    options = ["--step", "60", "--latitudes", "0", "60", "--longitudes", "0", "60", "--pictures", "off", "--quiet"]
+    options = [
+        "--step",
+        "60",
+        "--latitudes",
+        "0",
+        "60",
+        "--longitudes",
+        "0",
+        "60",
+        "--pictures",
+        "off",
+        "--quiet",
+    ]
     for name, more in (("one", []), ("tasks", ["--cluster", "serial"])):
-        command = ["world", str(tmp_path / "transfer.nc"), "unshaded", *options, *more, "--out", str(tmp_path / name)]
+        command = [
+            "world",
+            str(tmp_path / "transfer.nc"),
+            "unshaded",
+            *options,
+            *more,
+            "--out",
+            str(tmp_path / name),
+        ]
         assert main(command) == 0
-    with xr.open_dataset(tmp_path / "one" / "world.nc") as one, xr.open_dataset(tmp_path / "tasks" / "world.nc") as two:
-        for name, unit in (("full_load_hours", "h"), ("full_load_hours_by_month", "h"), ("gain_by_reflections", "1")):
+    with (
+        xr.open_dataset(tmp_path / "one" / "world.nc") as one,
+        xr.open_dataset(tmp_path / "tasks" / "world.nc") as two,
+    ):
+        for name, unit in (
+            ("full_load_hours", "h"),
+            ("full_load_hours_by_month", "h"),
+            ("gain_by_reflections", "1"),
+        ):
             values, error = one[name], one[f"{name}_standard_error"]
             assert values.attrs["ancillary_variables"] == error.name
-            assert error.attrs["units"] == values.attrs["units"] == unit and error.dims == values.dims
+            assert (
+                error.attrs["units"] == values.attrs["units"] == unit and error.dims == values.dims
+            )
             np.testing.assert_array_equal(np.isnan(error), np.isnan(values))
         hours, plain = one["full_load_hours"], one["full_load_hours_without_reflections"]
         np.testing.assert_allclose(one["gain_by_reflections"], hours / plain - 1, atol=1e-6)

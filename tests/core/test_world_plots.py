@@ -33,7 +33,8 @@ from .weathers import HOUR, PVGIS, year_of
 def folder(tmp_path_factory):
     out = tmp_path_factory.mktemp("world") / "out"
     options = (
-        "--weather climate --off-land clear-sky --step 20 --latitudes -40 80 --longitudes -20 20 --mix city=1 --quiet"
+        "--weather climate --off-land clear-sky --step 20 --latitudes -40 80 --longitudes -20 20 "
+        "--mix city=1 --quiet"
     )
     assert main(["world", "city=unshaded", "unshaded", *options.split(), "--out", str(out)]) == 0
     return out
@@ -48,12 +49,20 @@ def test_plot_draws_them_anew(folder, tmp_path, capfd, refused):
         assert (tmp_path / name).read_bytes() == (folder / name).read_bytes()
         assert (tmp_path / name).stat().st_size > 20_000
     station = tmp_path / "station"
-    assert main(["world", "unshaded", "--weather", str(PVGIS), "--quiet", "--out", str(station)]) == 0
+    assert (
+        main(["world", "unshaded", "--weather", str(PVGIS), "--quiet", "--out", str(station)]) == 0
+    )
     (tmp_path / "bad").mkdir()
     (tmp_path / "bad" / "world.nc").write_text("nothing", encoding="utf-8")
     (tmp_path / "other").mkdir()
-    xr.Dataset({"weather": ("station", [1])}).to_netcdf(tmp_path / "other" / "world.nc", engine="h5netcdf")
-    problems = {station: "single places", tmp_path / "bad": "cannot be read", tmp_path / "other": "has no"}
+    xr.Dataset({"weather": ("station", [1])}).to_netcdf(
+        tmp_path / "other" / "world.nc", engine="h5netcdf"
+    )
+    problems = {
+        station: "single places",
+        tmp_path / "bad": "cannot be read",
+        tmp_path / "other": "has no",
+    }
     for place, words in problems.items():
         said = refused("plot", place)
         assert f"{place / 'world.nc'}: " in said and words in said
@@ -62,7 +71,11 @@ def test_plot_draws_them_anew(folder, tmp_path, capfd, refused):
 def test_file_follows_the_conventions(folder):
     with xr.open_dataset(folder / "world.nc") as dataset:
         assert dataset.attrs["Conventions"].startswith("CF-")
-        assert dataset["latitude"].attrs == {"units": "degrees_north", "standard_name": "latitude", "axis": "Y"}
+        assert dataset["latitude"].attrs == {
+            "units": "degrees_north",
+            "standard_name": "latitude",
+            "axis": "Y",
+        }
         # CF 2.5.1: coordinates have no missing values.
         assert not any("_FillValue" in dataset[name].encoding for name in dataset.coords)
         assert dataset["longitude"].attrs["units"] == "degrees_east"
@@ -72,7 +85,9 @@ def test_file_follows_the_conventions(folder):
         assert dataset["environment"].to_numpy().tolist() == ["city", "unshaded", "mix"]
         hours = dataset["full_load_hours"]
         np.testing.assert_allclose(dataset["capacity_factor"] * 8760, hours, rtol=1e-5)
-        np.testing.assert_allclose(hours.sel(environment="mix"), hours.sel(environment="city"), rtol=1e-6)
+        np.testing.assert_allclose(
+            hours.sel(environment="mix"), hours.sel(environment="city"), rtol=1e-6
+        )
         months = dataset["full_load_hours_by_month"].sum("month")
         np.testing.assert_allclose(months, hours, rtol=1e-5)
 
@@ -88,10 +103,14 @@ def test_gain_lies_where_the_ground_is(folder):
 
 
 def test_gain_under_an_overcast_sky_is_that_of_the_closed_form():
-    """Eq. 9: a facade gets 0.5 from the sky and 0.25·0.5 from the ground; 25 %, as far as power is linear."""
+    """Eq. 9: a facade gets 0.5 from the sky and 0.25·0.5 from the ground; 25 %, as far as power is
+    linear.
+    """
     times = year_of()
     data = pd.DataFrame({"ghi": 1.0, "dhi": 1.0, "temp_air": 25.0, "wind_speed": 1.0}, index=times)
-    zenith = add_sun(Record(data, 20.0, 10.0, 0.0, "test", "overcast"), HOUR).data["apparent_zenith"]
+    zenith = add_sun(Record(data, 20.0, 10.0, 0.0, "test", "overcast"), HOUR).data[
+        "apparent_zenith"
+    ]
     data["ghi"] = data["dhi"] = np.where(zenith < 80, 400.0, 0.0)
     weather = add_sun(Record(data, 20.0, 10.0, 0.0, "test", "overcast"), HOUR)
     system = dc_system()
@@ -125,14 +144,25 @@ def test_places_are_found_across_the_date_line():
 
 
 def test_a_region_across_the_date_line_is_one_piece(folder):
-    """Fiji lies between 177° E and 178° W; the map shows it once, in the middle, with both ends of its coast."""
+    """Fiji lies between 177° E and 178° W; the map shows it once, in the middle, with both ends of
+    its coast.
+    """
     with xr.open_dataset(folder / "world.nc") as dataset:
-        grid = dataset.isel(latitude=[1, 2], longitude=[0, 1, 2]).load().assign_coords(longitude=[-180.0, -170, 170])
+        grid = (
+            dataset.isel(latitude=[1, 2], longitude=[0, 1, 2])
+            .load()
+            .assign_coords(longitude=[-180.0, -170, 170])
+        )
     turned = join_at_date_line(grid)
     assert turned["longitude"].to_numpy().tolist() == [170, 180, 190]
     west = grid["full_load_hours"].sel(longitude=-170).to_numpy()
     np.testing.assert_array_equal(turned["full_load_hours"].sel(longitude=190), west)
-    assert [write_longitude(value) for value in (170, 180, 190, -180)] == ["170°E", "180°", "170°W", "180°"]
+    assert [write_longitude(value) for value in (170, 180, 190, -180)] == [
+        "170°E",
+        "180°",
+        "170°W",
+        "180°",
+    ]
     axes = draw_world_map(turned).axes[0]
     assert axes.get_xlim() == (165, 195)
     assert any(line.vertices[:, 0].min() > 180 for line in axes.collections[1].get_paths())
@@ -143,19 +173,27 @@ def test_a_region_across_the_date_line_is_one_piece(folder):
 
 
 def test_every_environment_has_a_map_of_what_faces_the_equator(folder):
-    """South facades in the north and north ones in the south; each environment that was asked for, with its title."""
+    """South facades in the north and north ones in the south; each environment that was asked for,
+    with its title.
+    """
     with xr.open_dataset(folder / "world.nc") as dataset:
         grid = dataset.load()
     hours = grid["full_load_hours"]
     *panels, scale = draw_world_map(grid).axes
     titles = [axes.get_title() for axes in panels if axes.axison]
-    assert titles == [f"Facades towards the equator, {name}" for name in ("city", "unshaded", "mix")]
+    assert titles == [
+        f"Facades towards the equator, {name}" for name in ("city", "unshaded", "mix")
+    ]
     shown = panels[1].collections[0].get_array().reshape(7, 3)
     for latitude, row in zip(grid["latitude"].to_numpy(), shown, strict=True):
         side = "facade_north" if latitude < 0 else "facade_south"
-        np.testing.assert_allclose(row, hours.sel(environment="unshaded", group=side, latitude=latitude))
+        np.testing.assert_allclose(
+            row, hours.sel(environment="unshaded", group=side, latitude=latitude)
+        )
     assert scale.get_ylabel() == "Full load hours in a year [h]"
     north, _ = map_of(hours.sel(latitude=slice(20, 80)).drop_sel(group="facade_north"), "city")
-    np.testing.assert_array_equal(north, hours.sel(environment="city", group="facade_south", latitude=slice(20, 80)))
+    np.testing.assert_array_equal(
+        north, hours.sel(environment="city", group="facade_south", latitude=slice(20, 80))
+    )
     roofs = hours.sel(group=["roof_east", "roof_south"])
     assert map_of(roofs, "city")[1] == "East roofs, city"

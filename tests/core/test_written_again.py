@@ -26,7 +26,9 @@ def add_tree(path, crs, latitude, longitude):
     degrees = plane.is_geographic
     unit = 1.0 if degrees else plane.axis_info[0].unit_conversion_factor
     turn = pyproj.Transformer.from_crs(plane.geodetic_crs, plane)
-    x, y = turn.transform(latitude - 6 / 111_250, longitude + 5 / (111_320 * np.cos(np.radians(latitude))))
+    x, y = turn.transform(
+        latitude - 6 / 111_250, longitude + 5 / (111_320 * np.cos(np.radians(latitude)))
+    )
     place = f"<gml:Point><gml:pos>{x:.10f} {y:.10f} 0</gml:pos></gml:Point>"
     tree = f"""<cityObjectMember><veg:SolitaryVegetationObject xmlns:veg="http://www.opengis.net/citygml/vegetation/2.0"
  gml:id="oak"><veg:height uom="m">9</veg:height><veg:crownDiameter uom="m">5</veg:crownDiameter>
@@ -39,7 +41,12 @@ def add_tree(path, crs, latitude, longitude):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("crs", "latitude", "longitude"),
-    [("EPSG:4326", 52.08, 4.3), ("EPSG:2263", 40.75, -73.99), ("EPSG:3857", 52.5, 13.4), ("EPSG:5513", 50.08, 14.42)],
+    [
+        ("EPSG:4326", 52.08, 4.3),
+        ("EPSG:2263", 40.75, -73.99),
+        ("EPSG:3857", 52.5, 13.4),
+        ("EPSG:5513", 50.08, 14.42),
+    ],
 )
 def test_what_was_written_is_read_again_with_the_same_hours(tmp_path, crs, latitude, longitude):
     """city.city.json has the coordinates of the source, its system and its trees."""
@@ -50,10 +57,15 @@ def test_what_was_written_is_read_again_with_the_same_hours(tmp_path, crs, latit
     again = citypv.simulate(written, **FEW)
     assert [city.summary["input"]["site"]["crs"] for city in (first, again)] == [crs, crs]
     hours = [one.faces.set_index("surface_id")["full_load_hours"] for one in (first, again)]
-    assert hours[1][hours[0].index].to_numpy() == pytest.approx(hours[0].to_numpy(), rel=1e-3, nan_ok=True)
+    assert hours[1][hours[0].index].to_numpy() == pytest.approx(
+        hours[0].to_numpy(), rel=1e-3, nan_ok=True
+    )
     # The source's own numbers, in its order.
     document = json.loads(written.read_text(encoding="utf-8"))
-    vertices = np.array(document["vertices"]) * document["transform"]["scale"] + document["transform"]["translate"]
+    vertices = (
+        np.array(document["vertices"]) * document["transform"]["scale"]
+        + document["transform"]["translate"]
+    )
     source = np.array(path.read_text().split("<gml:posList>")[1].split()[:3], float)
     assert np.abs(vertices - source).max(axis=1).min() < (1e-8 if crs == "EPSG:4326" else 1e-3)
     oak = document["CityObjects"]["oak"]
@@ -63,14 +75,20 @@ def test_what_was_written_is_read_again_with_the_same_hours(tmp_path, crs, latit
     assert (row["latitude"], row["longitude"]) == pytest.approx((latitude, longitude), abs=1e-4)
     x, y = (vertices[:, :2].min(axis=0) + vertices[:, :2].max(axis=0)) / 2
     own = (y, x) if crs in ("EPSG:4326", "EPSG:5513") else (x, y)
-    assert (row["easting"], row["northing"]) == pytest.approx(own, abs=1e-3 if crs == "EPSG:4326" else 20)
+    assert (row["easting"], row["northing"]) == pytest.approx(
+        own, abs=1e-3 if crs == "EPSG:4326" else 20
+    )
 
 
 def test_parts_and_terrain_are_written(tmp_path):
     """Objects of CityJSON for parts and for the terrain of the files, which are read again."""
-    part = surface(members(polygon("p", [(20, 0, 4), (30, 0, 4), (30, 8, 10), (20, 8, 10)])), "RoofSurface")
+    part = surface(
+        members(polygon("p", [(20, 0, 4), (30, 0, 4), (30, 8, 10), (20, 8, 10)])), "RoofSurface"
+    )
     part = wrap(part, "bldg:consistsOfBuildingPart", "bldg:BuildingPart")
-    own = surface(members(polygon("q", [(0, 0, 4), (10, 0, 4), (10, 8, 10), (0, 8, 10)])), "RoofSurface")
+    own = surface(
+        members(polygon("q", [(0, 0, 4), (10, 0, 4), (10, 8, 10), (0, 8, 10)])), "RoofSurface"
+    )
     (tmp_path / "a.gml").write_text(HEAD + building(own, part) + "</CityModel>")
     city = read_buildings([tmp_path / "a.gml"], Request())
     assert city.part == ["", "1"]
@@ -84,16 +102,32 @@ def test_parts_and_terrain_are_written(tmp_path):
 
 @pytest.mark.slow
 def test_what_is_added_later_stands_in_the_system_of_the_base(tmp_path):
-    """To a base in degrees a file with the other order of axes, and an OBJ that names no system, are added."""
+    """To a base in degrees a file with the other order of axes, and an OBJ that names no system,
+    are added.
+    """
     base = write_shed(tmp_path / "base.gml", "EPSG:4326", 52.08, 4.3, envelope=CLOSED)
-    more = write_shed(tmp_path / "more.gml", "EPSG:4326", 52.0803, 4.3, order="other", envelope=CLOSED)
+    more = write_shed(
+        tmp_path / "more.gml", "EPSG:4326", 52.0803, 4.3, order="other", envelope=CLOSED
+    )
     more.write_text(more.read_text().replace('gml:id="house"', 'gml:id="more"'))
     corners = [(52.0797, 4.3, 0), (52.0797, 4.3001, 0), (52.07977, 4.3001, 5), (52.07977, 4.3, 5)]
     lines = ["o roof", *(f"v {x:.10f} {y:.10f} {z}" for x, y, z in corners), "f 1 2 3 4"]
     (tmp_path / "roof.obj").write_text("\n".join(lines) + "\n")
     citypv.simulate(base, exports=["editable"], max_bounces=3, **FEW).save(tmp_path / "first")
     added = ["--add", str(more), "--add", str(tmp_path / "roof.obj")]
-    assert main(["variant", str(tmp_path / "first"), *added, "--out", str(tmp_path / "second"), "--quiet"]) == 0
+    assert (
+        main(
+            [
+                "variant",
+                str(tmp_path / "first"),
+                *added,
+                "--out",
+                str(tmp_path / "second"),
+                "--quiet",
+            ]
+        )
+        == 0
+    )
     table = pd.read_csv(tmp_path / "second" / "buildings.csv").set_index("building_id")
     half = 4 / 111_250  # [°] half of the shed's 8 m northwards
     middles = {"house": 52.08 + half, "more": 52.0803 + half, "roof": 52.079735}

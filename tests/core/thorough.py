@@ -1,4 +1,6 @@
-"""How large tests with random input are: `make test` draws a part, `make test-all` all, `make check` a few."""
+"""How large tests with random input are: `make test` draws a part, `make test-all` all, `make
+check` a few.
+"""
 
 import os
 

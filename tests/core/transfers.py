@@ -15,15 +15,23 @@ def make_surfaces(surface_tilt, surface_azimuth, seed=0):
     tilt, azimuth = np.asarray(surface_tilt, float), np.asarray(surface_azimuth, float)
     count, rng = len(tilt), np.random.default_rng(seed)
     slope, turn = np.radians(tilt), np.radians(azimuth)
-    normal = np.stack([np.sin(slope) * np.sin(turn), np.sin(slope) * np.cos(turn), np.cos(slope)], axis=1)
-    kind = np.select([tilt < 15, tilt <= 60, tilt <= 89, tilt <= 91], ["flat", "roof", "steep", "facade"], "downward")
+    normal = np.stack(
+        [np.sin(slope) * np.sin(turn), np.sin(slope) * np.cos(turn), np.cos(slope)], axis=1
+    )
+    kind = np.select(
+        [tilt < 15, tilt <= 60, tilt <= 89, tilt <= 91],
+        ["flat", "roof", "steep", "facade"],
+        "downward",
+    )
     orientation = np.full(count, "none", dtype="<U5")
     for name, side in (("north", 0), ("east", 90), ("south", 180), ("west", 270)):
         orientation[(np.abs((azimuth - side + 180) % 360 - 180) <= 30) & (tilt >= 15)] = name
     area = rng.uniform(2, 100, count)
     eligible = (area >= 6.25) & (orientation != "none") & np.isin(kind, ("facade", "roof"))
     ids, buildings = [f"s{i}" for i in range(count)], [f"b{i // 7}" for i in range(count)]
-    return Surfaces(ids, buildings, [""] * count, kind, orientation, eligible, area, tilt, azimuth, normal)
+    return Surfaces(
+        ids, buildings, [""] * count, kind, orientation, eligible, area, tilt, azimuth, normal
+    )
 
 
 def unshaded_transfer(suns, surface_tilt, surface_azimuth, albedo=0.25):

@@ -19,7 +19,12 @@ from citypv.core.weather import ask_services
 from citypv.core.weather.read_weather import read_weather
 
 BOTH = ["ghi", "dhi"]
-ROUNDED = {"pvgis": 0.006, "nasa-power": 0.006, "era5": 1e-6, "open-meteo": 0.06}  # [Wm⁻²] as each service writes
+ROUNDED = {
+    "pvgis": 0.006,
+    "nasa-power": 0.006,
+    "era5": 1e-6,
+    "open-meteo": 0.06,
+}  # [Wm⁻²] as each service writes
 ASKED = {key: f"{key}:2017" for key in ROUNDED}
 
 
@@ -33,7 +38,11 @@ def year():
 def answer_pvgis(data):
     """An hourly series of PVGIS, json: the satellite's moment is the middle of the interval."""
     rows = [
-        {"time": f"{time + HOUR / 2:%Y%m%d:%H%M}", "Gb(i)": round(row.ghi - row.dhi, 2), "Gd(i)": round(row.dhi, 2)}
+        {
+            "time": f"{time + HOUR / 2:%Y%m%d:%H%M}",
+            "Gb(i)": round(row.ghi - row.dhi, 2),
+            "Gd(i)": round(row.dhi, 2),
+        }
         | {"Gr(i)": 0.0, "H_sun": 0.0, "T2m": row.temp_air, "WS10m": row.wind_speed, "Int": 0.0}
         for time, row in zip(data.index, data.itertuples(), strict=True)
     ]
@@ -46,35 +55,73 @@ def answer_power(data):
     columns = {"ALLSKY_SFC_SW_DWN": "ghi", "ALLSKY_SFC_SW_DIFF": "dhi", "ALLSKY_SFC_SW_DNI": "dni"}
     columns |= {"T2M": "temp_air", "WS10M": "wind_speed"}
     stamps = data.index.strftime("%Y%m%d%H")
-    values = {name: dict(zip(stamps, data[ours].round(2), strict=True)) for name, ours in columns.items()}
+    values = {
+        name: dict(zip(stamps, data[ours].round(2), strict=True)) for name, ours in columns.items()
+    }
     values["PS"] = dict.fromkeys(stamps, 100.2)
     units = dict.fromkeys(values, "Wh/m^2") | {"T2M": "C", "WS10M": "m/s", "PS": "kPa"}
-    header = {"title": "NASA/POWER Source Native Resolution Hourly Data", "fill_value": -999.0, "time_standard": "UTC"}
+    header = {
+        "title": "NASA/POWER Source Native Resolution Hourly Data",
+        "fill_value": -999.0,
+        "time_standard": "UTC",
+    }
     about = {name: {"units": unit, "longname": name} for name, unit in units.items()}
     place = {"type": "Point", "coordinates": [BERLIN[1], BERLIN[0], 41.0]}
-    return {"geometry": place, "properties": {"parameter": values}, "header": header, "parameters": about, "times": {}}
+    return {
+        "geometry": place,
+        "properties": {"parameter": values},
+        "header": header,
+        "parameters": about,
+        "times": {},
+    }
 
 
 def answer_open_meteo(data):
-    """Open-Meteo's json: radiation ends at the stamp; the hour that ends at 0:00 is of the year before."""
+    """Open-Meteo's json: radiation ends at the stamp; the hour that ends at 0:00 is of the year
+    before.
+    """
     rolled = data.iloc[[-1, *range(len(data) - 1)]]
-    columns = {"shortwave_radiation": "ghi", "diffuse_radiation": "dhi", "direct_normal_irradiance": "dni"}
+    columns = {
+        "shortwave_radiation": "ghi",
+        "diffuse_radiation": "dhi",
+        "direct_normal_irradiance": "dni",
+    }
     columns |= {"temperature_2m": "temp_air", "wind_speed_10m": "wind_speed"}
     hourly = {name: list(rolled[ours].round(1)) for name, ours in columns.items()}
-    units = dict.fromkeys(columns, "W/m²") | {"time": "iso8601", "temperature_2m": "°C", "wind_speed_10m": "m/s"}
-    head = {"latitude": 52.548, "longitude": 13.4, "elevation": 42.0, "utc_offset_seconds": 0, "timezone": "GMT"}
-    return head | {"hourly_units": units, "hourly": {"time": list(data.index.strftime("%Y-%m-%dT%H:%M"))} | hourly}
+    units = dict.fromkeys(columns, "W/m²") | {
+        "time": "iso8601",
+        "temperature_2m": "°C",
+        "wind_speed_10m": "m/s",
+    }
+    head = {
+        "latitude": 52.548,
+        "longitude": 13.4,
+        "elevation": 42.0,
+        "utc_offset_seconds": 0,
+        "timezone": "GMT",
+    }
+    return head | {
+        "hourly_units": units,
+        "hourly": {"time": list(data.index.strftime("%Y-%m-%dT%H:%M"))} | hourly,
+    }
 
 
 def answer_era5(data):
     """A zip of the Climate Data Store's csv: sums of the hour that ends at the stamp."""
     rolled = data.iloc[[-1, *range(len(data) - 1)]]
-    columns = {"valid_time": data.index.strftime("%Y-%m-%d %H:%M:%S"), "ssrd": 3600 * rolled["ghi"].to_numpy()}
+    columns = {
+        "valid_time": data.index.strftime("%Y-%m-%d %H:%M:%S"),
+        "ssrd": 3600 * rolled["ghi"].to_numpy(),
+    }
     columns |= {
         "fdir": 3600 * (rolled["ghi"] - rolled["dhi"]).to_numpy(),
         "t2m": rolled["temp_air"].to_numpy() + 273.15,
     }
-    columns |= {"u10": 0.6 * rolled["wind_speed"].to_numpy(), "v10": 0.8 * rolled["wind_speed"].to_numpy(), "sp": 1e5}
+    columns |= {
+        "u10": 0.6 * rolled["wind_speed"].to_numpy(),
+        "v10": 0.8 * rolled["wind_speed"].to_numpy(),
+        "sp": 1e5,
+    }
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w") as archive:
         table = pd.DataFrame(columns).assign(latitude=52.5, longitude=13.5)
@@ -82,11 +129,18 @@ def answer_era5(data):
     return packed.getvalue()
 
 
-ANSWERS = {"seriescalc": answer_pvgis, "power": answer_power, "archive": answer_open_meteo, "file.zip": answer_era5}
+ANSWERS = {
+    "seriescalc": answer_pvgis,
+    "power": answer_power,
+    "archive": answer_open_meteo,
+    "file.zip": answer_era5,
+}
 
 
 class Handler(BaseHTTPRequestHandler):
-    """Answers as the services do; `server.change` may change a year, `server.refuse` is (status, body)."""
+    """Answers as the services do; `server.change` may change a year, `server.refuse` is (status,
+    body).
+    """
 
     def do_GET(self):
         self.answer()

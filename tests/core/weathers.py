@@ -29,14 +29,20 @@ BERLIN = (52.51, 13.39)
 
 def year_of(first=2021, last=None, freq="h"):
     """Time axis of whole calendar years in UTC."""
-    return pd.date_range(f"{first}-01-01", f"{(last or first) + 1}-01-01", freq=freq, inclusive="left", tz="UTC")
+    return pd.date_range(
+        f"{first}-01-01", f"{(last or first) + 1}-01-01", freq=freq, inclusive="left", tz="UTC"
+    )
 
 
 def plain_table(times, latitude=BERLIN[0], longitude=BERLIN[1]):
-    """A table of weather under an even veil of clouds: 600 Wm⁻² from a sun at the zenith, a third of it diffuse."""
+    """A table of weather under an even veil of clouds: 600 Wm⁻² from a sun at the zenith, a third
+    of it diffuse.
+    """
     interval = times[1] - times[0]
     middle = (times + interval / 2).tz_convert("UTC")
-    zenith = pvlib.solarposition.get_solarposition(middle, latitude, longitude)["apparent_zenith"].to_numpy()
+    zenith = pvlib.solarposition.get_solarposition(middle, latitude, longitude)[
+        "apparent_zenith"
+    ].to_numpy()
     height = np.maximum(np.cos(np.radians(zenith)), 0.0)
     columns = {"ghi": 600.0 * height, "dhi": 200.0 * height, "temp_air": 12.0, "wind_speed": 3.0}
     return pd.DataFrame(columns, index=times.rename("time"))

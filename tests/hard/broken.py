@@ -9,7 +9,9 @@ from citypv.core.settings.errors import InputError
 
 HOUSE = join([strip([-20, -20, 0], [40, 0, 0], [0, 40, 0], 2), *box((-5, -5, 0), (5, 5, 10))])
 COUNT = len(HOUSE.triangles)
-SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0, 0, 1], [0.9, 0.1, 0.15], [0.2, 0.2, 0.9]])
+SUNS = suns_towards(
+    [[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0, 0, 1], [0.9, 0.1, 0.15], [0.2, 0.2, 0.9]]
+)
 NUMBERS = [np.nan, np.inf, -np.inf, 1e38, -1e300, 1e10]
 CURES = ["ask", "check", "complete", "give", "leave", "let", "look", "see", "take", "trace", "use"]
 

@@ -1,7 +1,9 @@
-"""Helpers beside these tests and beside those of the core can be imported by their names; most run on one Python.
+"""Helpers beside these tests and beside those of the core can be imported by their names; most run
+on one Python.
 
-Cases of geometry and light are numbers of compiled loops, which are the same on every Python; the tests of the core run
-these loops on all. What depends on Python itself, as errors and signals do, is in the files named here.
+Cases of geometry and light are numbers of compiled loops, which are the same on every Python; the
+tests of the core run these loops on all. What depends on Python itself, as errors and signals do,
+is in the files named here.
 """
 
 import sys

@@ -38,15 +38,19 @@ def middle_of(city, half):
     if len(names) < 20:  # the file knows no buildings: polygon by polygon
         index = np.arange(len(city))
     count = np.bincount(index[of_point])
-    middle = np.stack([np.bincount(index[of_point], city.points[:, axis]) / count for axis in (0, 1)], axis=1)
+    middle = np.stack(
+        [np.bincount(index[of_point], city.points[:, axis]) / count for axis in (0, 1)], axis=1
+    )
     away = np.abs(middle - np.median(middle, axis=0)).max(axis=1)
     return take_polygons(city, (away < half)[index])
 
 
 def lies_alone(scene):
-    """Whether no face of another surface lies within a centimetre of a surface, seen from ten points of each triangle.
+    """Whether no face of another surface lies within a centimetre of a surface, seen from ten
+    points of each triangle.
 
-    Surfaces are dealt into two heaps, again and again, and each is held against the other heap: (n,) bool.
+    Surfaces are dealt into two heaps, again and again, and each is held against the other heap:
+    (n,) bool.
     """
     generator = np.random.default_rng(3)
     surface, corners = scene.triangle_surface, scene.vertices[scene.triangles]
@@ -62,7 +66,9 @@ def lies_alone(scene):
             for side in (1, -1):
                 towards = -side * np.repeat(normal[own], points.shape[1], axis=0)
                 start = points[own] + 0.01 * side * normal[own][:, None]
-                depth = depth_of_hits(others, scene.triangles[heap != mine], scene.vertices, start, towards)
+                depth = depth_of_hits(
+                    others, scene.triangles[heap != mine], scene.vertices, start, towards
+                )
                 met[own] |= (depth <= 0.02).reshape(-1, points.shape[1])
     listed = surface >= 0
     shared = np.bincount(surface[listed], met.any(axis=1)[listed], len(scene.surfaces))

@@ -1,4 +1,6 @@
-"""Broken numbers into geometry, sun and energy: each door names the array, the place and the cure."""
+"""Broken numbers into geometry, sun and energy: each door names the array, the place and
+the cure.
+"""
 
 import copy
 from dataclasses import replace
@@ -62,7 +64,10 @@ def test_a_city_whose_parts_do_not_fit():
         ("ring_start: runs from 1", {"ring_start": starts + 1}),
         ("ring_start: row 1 has -1 members", {"ring_start": np.r_[0, 5, starts[2:-1] - 4, 100]}),
         ("ring_start: values of type float64", {"ring_start": starts.astype(float)}),
-        ("polygon_start: row 2 has 0 members", {"polygon_start": np.r_[0, 1, 2, 2, np.arange(4, 26)]}),
+        (
+            "polygon_start: row 2 has 0 members",
+            {"polygon_start": np.r_[0, 1, 2, 2, np.arange(4, 26)]},
+        ),
         ("polygon_start: 25 rows for 25 surfaces", {"polygon_start": TOWN.polygon_start[1:]}),
         ("thematic: 24 rows for 25 surfaces", {"thematic": TOWN.thematic[1:]}),
         ("building_id: 0 rows for 25 surfaces", {"building_id": []}),
@@ -88,10 +93,14 @@ def test_settings_of_a_scene():
 
 
 def test_one_building_that_stands_elsewhere_by_mistake():
-    """At 0, 0, while the others have UTM coordinates: this asked for 30 GB, or made float32 noise of all others."""
+    """At 0, 0, while the others have UTM coordinates: this asked for 30 GB, or made float32 noise
+    of all others.
+    """
     points = TOWN.points + UTM
     points[:24] -= UTM
-    refused("5,818 km wide; surface 's[0-5]' is", build_scene, replace(TOWN, points=points), *BERLIN)
+    refused(
+        "5,818 km wide; surface 's[0-5]' is", build_scene, replace(TOWN, points=points), *BERLIN
+    )
     points = TOWN.points + UTM
     points[1] = 0  # one corner only
     refused("5,818 km wide; surface 's0' is", build_scene, replace(TOWN, points=points), *BERLIN)
@@ -102,7 +111,10 @@ def test_a_city_that_is_too_small_to_be_one():
     across = np.ptp(TOWN.points, axis=0).max()
     points = TOWN.points * 0.099 / across
     refused("only 99 mm across; check --unit", build_scene, replace(TOWN, points=points), *BERLIN)
-    assert len(build_scene(replace(TOWN, points=points * 1.02), *BERLIN, patch_size=None).surfaces) == 25
+    assert (
+        len(build_scene(replace(TOWN, points=points * 1.02), *BERLIN, patch_size=None).surfaces)
+        == 25
+    )
 
 
 def test_pieces_of_geometry():
@@ -112,7 +124,13 @@ def test_pieces_of_geometry():
     refused("surface_azimuth: row 0 is -5", classify, one, one, spoiled(one, 0, -5), names)
     refused(r"normal: row 0 is \[nan", measure_tilt, np.full((2, 3), np.nan))
     vertices, triangles = np.array([[0, 0, 0], [30, 0, 0], [0, 30, 0.0]]), np.array([[0, 1, 2]])
-    refused("vertices: vertex 1 is", refine_triangles, spoiled(vertices, (1, 0), np.inf), triangles, 10.0)
+    refused(
+        "vertices: vertex 1 is",
+        refine_triangles,
+        spoiled(vertices, (1, 0), np.inf),
+        triangles,
+        10.0,
+    )
     refused("triangles: triangle 0 is", refine_triangles, vertices, triangles + 1, 10.0)
     refused("vertices: shape", refine_triangles, vertices[:, :2], triangles, 10.0)
     refused("--patch-size: -1", refine_triangles, vertices, triangles, -1)
@@ -127,7 +145,9 @@ def test_ground_and_terrain():
     feet = find_feet(TOWN, TOWN.points, scene.surfaces, footprint)
 
     def stand_on(*layers):
-        return build_scene(TOWN, *BERLIN, options=SceneOptions(terrain=Terrain("hill.asc", [*layers])))
+        return build_scene(
+            TOWN, *BERLIN, options=SceneOptions(terrain=Terrain("hill.asc", [*layers]))
+        )
 
     for number in NUMBERS:
         broken = spoiled(TOWN.points, (5, 1), number)
@@ -154,7 +174,9 @@ def test_ground_and_terrain():
 TIMES = pd.date_range("2021-06-01", "2021-06-05", freq="h", inclusive="left", tz="UTC")
 
 
-@pytest.mark.parametrize(("latitude", "longitude"), [(np.nan, 13), (91, 13), (None, 13), (52, np.inf), (52, 361)])
+@pytest.mark.parametrize(
+    ("latitude", "longitude"), [(np.nan, 13), (91, 13), (None, 13), (52, np.inf), (52, 361)]
+)
 def test_places_off_the_earth(latitude, longitude):
     name = "latitude" if longitude == 13 else "longitude"
     suns = choose_suns("hourly", TIMES, HOUR, *BERLIN)
@@ -164,13 +186,20 @@ def test_places_off_the_earth(latitude, longitude):
 
 
 def test_broken_times_and_choices():
-    for times, words in ((TIMES.insert(2, pd.NaT), "row 2 is not a time"), ([1, 2], "times: a list")):
+    for times, words in (
+        (TIMES.insert(2, pd.NaT), "row 2 is not a time"),
+        ([1, 2], "times: a list"),
+    ):
         refused(words, solar_position, times, HOUR, *BERLIN)
         refused(words, choose_suns, "hourly", times, HOUR, *BERLIN)
     for interval in (pd.Timedelta(0), -HOUR, pd.Timedelta(days=2), 3600, pd.NaT):
         refused("interval: ", choose_suns, "hourly", TIMES, interval, *BERLIN)
     nothing = TIMES[:0]
-    assert len(choose_suns("hourly", nothing, HOUR, *BERLIN)) == len(solar_position(nothing, HOUR, *BERLIN)) == 0
+    assert (
+        len(choose_suns("hourly", nothing, HOUR, *BERLIN))
+        == len(solar_position(nothing, HOUR, *BERLIN))
+        == 0
+    )
     refused("1 days of 0 days", choose_suns, "days:1", nothing, HOUR, *BERLIN)
     refused("--suns: ", choose_suns, None, TIMES, HOUR, *BERLIN)
 
@@ -206,9 +235,13 @@ def test_a_broken_transfer(number):
         if name in SINGLE or not np.isnan(number):
             refused(f"{name}: row 3 is", compute_energy, broken(name, 3), WEATHER)
         else:  # unknown, which is no fault
-            assert np.isnan(compute_energy(broken(name, 3), WEATHER).full_load_hours_standard_error[3:4]).all()
+            assert np.isnan(
+                compute_energy(broken(name, 3), WEATHER).full_load_hours_standard_error[3:4]
+            ).all()
     for name in ("visible_share", "direct_reflected"):
-        refused(f"{name}: row 3 holds .* in column 4", compute_energy, broken(name, (3, 4)), WEATHER)
+        refused(
+            f"{name}: row 3 holds .* in column 4", compute_energy, broken(name, (3, 4)), WEATHER
+        )
     for name in ("area", "normal"):
         other = copy.deepcopy(TRANSFER)
         getattr(other.surfaces, name)[3] = number
@@ -228,14 +261,35 @@ def test_a_transfer_whose_parts_do_not_fit():
 
 
 def test_a_broken_weather():
-    columns = ("ghi", "dni", "dhi", "temp_air", "wind_speed", "pressure", "apparent_zenith", "solar_azimuth")
+    columns = (
+        "ghi",
+        "dni",
+        "dhi",
+        "temp_air",
+        "wind_speed",
+        "pressure",
+        "apparent_zenith",
+        "solar_azimuth",
+    )
     for place, name in enumerate(columns):
         for number in (np.nan, NUMBERS[place % 5 + 1]):
             data = WEATHER.data.copy()
             data.iloc[4000, data.columns.get_loc(name)] = number
-            refused(f"{name} of the weather: hour 4000 is", compute_energy, TRANSFER, replace(WEATHER, data=data))
-    refused("no column dni", compute_energy, TRANSFER, replace(WEATHER, data=WEATHER.data.drop(columns="dni")))
-    refused("it has no hours", compute_energy, TRANSFER, replace(WEATHER, data=WEATHER.data.iloc[:0]))
+            refused(
+                f"{name} of the weather: hour 4000 is",
+                compute_energy,
+                TRANSFER,
+                replace(WEATHER, data=data),
+            )
+    refused(
+        "no column dni",
+        compute_energy,
+        TRANSFER,
+        replace(WEATHER, data=WEATHER.data.drop(columns="dni")),
+    )
+    refused(
+        "it has no hours", compute_energy, TRANSFER, replace(WEATHER, data=WEATHER.data.iloc[:0])
+    )
     refused("interval: ", compute_energy, TRANSFER, replace(WEATHER, interval=pd.Timedelta(0)))
     refused("--latitude", compute_energy, TRANSFER, replace(WEATHER, latitude=np.nan))
     refused("--module", build_system, Request(module="no such module"))
@@ -258,6 +312,22 @@ def test_broken_suns_to_measure_errors_with():
     broken = replace(SUNS, direction=spoiled(SUNS.direction, (1, 1), np.nan))
     few = Request(shadow_samples=0)
     refused("shadow-samples", trace_sun_samples, HOUSE, TRANSFER, [SUNS], few, silent)
-    refused("direction of the suns: row 1 is", trace_sun_samples, HOUSE, TRANSFER, [SUNS, broken], Request(), silent)
+    refused(
+        "direction of the suns: row 1 is",
+        trace_sun_samples,
+        HOUSE,
+        TRANSFER,
+        [SUNS, broken],
+        Request(),
+        silent,
+    )
     other = trace_sun_samples(HOUSE, TRANSFER, [SUNS], Request(), silent)[0]
-    refused("transfer: [0-9]+ surfaces for a scene of 16", trace_sun_samples, HOUSE, other, [SUNS], Request(), silent)
+    refused(
+        "transfer: [0-9]+ surfaces for a scene of 16",
+        trace_sun_samples,
+        HOUSE,
+        other,
+        [SUNS],
+        Request(),
+        silent,
+    )

@@ -1,4 +1,6 @@
-"""Broken numbers in: an error that names the array, the place and the cure; never NaN out, never a crash."""
+"""Broken numbers in: an error that names the array, the place and the cure; never NaN out, never a
+crash.
+"""
 
 import copy
 from dataclasses import replace
@@ -46,7 +48,10 @@ def broken_scenes():
     yield r"triangles: shape \(16, 4\)", {"triangles": np.zeros((COUNT, 4), int)}
     yield "triangles: values of type float64", {"triangles": HOUSE.triangles.astype(float)}
     yield "triangle_surface: row 4 is", {"triangle_surface": surface}
-    yield "triangle_surface: row 4 is", {"triangle_surface": np.where(surface == surface[4], -2, surface)}
+    yield (
+        "triangle_surface: row 4 is",
+        {"triangle_surface": np.where(surface == surface[4], -2, surface)},
+    )
     yield r"triangle_surface: shape \(15,\)", {"triangle_surface": surface[1:]}
     for name in ("footprint", "closure"):
         yield f"{name}: shape", {name: np.zeros(COUNT + 1, bool)}
@@ -86,7 +91,14 @@ def test_broken_suns():
         refused(words, trace_gather, HOUSE, replace(SUNS, **arrays), Request(), silent)
 
 
-SETTINGS = {"samples": 3, "shadow_samples": 0, "max_bounces": -1, "albedo": 2, "ground_albedo": -1, "threads": 0}
+SETTINGS = {
+    "samples": 3,
+    "shadow_samples": 0,
+    "max_bounces": -1,
+    "albedo": 2,
+    "ground_albedo": -1,
+    "threads": 0,
+}
 
 
 @pytest.mark.parametrize("name", SETTINGS)
@@ -112,7 +124,13 @@ def test_embree_never_sees_a_broken_ray(place):
 
 def test_rays_of_the_wrong_shape_or_type():
     rays, good = RayScene(HOUSE.vertices, HOUSE.triangles), UP[:10]
-    for broken in (good[:, :2], good[0], good[None], np.zeros((10, 3), complex), np.full((10, 3), "0")):
+    for broken in (
+        good[:, :2],
+        good[0],
+        good[None],
+        np.zeros((10, 3), complex),
+        np.full((10, 3), "0"),
+    ):
         refused(r"ray_origins: (shape|values)", rays.trace_closest, broken, good)
         refused(r"ray_origins: (shape|values)", rays.trace_blocked, broken, good[0])
     refused("9 rows for 10 ray_origins", rays.trace_closest, good, good[:9])
@@ -120,8 +138,14 @@ def test_rays_of_the_wrong_shape_or_type():
     # Other number types and strides are the same rays.
     hit = rays.trace_closest(good, good)
     assert np.array_equal(hit, rays.trace_closest(good.astype(float), np.asfortranarray(good)))
-    assert np.array_equal(hit, rays.trace_closest(np.repeat(good, 2, axis=0)[::2], good.astype(int)))
-    assert len(rays.trace_closest(good[:0], good[:0])) == len(rays.trace_blocked(good[:0], good[0])) == 0
+    assert np.array_equal(
+        hit, rays.trace_closest(np.repeat(good, 2, axis=0)[::2], good.astype(int))
+    )
+    assert (
+        len(rays.trace_closest(good[:0], good[:0]))
+        == len(rays.trace_blocked(good[:0], good[0]))
+        == 0
+    )
 
 
 def test_broken_albedo():
@@ -148,7 +172,12 @@ def test_broken_hemisphere():
 
 def test_broken_shadow_rays():
     ray_scene = RayScene(HOUSE.vertices, HOUSE.triangles)
-    good = {"traced": EVERY, "unobstructed": ~EVERY, "covered": np.zeros((COUNT, 64), bool), "point_count": 16}
+    good = {
+        "traced": EVERY,
+        "unobstructed": ~EVERY,
+        "covered": np.zeros((COUNT, 64), bool),
+        "point_count": 16,
+    }
     good |= {"suns": (SUNS.direction, SUNS.weight)}
 
     def look(**changed):
@@ -190,16 +219,34 @@ def test_broken_reflections():
         ("far_first: row 0 is", (factors, factor, light, spoiled(light, (0, 1), np.inf))),
         ("factor: row 1 is", (factors, spoiled(factor, 1, 1e38), light, light)),
         ("factor: shape", (factors, factor[1:], light, light)),
-        ("form_factors: [0-9]+ patches instead of", (replace(factors, count=COUNT - 1), factor, light, light)),
+        (
+            "form_factors: [0-9]+ patches instead of",
+            (replace(factors, count=COUNT - 1), factor, light, light),
+        ),
     ):
         refused(name, solve, *arrays)
     for (name, _), broken in rows.items():
-        refused(f"{name} of form_factors: entry 7 is", solve, replace(factors, rounds=[[broken]]), factor, light, light)
+        refused(
+            f"{name} of form_factors: entry 7 is",
+            solve,
+            replace(factors, rounds=[[broken]]),
+            factor,
+            light,
+            light,
+        )
 
 
 def test_broken_closed_forms():
     for view in (sky_view_of_tilt, ground_view_of_tilt):
         refused("normal: row 1 is", view, spoiled(np.eye(3), (1, 1), np.nan))
         refused("normal: shape", view, np.ones(3))
-    refused("vertices: vertex 5 is", find_unobstructed, PATCHES, spoiled(HOUSE.vertices, (5, 0), np.inf))
-    refused("vertices: shape", plan_effects, replace(HOUSE, vertices=np.zeros((3, 2))), PATCHES, Request())
+    refused(
+        "vertices: vertex 5 is", find_unobstructed, PATCHES, spoiled(HOUSE.vertices, (5, 0), np.inf)
+    )
+    refused(
+        "vertices: shape",
+        plan_effects,
+        replace(HOUSE, vertices=np.zeros((3, 2))),
+        PATCHES,
+        Request(),
+    )

@@ -1,4 +1,6 @@
-"""Houses that float above the ground as it is drawn: light comes in below, or does not, for both estimators alike."""
+"""Houses that float above the ground as it is drawn: light comes in below, or does not, for both
+estimators alike.
+"""
 
 import numpy as np
 import pytest
@@ -30,8 +32,8 @@ def test_below_a_house_that_floats_it_is_as_light_as_paths_say():
 @pytest.mark.slow
 @pytest.mark.parametrize(("floor", "dark"), [(0.0, True), (0.4, True), (2.0, False)])
 def test_gather_is_forward_at_a_house(floor, dark):
-    """Diffuse and direct light of its walls and floor, and of the ground under it. Up to half a metre is how
-    inaccurately houses are drawn on the ground: nothing passes below them."""
+    """Diffuse and direct light of its walls and floor, and of the ground under it. Up to half a
+    metre is how inaccurately houses are drawn on the ground: nothing passes below them."""
     scene = scene_of(house(floor), plain=[*BELOW, *AROUND])
     assert (scene.footprint[scene.triangle_surface == 6] == dark).all() and not sheets_of(scene)
     gather, stated, forward, error = both_estimators(scene, photons=250 if dark else 500)
@@ -45,4 +47,6 @@ def test_a_house_beyond_its_ground_stands_as_it_did():
     assert scene_of(house(2.0), plain=sheet([0, -30, 0], [30, 0, 0], [0, 60, 0])).footprint.any()
     assert scene_of(house(2.0), plain=None).footprint.any()
     laid = scene_of(house(2.0), plain=PLAIN, ground="feet")
-    assert laid.footprint[np.isin(laid.triangle_surface, np.flatnonzero(laid.surfaces.kind == "downward"))].all()
+    assert laid.footprint[
+        np.isin(laid.triangle_surface, np.flatnonzero(laid.surfaces.kind == "downward"))
+    ].all()

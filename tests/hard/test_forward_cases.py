@@ -26,7 +26,9 @@ def gathered(parts, **settings):
 
 def agree(one, other, chosen=slice(None), z=4.5):
     """Diffuse light of gather and forward, surface by surface."""
-    error = np.hypot(one.diffuse_relative_standard_error, other.diffuse_relative_standard_error)[chosen]
+    error = np.hypot(one.diffuse_relative_standard_error, other.diffuse_relative_standard_error)[
+        chosen
+    ]
     difference = np.abs(one.diffuse_relative - other.diffuse_relative)[chosen]
     assert (difference <= z * error + 0.004).all(), (difference, error)
 
@@ -44,8 +46,13 @@ def direct_of(transfer):
 def test_an_unshaded_face_gets_its_closed_form_at_every_incidence(away):
     """A face turned any way, suns down to 0.1° above its plane: per irradiance on it, 1."""
     turn = spun(np.random.default_rng(3))
-    angle, around = (grid.ravel() for grid in np.meshgrid(np.radians([90, 10, 1, 0.1]), np.radians(range(0, 360, 30))))
-    local = np.column_stack([np.cos(angle) * np.cos(around), np.cos(angle) * np.sin(around), np.sin(angle)])
+    angle, around = (
+        grid.ravel()
+        for grid in np.meshgrid(np.radians([90, 10, 1, 0.1]), np.radians(range(0, 360, 30)))
+    )
+    local = np.column_stack(
+        [np.cos(angle) * np.cos(around), np.cos(angle) * np.sin(around), np.sin(angle)]
+    )
     directions = local @ turn.T
     directions = directions[directions[:, 2] > 1e-3]
     points, faces = strip([-5, -5, 0], [10, 0, 0], [0, 10, 0], 2)
@@ -79,7 +86,9 @@ def test_walls_that_go_on_below_the_ground(depth):
 def test_an_open_house(missing):
     """Without its roof, its floor or a wall, its other faces get what they get in gather."""
     parts = [PLAIN, *(face for number, face in enumerate(HOUSE) if number != missing)]
-    agree(gathered(parts, max_bounces=1), trace(parts, max_bounces=1, samples=4000), slice(12, None))
+    agree(
+        gathered(parts, max_bounces=1), trace(parts, max_bounces=1, samples=4000), slice(12, None)
+    )
 
 
 def test_an_inverted_house_is_dark_outside():
@@ -90,7 +99,11 @@ def test_an_inverted_house_is_dark_outside():
 
 
 def test_a_face_that_leans_out_over_another_and_one_that_looks_down():
-    parts = [PLAIN, strip([-10, 0, 8], [20, 0, 0], [0, -6, 0.5], 1), strip([-10, 0, 0], [20, 0, 0], [0, 0, 8], 1)]
+    parts = [
+        PLAIN,
+        strip([-10, 0, 8], [20, 0, 0], [0, -6, 0.5], 1),
+        strip([-10, 0, 0], [20, 0, 0], [0, 0, 8], 1),
+    ]
     agree(gathered(parts), trace(parts, samples=6000), slice(12, None))
 
 
@@ -103,7 +116,9 @@ def test_slivers():
 
 @pytest.mark.parametrize("scale", [1e-3, 1024.0, 1e3])
 def test_any_scale(scale):
-    """The same photons enter a town of any size: by powers of two to the last bit, else but for rounding."""
+    """The same photons enter a town of any size: by powers of two to the last bit, else but for
+    rounding.
+    """
     parts = [PLAIN, *HOUSE]
     one, other = trace(parts), trace([(points * scale, faces) for points, faces in parts])
     for name in ("diffuse_relative", "visible_share", "direct_reflected"):
@@ -116,7 +131,9 @@ def test_any_scale(scale):
 
 @pytest.mark.parametrize(("albedo", "bounces"), [(0.0, 1), (1.0, 0), (1.0, 50)])
 def test_nothing_is_brighter_than_the_sky(albedo, bounces):
-    """White furnace: where all reflects all, everything comes as near to 1 as its error says; nothing is beyond."""
+    """White furnace: where all reflects all, everything comes as near to 1 as its error says;
+    nothing is beyond.
+    """
     transfer = trace([PLAIN, *HOUSE], albedo=albedo, ground_albedo=albedo, max_bounces=bounces)
     error = transfer.diffuse_relative_standard_error
     assert np.isfinite(error).all()
@@ -129,10 +146,16 @@ def test_nothing_is_brighter_than_the_sky(albedo, bounces):
 @pytest.mark.parametrize("estimator", RUNS)
 def test_no_triangle(estimator):
     scene = join([PLAIN])
-    surfaces = {name: values[:0] for name, values in vars(scene.surfaces).items() if values is not None}
-    rows = {name: getattr(scene, name)[:0] for name in ("vertices", "triangles", "triangle_surface")}
+    surfaces = {
+        name: values[:0] for name, values in vars(scene.surfaces).items() if values is not None
+    }
+    rows = {
+        name: getattr(scene, name)[:0] for name in ("vertices", "triangles", "triangle_surface")
+    }
     rows |= {name: getattr(scene, name)[:0] for name in ("footprint", "closure")}
-    transfer = RUNS[estimator](replace(scene, surfaces=replace(scene.surfaces, **surfaces), **rows), SUNS)
+    transfer = RUNS[estimator](
+        replace(scene, surfaces=replace(scene.surfaces, **surfaces), **rows), SUNS
+    )
     assert transfer.visible_share.shape == (0, 3)
     assert transfer.diffuse_relative.shape == (0,)
     assert estimator == "gather" or transfer.record.photons["sky"]["emitted"] == 0
@@ -140,7 +163,9 @@ def test_no_triangle(estimator):
 
 @pytest.mark.thorough
 def test_ten_million_photons_lose_nothing():
-    """Sums are exact: all that was emitted is found again to the last photon, and an unshaded face gets its 1."""
+    """Sums are exact: all that was emitted is found again to the last photon, and an unshaded face
+    gets its 1.
+    """
     scene = scene_of_triangles([[0, 0, 5], [3, 0, 5], [0, 2, 5]], [[0, 1, 2]])
     transfer = trace(scene, suns_towards([[0, 0, 1]]), samples=10_000_000, max_bounces=0)
     for name in ("sky", "suns"):

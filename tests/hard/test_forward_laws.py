@@ -17,12 +17,20 @@ from citypv.core.photons import trace_sources
 SCENES = draw_count(200, 12, 4)
 law = settings(law_of_gather, max_examples=SCENES)
 
-PATCHES = 0.04  # of the reflected part: what gather errs by where light is even over patches of six metres
-FIELDS = ("diffuse_relative", "visible_share", "direct_reflected", "diffuse_relative_standard_error")
+# of the reflected part: what gather errs by where light is even over patches of six metres
+PATCHES = 0.04
+FIELDS = (
+    "diffuse_relative",
+    "visible_share",
+    "direct_reflected",
+    "diffuse_relative_standard_error",
+)
 
 
 def random_scene(seed):
-    """Boxes on a plain, apart from each other, in patches of six metres; one surface for each side."""
+    """Boxes on a plain, apart from each other, in patches of six metres; one surface for
+    each side.
+    """
     scene = join(random_parts(seed, apart=True))
     vertices, triangles, parent = refine_triangles(scene.vertices, scene.triangles, 6.0)
     return scene_of_triangles(vertices, triangles, parent)
@@ -33,16 +41,19 @@ def trace(scene, estimator, **options):
 
 
 def group_light(transfer):
-    """Means and standard errors of diffuse and annual direct light, by kind and orientation: two (2 g,)."""
+    """Means and standard errors of diffuse and annual direct light, by kind and orientation: two (2
+    g,).
+    """
     return np.array([pair for pairs in group_means(transfer, least=1).values() for pair in pairs]).T
 
 
 @pytest.mark.slow
 def test_gather_and_forward_agree():
-    """Within their errors on every scene; over all scenes the differences are as large as the errors, and not biased.
+    """Within their errors on every scene; over all scenes the differences are as large as the
+    errors, and not biased.
 
-    The plain and the boxes' upper sides take part; the first hits must agree without any allowance. The horizon, which
-    is no part of the comparison, is left out.
+    The plain and the boxes' upper sides take part; the first hits must agree without any allowance.
+    The horizon, which is no part of the comparison, is left out.
     """
     collected = {0: [], 2: []}
 
@@ -74,7 +85,14 @@ def test_gather_and_forward_agree():
 @given(seeds)
 def test_energy(seed):
     """Everything emitted is absorbed, escapes or is lost on backs; the remainder is 0, not 10⁻⁶."""
-    transfer = trace(join(random_parts(seed)), "forward", samples=16, albedo=0.37, ground_albedo=0.81, max_bounces=6)
+    transfer = trace(
+        join(random_parts(seed)),
+        "forward",
+        samples=16,
+        albedo=0.37,
+        ground_albedo=0.81,
+        max_bounces=6,
+    )
     for tally in transfer.record.photons.values():
         assert tally["emitted"] > 0
         assert sum(tally.values()) == 2 * tally["emitted"]
@@ -109,4 +127,9 @@ def test_a_closed_room_stays_dark(seed):
     turn = spun(generator)
     inside = join([(points @ turn.T + [900, -700, 50], faces) for points, faces in room(low, high)])
     transfer = trace(inside, "forward", samples=256)
-    assert transfer.diffuse_relative.max() == transfer.visible_share.max() == transfer.direct_reflected.max() == 0
+    assert (
+        transfer.diffuse_relative.max()
+        == transfer.visible_share.max()
+        == transfer.direct_reflected.max()
+        == 0
+    )

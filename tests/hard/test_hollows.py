@@ -31,12 +31,18 @@ def hollow(name):
 
 
 def both_estimators(scene, photons=1000, rays=512):
-    """Diffuse and annual direct light of the surfaces, and stated errors, by gather and by forward: four (2, n)."""
+    """Diffuse and annual direct light of the surfaces, and stated errors, by gather and by forward:
+    four (2, n).
+    """
     found = []
     for run, samples in ((run_gather, rays), (run_forward, photons)):
         transfer = run(scene, SUNS, samples=samples)
         found.append(np.stack([transfer.diffuse_relative, direct_relative(transfer) @ SUNS.weight]))
-        found.append(np.stack([transfer.diffuse_relative_standard_error, transfer.direct_annual_standard_error]))
+        found.append(
+            np.stack(
+                [transfer.diffuse_relative_standard_error, transfer.direct_annual_standard_error]
+            )
+        )
     return found
 
 
@@ -51,7 +57,12 @@ def test_gather_is_forward_in_a_hollow(name):
     area = scene.surfaces.area[:count] / scene.surfaces.area[:count].sum()
     whole = (gather - forward)[:, :count] @ area
     assert np.abs(steps).max() < 4.5
-    # One case in a thousand is further apart; errors from few replicates scatter by themselves (Student's t: 1.07).
-    assert np.sqrt((steps**2).mean()) < 1.07 * np.sqrt(stats.chi2.ppf(0.999, steps.size) / steps.size)
+    # One case in a thousand is further apart; errors from few replicates scatter by themselves
+    # (Student's t: 1.07).
+    assert np.sqrt((steps**2).mean()) < 1.07 * np.sqrt(
+        stats.chi2.ppf(0.999, steps.size) / steps.size
+    )
     assert (np.abs(whole) < 0.004 * (forward[:, :count] @ area)).all()
-    assert (stated[:, :count] < 0.02).all()  # it says something: without reflections 0.01 to 0.1 would be missing
+    assert (
+        stated[:, :count] < 0.02
+    ).all()  # it says something: without reflections 0.01 to 0.1 would be missing

@@ -1,4 +1,6 @@
-"""Long runs: cancelled, killed, out of disk, repeated; nothing half-written is ever taken for a result."""
+"""Long runs: cancelled, killed, out of disk, repeated; nothing half-written is ever taken for a
+result.
+"""
 
 import gc
 import json
@@ -24,8 +26,22 @@ from citypv.core.settings.request import Request
 SCENE = join([strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 8), *box((-5, -5, 0), (5, 5, 10))])
 SUNS = suns_towards(np.random.default_rng(1).normal(size=(20, 3)) * [1, 1, 0.3] + [0, 0, 1])
 SUNS.direction[:, 2] = np.abs(SUNS.direction[:, 2])
-FIELDS = ("diffuse_relative", "visible_share", "direct_reflected", "direct_annual_standard_error", "covered_share")
-WHOLE = {"buildings.csv", "faces.csv", "groups.csv", "summary.json", "surfaces.nc", "timeseries.nc", "transfer.nc"}
+FIELDS = (
+    "diffuse_relative",
+    "visible_share",
+    "direct_reflected",
+    "direct_annual_standard_error",
+    "covered_share",
+)
+WHOLE = {
+    "buildings.csv",
+    "faces.csv",
+    "groups.csv",
+    "summary.json",
+    "surfaces.nc",
+    "timeseries.nc",
+    "transfer.nc",
+}
 POSIX = pytest.mark.skipif(os.name != "posix", reason="signals and limits of POSIX")
 
 
@@ -46,7 +62,9 @@ def run(city, out, *more):
 
 @pytest.mark.parametrize("stage", ["sky and reflections", "suns"])
 def test_cancel_leaves_nothing_running(stage):
-    """An exception from the progress ends the task in that stage, its threads end, and the next run is as ever."""
+    """An exception from the progress ends the task in that stage, its threads end, and the next run
+    is as ever.
+    """
     reference = trace()
     before = threading.active_count()
 
@@ -86,8 +104,8 @@ def test_twenty_runs_do_not_grow():
 @pytest.mark.slow
 @pytest.mark.once
 def test_killed_while_results_are_replaced(tmp_path):
-    """The folder holds all of the earlier results, or all of the new ones: here the new ones, beside which the earlier
-    ones are about to be deleted.
+    """The folder holds all of the earlier results, or all of the new ones: here the new ones,
+    beside which the earlier ones are about to be deleted.
     """
     city, out = write_small_city(tmp_path / "city.gml"), tmp_path / "out"
     assert run(city, out) == 0
@@ -96,8 +114,20 @@ def test_killed_while_results_are_replaced(tmp_path):
         "shutil.rmtree = lambda *_, **__: os.kill(os.getpid(), 9)\n"
         "from citypv.core.commands.command_line import main; raise SystemExit(main())"
     )
-    arguments = ["simulate", str(city), "--out", str(out), *FEW, "--quiet", "--overwrite", "--seed", "1"]
-    killed = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, check=False, timeout=120)
+    arguments = [
+        "simulate",
+        str(city),
+        "--out",
+        str(out),
+        *FEW,
+        "--quiet",
+        "--overwrite",
+        "--seed",
+        "1",
+    ]
+    killed = subprocess.run(
+        [sys.executable, "-c", code, *arguments], capture_output=True, check=False, timeout=120
+    )
     assert killed.returncode == -signal.SIGKILL
     assert {path.name for path in out.iterdir()} == WHOLE
     assert json.loads((out / "summary.json").read_text(encoding="utf-8"))["settings"]["seed"] == 1

@@ -1,7 +1,8 @@
-"""Walls a hand's breadth apart, and small undersides: patches of ten metres spread light where it does not come.
+"""Walls a hand's breadth apart, and small undersides: patches of ten metres spread light where it
+does not come.
 
-Such places are not refined; the error of the surface says how much it may be. Held against paths followed one by one
-and against small patches.
+Such places are not refined; the error of the surface says how much it may be. Held against paths
+followed one by one and against small patches.
 """
 
 import numpy as np
@@ -22,13 +23,20 @@ PATHS = 1 << 16
 
 
 def boxes_apart(gap, patch_size=10.0):
-    """Two boxes, the second one taller: the east wall of the first, surface 3, looks into the gap between them."""
+    """Two boxes, the second one taller: the east wall of the first, surface 3, looks into the gap
+    between them.
+    """
     return boxes([((0, 0, 0), (20, 12, 12)), ((20 + gap, 0, 0), (40, 12, 20))], patch_size)
 
 
 def balconies():
-    """A house with a slab of 3 × 1.5 m, 3 m up, and one of 6 × 2 m above it: undersides 7 and 13."""
-    return boxes([((0, 0, 0), (12, 10, 12)), ((4, -1.5, 3), (7, 0, 3.2)), ((3, -2, 6), (9, 0, 6.2))], whole=True)
+    """A house with a slab of 3 × 1.5 m, 3 m up, and one of 6 × 2 m above it: undersides 7
+    and 13.
+    """
+    return boxes(
+        [((0, 0, 0), (12, 10, 12)), ((4, -1.5, 3), (7, 0, 3.2)), ((3, -2, 6), (9, 0, 6.2))],
+        whole=True,
+    )
 
 
 def arcade():
@@ -47,7 +55,10 @@ def light_by_gather(scene, surface, **settings):
 def light_of(transfer, surface):
     """Diffuse and direct light of a surface, and its stated errors: two (2,)."""
     direct = direct_relative(transfer)[surface] @ SUNS.weight
-    errors = transfer.diffuse_relative_standard_error[surface], transfer.direct_annual_standard_error[surface]
+    errors = (
+        transfer.diffuse_relative_standard_error[surface],
+        transfer.direct_annual_standard_error[surface],
+    )
     return np.array([[transfer.diffuse_relative[surface], direct], errors])
 
 
@@ -92,7 +103,9 @@ def test_small_patches_leave_little_of_it():
 
 
 def room(scene, **settings):
-    """Shares without room for a module of a run with hardly a ray, and the clearances that they are for."""
+    """Shares without room for a module of a run with hardly a ray, and the clearances that they are
+    for.
+    """
     transfer = run_gather(scene, SUNS, samples=16, shadow_samples=1, max_bounces=0, **settings)
     return transfer.no_room, transfer.covered_share, transfer.clearances
 
@@ -101,7 +114,9 @@ def room(scene, **settings):
     ("gap", "within"), [(0.005, ()), (0.02, (0.05, 0.3)), (0.2, (0.3,)), (0.29, (0.3,)), (0.31, ())]
 )
 def test_a_gap_has_no_room_for_modules(gap, within):
-    """The wall of the lower box and 12 of 20 m of the other's; what touches is covered, not short of room as well."""
+    """The wall of the lower box and 12 of 20 m of the other's; what touches is covered, not short
+    of room as well.
+    """
     shares, covered, clearances = room(boxes_apart(gap), clearance=0.05)
     assert clearances == (0.01, 0.05, 0.3)
     for column, length in enumerate(clearances):
@@ -113,7 +128,9 @@ def test_a_gap_has_no_room_for_modules(gap, within):
 
 @pytest.mark.parametrize(("angle", "cramped"), [(0, True), (24, True), (28, False)])
 def test_a_face_must_be_turned_against_it(angle, cramped):
-    """A panel 0.15 m before the middle of a wall, turned about the upright axis: up to 25.8° it leaves no room."""
+    """A panel 0.15 m before the middle of a wall, turned about the upright axis: up to 25.8° it
+    leaves no room.
+    """
     turn, middle, up = np.radians(angle), np.array([0, 0.15, 3]), np.array([0, 0, 2.0])
     half = 0.2 * np.array([np.cos(turn), np.sin(turn), 0])
     panel = [middle - half - up, middle + half - up, middle + half + up, middle - half + up]
@@ -125,9 +142,13 @@ def test_a_face_must_be_turned_against_it(angle, cramped):
 
 
 def test_what_is_left_after_two_steps():
-    """Of errors that fall with the first or second power of length, by the sum of the geometric series."""
+    """Of errors that fall with the first or second power of length, by the sum of the geometric
+    series.
+    """
     first = np.array([1.0, 1.0, -1.0, 0.0])
     second = np.array([ABRUPT, SMOOTH, -SMOOTH, 0.0])
     left = remaining_error(np.stack([second, first], axis=1), np.zeros(4))
     np.testing.assert_allclose(left, [0.5, 1 / 12, -1 / 12, 0])
-    assert (np.abs(remaining_error(np.stack([second, first], axis=1), np.full(4, 9.0))) == 0).all()  # drowned in noise
+    assert (
+        np.abs(remaining_error(np.stack([second, first], axis=1), np.full(4, 9.0))) == 0
+    ).all()  # drowned in noise

@@ -1,4 +1,6 @@
-"""Real open models: Midtown Manhattan and a tile of North Rhine-Westphalia, each wall held against its own rays."""
+"""Real open models: Midtown Manhattan and a tile of North Rhine-Westphalia, each wall held against
+its own rays.
+"""
 
 from functools import cache
 from pathlib import Path
@@ -50,23 +52,32 @@ def walls_of(town):
 
 
 def look(town):
-    """What the tracer says of the same walls: shares (n, 3) of sky, far ground and fronts, and the whole answer."""
+    """What the tracer says of the same walls: shares (n, 3) of sky, far ground and fronts, and the
+    whole answer.
+    """
     scene, (patches, rows, *_) = scene_of(town), walls_of(town)
     found = trace_patches(RayScene(scene.vertices, scene.triangles), patches, rows, RAYS, threads=2)
     met = np.asarray(found.form_factors.as_matrix().sum(axis=1)).reshape(found.sky.shape)
-    return np.stack([values[rows].mean(axis=1) for values in (found.sky, found.far_ground, met)], axis=1), found
+    return np.stack(
+        [values[rows].mean(axis=1) for values in (found.sky, found.far_ground, met)], axis=1
+    ), found
 
 
 def is_covered(points):
-    """By definition: more than half of a point's rays meet backs, at once or after going on from fronts, or none leaves
-    however often they go on; or, below the ground, all but those that leave downwards meet backs."""
+    """By definition: more than half of a point's rays meet backs, at once or after going on from
+    fronts, or none leaves however often they go on; or, below the ground, all but those that leave
+    downwards meet backs."""
     backs = points[..., BACK]
-    return (backs > 0.5) | (points[..., INSIDE] > 0) | ((backs > 0.25) & (points[..., SKY] + points[..., FRONT] == 0))
+    return (
+        (backs > 0.5)
+        | (points[..., INSIDE] > 0)
+        | ((backs > 0.25) & (points[..., SKY] + points[..., FRONT] == 0))
+    )
 
 
 def complaints(town, shares):
-    """Walls that get more than their own rays meet, and walls that get less than those of their points that are not
-    covered: two (n, 3) bool."""
+    """Walls that get more than their own rays meet, and walls that get less than those of their
+    points that are not covered: two (n, 3) bool."""
     _, _, _, by_ray, points = walls_of(town)
     by_ray = by_ray[:, : FRONT + 1]
     hidden = np.where(is_covered(points)[..., None], points[..., : FRONT + 1], 0)
@@ -85,8 +96,9 @@ def test_no_wall_is_brightened_or_blackened_beyond_its_own_rays(town):
     brighter, darker = complaints(town, shares)
     assert not brighter.any()
     assert not darker[:, SKY].any()
-    # Cells of a 64th judge the rest: along the edge of what is covered a tenth of it may go. Of such walls the same
-    # points count twice: rays of others differed by 0.10 on a wall covered all over, with a standard error of 0.06.
+    # Cells of a 64th judge the rest: along the edge of what is covered a tenth of it may go. Of
+    # such walls the same points count twice: rays of others differed by 0.10 on a wall covered all
+    # over, with a standard error of 0.06.
     _, rows, _, by_ray, points = walls_of(town)
     covered = is_covered(points)[..., None]
     uncovered = np.where(covered, 0, points[..., : FRONT + 1]).mean(axis=1)
@@ -106,8 +118,13 @@ def test_no_wall_gets_more_or_less_sun_than_reaches_it(town):
     """Shadow rays of one's own from 1,024 points of each wall to three suns."""
     scene, (patches, rows, own, _, points) = scene_of(town), walls_of(town)
     _, found = look(town)
-    ray_scene, traced = RayScene(scene.vertices, scene.triangles), np.isin(np.arange(len(patches)), rows)
-    watch = SunWatch(ray_scene, patches, traced, np.zeros(len(patches), bool), found.covered, 1024, threads=2)
+    ray_scene, traced = (
+        RayScene(scene.vertices, scene.triangles),
+        np.isin(np.arange(len(patches)), rows),
+    )
+    watch = SunWatch(
+        ray_scene, patches, traced, np.zeros(len(patches), bool), found.covered, 1024, threads=2
+    )
     light, *_ = sun_visibility(watch, (SUNS.astype(np.float32), np.ones(3, np.float32) / 3))
     lit = np.stack([own.lit(rows, 1024, sun, np.random.default_rng(7)) for sun in SUNS], axis=1)
     shares = light.visible_share[rows]

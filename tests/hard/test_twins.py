@@ -12,7 +12,12 @@ from citypv.core.read.read_city import read_city
 
 BERLIN = Path(__file__).parents[2] / "examples" / "berlin" / "berlin_3910_5817.gml"
 PLACE = {"latitude": 52.5, "longitude": 13.4, "ground": "none", "patch_size": None}
-SOUTH, EAST, NORTH, WEST = np.array([0.0, -1, 0]), np.array([1.0, 0, 0]), np.array([0.0, 1, 0]), np.array([-1.0, 0, 0])
+SOUTH, EAST, NORTH, WEST = (
+    np.array([0.0, -1, 0]),
+    np.array([1.0, 0, 0]),
+    np.array([0.0, 1, 0]),
+    np.array([-1.0, 0, 0]),
+)
 
 
 def house(low=(0, 0, 0), high=(10, 10, 8)):
@@ -20,7 +25,9 @@ def house(low=(0, 0, 0), high=(10, 10, 8)):
 
 
 def twins(polygons, building=None):
-    """Numbers of the surfaces that are named as drawn twice; none of them is eligible, all others are as alone."""
+    """Numbers of the surfaces that are named as drawn twice; none of them is eligible, all others
+    are as alone.
+    """
     city = city_of_polygons(polygons, building=building)
     scene = build_scene(city, **PLACE)
     named = [city.surface_id.index(name) for name in scene.report.repaired.get(DRAWN_TWICE, [])]
@@ -31,9 +38,13 @@ def twins(polygons, building=None):
 
 @pytest.mark.parametrize("apart", [0.0, 1e-6, 1e-3, -1e-3, 0.005, -0.005])
 def test_a_wall_drawn_twice_counts_once(apart):
-    """The one behind is named; in one place the later one. The house is turned any way: nothing hangs on the axes."""
+    """The one behind is named; in one place the later one. The house is turned any way: nothing
+    hangs on the axes.
+    """
     for angle in (0.0, 0.3):
-        turn = np.array([[np.cos(angle), np.sin(angle), 0], [-np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+        turn = np.array(
+            [[np.cos(angle), np.sin(angle), 0], [-np.sin(angle), np.cos(angle), 0], [0, 0, 1]]
+        )
         polygons = house()
         polygons.append(polygons[2] + apart * SOUTH)
         polygons = [polygon @ turn + [300.0, -400.0, 0.0] for polygon in polygons]
@@ -41,7 +52,9 @@ def test_a_wall_drawn_twice_counts_once(apart):
 
 
 def test_a_part_of_a_wall_drawn_twice_counts_once():
-    """A window over its wall, drawn in three pieces; a wall over two storeys of which each is drawn again."""
+    """A window over its wall, drawn in three pieces; a wall over two storeys of which each is drawn
+    again.
+    """
     window = np.array([[2, 0, 2], [8, 0, 2], [8, 0, 5], [2, 0, 5]], float)
     pieces = [np.clip(window, [2 + 2 * k, 0, 2], [4 + 2 * k, 0, 5]) for k in range(3)]
     assert twins([*house(), *pieces]) == [6, 7, 8]
@@ -57,10 +70,17 @@ def test_thrice_is_once():
 
 
 def test_a_chain_of_walls_each_on_half_of_the_next_stays():
-    """Each lies on the one before for less than half; none is left out for what is itself left out."""
-    walls = [np.array([[x, 0, 0], [x + 10, 0, 0], [x + 10, 0, 5], [x, 0, 5]], float) for x in (0.0, 6.0, 12.0)]
+    """Each lies on the one before for less than half; none is left out for what is itself
+    left out.
+    """
+    walls = [
+        np.array([[x, 0, 0], [x + 10, 0, 0], [x + 10, 0, 5], [x, 0, 5]], float)
+        for x in (0.0, 6.0, 12.0)
+    ]
     assert twins(walls) == []
-    nested = [np.array([[0, 0, 0], [w, 0, 0], [w, 0, 5], [0, 0, 5]], float) for w in (10.0, 9.0, 8.0)]
+    nested = [
+        np.array([[0, 0, 0], [w, 0, 0], [w, 0, 5], [0, 0, 5]], float) for w in (10.0, 9.0, 8.0)
+    ]
     assert twins(nested) == [1, 2]
 
 
@@ -72,7 +92,9 @@ def test_walls_back_to_back_beside_each_other_or_further_apart_are_no_twins():
 
 
 def test_no_wall_of_berlin_is_a_twin_until_seven_are_drawn_again():
-    """Seven walls of 671 m² or more, drawn again a millimetre behind by another building: the eligible area stays."""
+    """Seven walls of 671 m² or more, drawn again a millimetre behind by another building: the
+    eligible area stays.
+    """
     city = read_city([BERLIN])
     scene = build_scene(city, ground="none", patch_size=None)
     assert DRAWN_TWICE not in scene.report.repaired
@@ -90,10 +112,15 @@ def test_no_wall_of_berlin_is_a_twin_until_seven_are_drawn_again():
         thematic=city.thematic + ["WallSurface"] * 7,
         points=np.concatenate([city.points, *rings]),
         ring_start=np.concatenate([city.ring_start, city.ring_start[-1] + added]),
-        polygon_start=np.concatenate([city.polygon_start, city.polygon_start[-1] + np.arange(1, 8)]),
+        polygon_start=np.concatenate(
+            [city.polygon_start, city.polygon_start[-1] + np.arange(1, 8)]
+        ),
         lod=None,
         material=None,
     )
     found = build_scene(again, ground="none", patch_size=None)
     assert found.report.repaired[DRAWN_TWICE] == [f"again{k}" for k in range(7)]
-    assert found.surfaces.area[found.surfaces.eligible].sum() == scene.surfaces.area[scene.surfaces.eligible].sum()
+    assert (
+        found.surfaces.area[found.surfaces.eligible].sum()
+        == scene.surfaces.area[scene.surfaces.eligible].sum()
+    )

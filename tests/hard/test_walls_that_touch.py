@@ -1,11 +1,13 @@
-"""Reflected light of walls that touch other houses, and of roofs, against paths followed one by one.
+"""Reflected light of walls that touch other houses, and of roofs, against paths followed one by
+one.
 
-A wall that goes on inside its neighbour's house is lit in one part and dark in the other. Rays from the dark part of
-one such wall meet the dark parts of others: with light taken for even over a patch, they get 10 to 20 % too much of the
-second reflection on.
+A wall that goes on inside its neighbour's house is lit in one part and dark in the other. Rays from
+the dark part of one such wall meet the dark parts of others: with light taken for even over a
+patch, they get 10 to 20 % too much of the second reflection on.
 
-Each path starts at a random point and goes on, at random, from the very place that it meets; there suns are looked for.
-Nothing is taken for even, and of the code that is tested only tree, fronts and cover are used.
+Each path starts at a random point and goes on, at random, from the very place that it meets; there
+suns are looked for. Nothing is taken for even, and of the code that is tested only tree, fronts and
+cover are used.
 """
 
 import numpy as np
@@ -33,7 +35,9 @@ pytestmark = pytest.mark.thorough
 
 
 def follow_paths(tracing, covered, chosen, generator):
-    """Irradiance after each reflection, of patches `chosen`: (BOUNCES + 1, c, 2) under the sky and the suns."""
+    """Irradiance after each reflection, of patches `chosen`: (BOUNCES + 1, c, 2) under the sky and
+    the suns.
+    """
     light = np.zeros((BOUNCES + 1, len(chosen), 2))
     for first in range(0, len(chosen), PATCHES_AT_ONCE):
         part = slice(first, first + PATCHES_AT_ONCE)
@@ -56,11 +60,17 @@ def follow_some(tracing, covered, chosen, generator):
         received = trace_shadow_rays(trees, patches.normal[place[0]], origins)
         light[bounce, :, 1] += np.bincount(root, weight * received, count)
         hit, b1, b2 = trees.trace_places(origins, directions)
-        sky, far = (hit < 0) & (directions[:, 2] > 0), np.flatnonzero((hit < 0) & (directions[:, 2] <= 0))
+        sky, far = (
+            (hit < 0) & (directions[:, 2] > 0),
+            np.flatnonzero((hit < 0) & (directions[:, 2] <= 0)),
+        )
         light[bounce, :, 0] += np.bincount(root[sky], weight[sky], count)
         # What lies below the ground sees no lit ground.
         start = tuple(part[far] for part in place)
-        below = covered[start[0], cell_of_point(*start[1:], 8)] | lie_in_earth(trees, patches, origins[far][None])[0]
+        below = (
+            covered[start[0], cell_of_point(*start[1:], 8)]
+            | lie_in_earth(trees, patches, origins[far][None])[0]
+        )
         if bounce < BOUNCES:
             seen = np.bincount(root[far[~below]], weight[far[~below]], count)
             light[bounce + 1] += seen[:, None] * lit_ground
@@ -85,12 +95,16 @@ def reflections_by_paths(scene, members):
     """Mean over some surfaces of what reflections add: (SETS, 2)."""
     prepared = prepare_scene(scene, Request())
     tracing = prepare_gather(prepared, Request(), silent)
-    covered = find_cover(tracing.ray_scene, tracing.patches, tracing.patches.receives, tracing.threads)
+    covered = find_cover(
+        tracing.ray_scene, tracing.patches, tracing.patches.receives, tracing.threads
+    )
     surface = prepared.scene.triangle_surface  # with the backs of sheets
     chosen = np.flatnonzero((surface >= 0) & members[surface] & tracing.patches.receives)
     area = tracing.patches.area[chosen] / scene.surfaces.area[members].sum()
     generator = np.random.default_rng(5)
-    found = np.array([area @ follow_paths(tracing, covered, chosen, generator) for _ in range(SETS)])
+    found = np.array(
+        [area @ follow_paths(tracing, covered, chosen, generator) for _ in range(SETS)]
+    )
     return found[:, 1:].sum(axis=1)
 
 
@@ -98,13 +112,16 @@ def reflections_by_gather(scene, members):
     """The same by gather: (SEEDS, 2)."""
     found, area = [], scene.surfaces.area[members]
     for seed in range(SEEDS):
-        first, whole = light_of(run_gather(scene, SUNS, seed=seed, samples=SAMPLES, max_bounces=BOUNCES, report="all"))
+        first, whole = light_of(
+            run_gather(scene, SUNS, seed=seed, samples=SAMPLES, max_bounces=BOUNCES, report="all")
+        )
         found.append(np.average((whole - first)[members], axis=0, weights=area))
     return np.array(found)
 
 
 @pytest.mark.parametrize(
-    ("name", "group", "bias"), [("Manhattan", "walls", 0.005), ("Berlin", "walls", 0.005), ("Berlin", "roofs", 0.01)]
+    ("name", "group", "bias"),
+    [("Manhattan", "walls", 0.005), ("Berlin", "walls", 0.005), ("Berlin", "roofs", 0.01)],
 )
 def test_reflected_light_is_that_of_paths(name, group, bias):
     scene, alone = city_and_alone(name, False)

@@ -30,14 +30,24 @@ def test_the_same_town_and_its_ground_anywhere(place):
     assert scene.vertices == pytest.approx(before.vertices, abs=1e-9)
 
 
-@pytest.mark.parametrize(("away", "cells"), [(0.0, 1), (3_000.0, 100), (45_000.0, 1), (45_000.0, 100)])
+@pytest.mark.parametrize(
+    ("away", "cells"), [(0.0, 1), (3_000.0, 100), (45_000.0, 1), (45_000.0, 100)]
+)
 def test_a_house_in_a_terrain_of_100_km(away, cells):
     """A box of 10 m on an endless plain: roof 1, walls half the sky and half the lit ground."""
-    plain = [strip([-5e4, y, 0], [1e5, 0, 0], [0, 1e5 / cells, 0], 1) for y in np.linspace(-5e4, 5e4, cells + 1)[:-1]]
-    house = [(moved(points, [away, -0.37 * away, 0]), faces) for points, faces in box((-5, -5, 0), (5, 5, 10))]
+    plain = [
+        strip([-5e4, y, 0], [1e5, 0, 0], [0, 1e5 / cells, 0], 1)
+        for y in np.linspace(-5e4, 5e4, cells + 1)[:-1]
+    ]
+    house = [
+        (moved(points, [away, -0.37 * away, 0]), faces)
+        for points, faces in box((-5, -5, 0), (5, 5, 10))
+    ]
     scene = join([*plain, *house])
     suns = suns_towards([[0.3, -0.8, 0.6], [0, 0, 1]])
-    transfer = run_gather(scene, suns, samples=4096, shadow_samples=64, far_ground=False, report="all")
+    transfer = run_gather(
+        scene, suns, samples=4096, shadow_samples=64, far_ground=False, report="all"
+    )
     roof, floor, south = (np.arange(2) + 2 * cells + 2 * side for side in (0, 1, 2))
     assert transfer.sky_view_factor[roof] == pytest.approx(1, abs=1e-6)
     assert transfer.visible_share[roof] == pytest.approx(1, abs=1e-6)
@@ -46,13 +56,22 @@ def test_a_house_in_a_terrain_of_100_km(away, cells):
     assert transfer.covered_share[south].max() == 0
     assert transfer.sky_view_factor[floor].max() < 1e-6
     # The ground around it is lit as if the house were not there, but for its footprint.
-    assert np.average(transfer.sky_view_factor[: 2 * cells], weights=scene.surfaces.area[: 2 * cells]) > 0.9999
+    assert (
+        np.average(transfer.sky_view_factor[: 2 * cells], weights=scene.surfaces.area[: 2 * cells])
+        > 0.9999
+    )
 
 
 def test_a_courtyard_far_from_the_origin_stays_dark():
-    """A closed box 50 km out: float32 knows its corners to 4 mm only, and still nothing leaks in."""
+    """A closed box 50 km out: float32 knows its corners to 4 mm only, and still nothing
+    leaks in.
+    """
     inside = [(moved(points, [5e4, 3e4, 0]), faces) for points, faces in room((0, 0, 0), (4, 5, 3))]
     scene = join([strip([-5e4, -5e4, -1], [1e5, 0, 0], [0, 1e5, 0], 1), *inside])
     transfer = run_gather(scene, SUNS, samples=16384, shadow_samples=1024, report="all")
-    for values in (transfer.sky_view_factor, transfer.far_ground_view_factor, transfer.visible_share):
+    for values in (
+        transfer.sky_view_factor,
+        transfer.far_ground_view_factor,
+        transfer.visible_share,
+    ):
         assert values[2:].max() < 1e-6

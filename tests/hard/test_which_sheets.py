@@ -1,4 +1,6 @@
-"""Which faces are sheets, lit on both sides, and which footprints keep the ground below them dark."""
+"""Which faces are sheets, lit on both sides, and which footprints keep the ground below
+them dark.
+"""
 
 from dataclasses import replace
 from itertools import product
@@ -17,7 +19,9 @@ from citypv.core.read.read_city import read_city
 
 @pytest.mark.parametrize("missing", range(7))
 def test_what_encloses_is_no_sheet(missing):
-    """A house, one with a face missing, one face of it turned; the whole is judged the same in another order."""
+    """A house, one with a face missing, one face of it turned; the whole is judged the same in
+    another order.
+    """
     faces = [face for number, face in enumerate(HOUSE) if number != missing]
     scene = scene_of(faces, box((5, 0, 0), (12, 8, 5)))
     assert not scene.sheet.any()
@@ -26,7 +30,8 @@ def test_what_encloses_is_no_sheet(missing):
 
 
 OTHERS = {
-    "hall without a floor": box((-20, -20, 0), (20, 20, 5))[:1] + box((-20, -20, 0), (20, 20, 5))[2:],
+    "hall without a floor": box((-20, -20, 0), (20, 20, 5))[:1]
+    + box((-20, -20, 0), (20, 20, 5))[2:],
     "room drawn from inside": [face[::-1] for face in box((-5, -5, 0), (5, 5, 5))],
     "cladding": HOUSE + sheet([-4, -0.1, 1], [8, 0, 0], [0, 0, 6]),
     "storeys in a house": HOUSE + sheet([-5, 0, 3], [10, 0, 0], [0, 8, 0]),
@@ -41,13 +46,18 @@ def test_what_is_no_sheet_either(name):
 
 def test_ground_without_a_name_is_no_sheet():
     """A valley with sides of 45°: from below the sky is seen beyond its rim."""
-    valley = sheet([-30, 0, 0], [60, 0, 0], [0, 30, 30]) + sheet([-30, -30, 30], [60, 0, 0], [0, 30, -30])
+    valley = sheet([-30, 0, 0], [60, 0, 0], [0, 30, 30]) + sheet(
+        [-30, -30, 30], [60, 0, 0], [0, 30, -30]
+    )
     houses = [box((x, -3, -2), (x + 6, 3, 9)) for x in (-20, 0, 14)]
     assert not scene_of(valley, *houses, plain=None).sheet.any()
 
 
 def test_sheets_are_the_same_in_any_order():
-    objects = [HOUSE, *(part for name in ("sail", "billboard above ground") for part in UNDER[name][0][1:])]
+    objects = [
+        HOUSE,
+        *(part for name in ("sail", "billboard above ground") for part in UNDER[name][0][1:]),
+    ]
     scene = scene_of(*objects)
     polygons = [face for part in [PLAIN, *objects] for face in part]
     building = [number for number, part in enumerate([PLAIN, *objects]) for _ in part]
@@ -66,14 +76,24 @@ HANGING = {
 }
 
 
-@pytest.mark.parametrize(("name", "given"), list(product(HANGING, ("nothing", "a plain", "terrain")))[::2])
+@pytest.mark.parametrize(
+    ("name", "given"), list(product(HANGING, ("nothing", "a plain", "terrain")))[::2]
+)
 def test_the_ground_goes_on_below_what_hangs(name, given):
-    """It does not climb to it, and no wall is carried down to it: rays from below the thing meet ground at 0 m."""
+    """It does not climb to it, and no wall is carried down to it: rays from below the thing meet
+    ground at 0 m.
+    """
     terrain = None
     if given == "terrain":
         corners = np.array([[-90, -90, 0], [90, -90, 0], [90, 90, 0], [-90, 90, 0]], float)
         terrain = Terrain("here", [Layer(corners, np.array([[0, 1, 2], [0, 2, 3]]))], [])
-    scene = scene_of(HOUSE, HANGING[name], plain=PLAIN if given == "a plain" else None, ground="auto", terrain=terrain)
+    scene = scene_of(
+        HOUSE,
+        HANGING[name],
+        plain=PLAIN if given == "a plain" else None,
+        ground="auto",
+        terrain=terrain,
+    )
     laid = (scene.triangle_surface < 0) & ~scene.footprint
     # The scene's origin lies at the middle of its bounds; its lowest point is the ground.
     assert scene.vertices[scene.triangles[laid]][..., 2].max() < 0.01
@@ -82,7 +102,9 @@ def test_the_ground_goes_on_below_what_hangs(name, given):
 
 
 def test_what_rests_stays_a_footprint():
-    """Towers on a podium, one drawn 0.3 m too high; a slab on the ground; a house on an embankment of 2 m."""
+    """Towers on a podium, one drawn 0.3 m too high; a slab on the ground; a house on an embankment
+    of 2 m.
+    """
     podium, tower = box((-10, -10, 0), (10, 10, 4)), box((-4, -4, 4), (4, 4, 20))
     high, slab = box((5, 5, 4.3), (9, 9, 20)), box((-25, -8, 0), (-15, 2, 0.3))
     for ground in ("none", "auto"):
@@ -93,7 +115,9 @@ def test_what_rests_stays_a_footprint():
 
 
 def test_footprints_and_sheets_of_real_files():
-    """Berlin has none of either that hangs. Four boards stand free in a tile of North Rhine-Westphalia, 22 m²."""
+    """Berlin has none of either that hangs. Four boards stand free in a tile of North
+    Rhine-Westphalia, 22 m².
+    """
     scene = build_scene(read_city([ROOT / "tests/data/citygml/nrw_LoD2_32_280_5659_1_NW.gml.gz"]))
     found = sheets_of(scene)
     assert len(found) == 4 and scene.surfaces.area[found].sum() == pytest.approx(22, abs=0.5)
@@ -110,4 +134,6 @@ def test_footprints_and_sheets_of_real_files():
 def test_berlin_has_no_sheet():
     scene = build_scene(read_city([ROOT / "examples/berlin/berlin_3910_5817.gml"]), patch_size=None)
     assert not scene.sheet.any()
-    assert scene.footprint[np.array(scene.surfaces.thematic)[scene.triangle_surface] == "GroundSurface"].all()
+    assert scene.footprint[
+        np.array(scene.surfaces.thematic)[scene.triangle_surface] == "GroundSurface"
+    ].all()

@@ -1,4 +1,6 @@
-"""Which sun: at zenith, on the horizon, in the plane of a wall, along a street; poles, date line and calendars."""
+"""Which sun: at zenith, on the horizon, in the plane of a wall, along a street; poles, date line
+and calendars.
+"""
 
 import numpy as np
 import pandas as pd
@@ -42,7 +44,9 @@ def test_at_zenith():
     assert transfer.visible_share[ROOF] == pytest.approx(1)
     ground = np.average(transfer.visible_share[:12], weights=transfer.surfaces.area[:12], axis=0)
     assert ground == pytest.approx(1 - 100 / 120**2, abs=0.005)
-    assert transfer.direct_reflected[walls, 0] == pytest.approx(transfer.direct_reflected[walls, 1], abs=1e-5)
+    assert transfer.direct_reflected[walls, 0] == pytest.approx(
+        transfer.direct_reflected[walls, 1], abs=1e-5
+    )
 
 
 def test_on_the_horizon():
@@ -55,10 +59,16 @@ def test_on_the_horizon():
     assert transfer.direct_reflected.min() >= 0
 
 
-@pytest.mark.parametrize(("turn", "elevation"), [(0.0, 5.0), (17.3, 45.0), (45.0, 5.0), (89.99, 45.0)])
+@pytest.mark.parametrize(
+    ("turn", "elevation"), [(0.0, 5.0), (17.3, 45.0), (45.0, 5.0), (89.99, 45.0)]
+)
 def test_exactly_in_the_plane_of_a_wall(turn, elevation):
-    """Both walls beside the sun receive nothing, as the sun's cosine is 0 there; the wall that faces it everything."""
-    parts = [(turned(points, turn), faces) for points, faces in [GROUND, *box((-5, -5, 0), (5, 5, 10))]]
+    """Both walls beside the sun receive nothing, as the sun's cosine is 0 there; the wall that
+    faces it everything.
+    """
+    parts = [
+        (turned(points, turn), faces) for points, faces in [GROUND, *box((-5, -5, 0), (5, 5, 10))]
+    ]
     e = np.radians(elevation)
     transfer = visible(turned([[0, -np.cos(e), np.sin(e)]], turn), join(parts))
     assert transfer.visible_share[EAST].max() == transfer.visible_share[WEST].max() == 0
@@ -67,7 +77,9 @@ def test_exactly_in_the_plane_of_a_wall(turn, elevation):
 
 @pytest.mark.parametrize("elevation", [2.0, 30.0])
 def test_exactly_along_a_street(elevation):
-    """A street of 10 m between two blocks: its floor is lit over its whole length, its walls not at all."""
+    """A street of 10 m between two blocks: its floor is lit over its whole length, its walls not at
+    all.
+    """
     blocks = box((-50, 5, 0), (50, 15, 20)) + box((-50, -15, 0), (50, -5, 20))
     floor = strip([-50, -5, 0], [100, 0, 0], [0, 10, 0], 4)
     e = np.radians(elevation)
@@ -83,22 +95,26 @@ def test_azimuth_0_is_azimuth_360():
     assert both[0] == pytest.approx(both[1], abs=1e-15)
     transfer = visible(both)
     assert np.array_equal(transfer.visible_share[:, 0], transfer.visible_share[:, 1])
-    assert transfer.direct_reflected[:, 0] == pytest.approx(transfer.direct_reflected[:, 1], abs=1e-6)
+    assert transfer.direct_reflected[:, 0] == pytest.approx(
+        transfer.direct_reflected[:, 1], abs=1e-6
+    )
 
 
 def test_no_sun_above_the_horizon():
     """Polar night: no direct light, no NaN, the sky shines all the same."""
     none = np.zeros(0, np.int32)
     transfer = run_gather(HOUSE, Suns("hourly", np.zeros((0, 3)), np.zeros(0), none, none))
-    assert transfer.visible_share.shape == transfer.direct_reflected.shape == (len(HOUSE.surfaces), 0)
+    assert (
+        transfer.visible_share.shape == transfer.direct_reflected.shape == (len(HOUSE.surfaces), 0)
+    )
     assert transfer.direct_annual_standard_error == pytest.approx(0)
     assert transfer.diffuse_relative[ROOF] == pytest.approx(1, abs=1e-6)
 
 
 @pytest.mark.parametrize("place", [(0.0, 10.0), (90.0, 0.0), (-33.9, 18.4), (-16.8, 180.0)])
 def test_places(place):
-    """A year of clear sky at the equator, a pole, in the south and on the date line: finite, dark while the sun is
-    down, and the same beside the line as on it."""
+    """A year of clear sky at the equator, a pole, in the south and on the date line: finite, dark
+    while the sun is down, and the same beside the line as on it."""
     weather = clear_year(*place)
     assert np.isfinite(weather.data.to_numpy()).all()
     assert (weather.data["dni"][weather.data["apparent_zenith"] >= 90] == 0).all()
@@ -136,7 +152,10 @@ def test_summer_time_moves_no_sun(zone):
     times = pd.date_range("2021-01-01", "2022-01-01", freq=HOUR, inclusive="left", tz="UTC")
     utc = solar_position(times, HOUR, 52.5, 13.4).to_numpy()
     assert np.array_equal(solar_position(times.tz_convert(zone), HOUR, 52.5, 13.4).to_numpy(), utc)
-    one, other = (choose_suns("typical-days:4", axis, HOUR, 52.5, 13.4) for axis in (times, times.tz_convert(zone)))
+    one, other = (
+        choose_suns("typical-days:4", axis, HOUR, 52.5, 13.4)
+        for axis in (times, times.tz_convert(zone))
+    )
     assert np.array_equal(one.direction, other.direction)
 
 

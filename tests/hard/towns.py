@@ -1,4 +1,6 @@
-"""Boxes and towns of boxes as polygons: float64, in the coordinates of a file, to the millimetre."""
+"""Boxes and towns of boxes as polygons: float64, in the coordinates of a file, to the
+millimetre.
+"""
 
 import numpy as np
 from cities import make_city
@@ -18,7 +20,9 @@ NAMES = ["RoofSurface", "GroundSurface", *["WallSurface"] * 4]
 
 
 def box(low, high, without=(), inwards=()):
-    """Faces of a box that look outwards, those of `inwards` inwards: list of (4, 3) arrays in the order of SIDES."""
+    """Faces of a box that look outwards, those of `inwards` inwards: list of (4, 3) arrays in the
+    order of SIDES.
+    """
     (x0, y0, z0), (x1, y1, z1) = low, high
     base = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
     points = np.array([(*corner, z) for z in (z0, z1) for corner in base], float)
@@ -29,7 +33,9 @@ def box(low, high, without=(), inwards=()):
 def boxes(corners, patch_size=10.0, whole=False):
     """Scene of boxes on generated ground, each a building, or all of them one."""
     building = np.repeat(np.arange(len(corners)) * (not whole), len(BOX))
-    city = city_of_polygons([face for low, high in corners for face in box(low, high)], building=building)
+    city = city_of_polygons(
+        [face for low, high in corners for face in box(low, high)], building=building
+    )
     return build_scene(city, 52.5, 13.4, patch_size=patch_size)
 
 
@@ -37,7 +43,9 @@ def city_of_polygons(polygons, thematic=None, building=None, crs=None):
     """A City of polygons without holes, each (k, 3)."""
     names = [f"b{index}" for index in (range(len(polygons)) if building is None else building)]
     classes = [""] * len(polygons) if thematic is None else thematic
-    return make_city([(*what, [ring]) for *what, ring in zip(names, classes, polygons, strict=True)], crs)
+    return make_city(
+        [(*what, [ring]) for *what, ring in zip(names, classes, polygons, strict=True)], crs
+    )
 
 
 def draw_town(across=16, seed=5, cell=20.0, tiles=8):
@@ -53,14 +61,18 @@ def draw_town(across=16, seed=5, cell=20.0, tiles=8):
     polygons, thematic, building = [], [], []
     for house in range(across**2):
         size = np.round(generator.uniform([6, 6, 4], [14, 14, 25]), 3)
-        corner = np.round(cell * np.array(divmod(house, across)) + generator.uniform(0, cell - 14.5, 2), 3)
+        corner = np.round(
+            cell * np.array(divmod(house, across)) + generator.uniform(0, cell - 14.5, 2), 3
+        )
         polygons += box([*corner, 0], [*(corner + size[:2]), size[2]])
         thematic += NAMES
         building += [house] * len(BOX)
     size = across * cell / tiles
     for tile in range(tiles**2):
         x, y = size * np.array(divmod(tile, tiles))
-        polygons.append(np.array([[x, y, 0], [x + size, y, 0], [x + size, y + size, 0], [x, y + size, 0]]))
+        polygons.append(
+            np.array([[x, y, 0], [x + size, y, 0], [x + size, y + size, 0], [x, y + size, 0]])
+        )
         thematic.append("TINRelief")
         building.append(across**2 + tile)
     return polygons, thematic, building
