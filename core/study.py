@@ -232,8 +232,8 @@ def trace_scene(scene, weather, request, progress=silent, folder=None, *, prepar
 
     `prepared` is the scene's PreparedScene, where it is known already.
     What does not fit into the memory lies in `folder`, or in the system's place for temporary
-    files. Whoever cancels after some suns (see `core.progress`) gets a Transfer of those, which
-    stand for the whole year then; before, the CancelledError.
+    files. Whoever cancels after some suns (see `core.settings.progress`) gets a Transfer of those,
+    which stand for the whole year then; before, the CancelledError.
     """
     return trace_run(scene, weather, request, progress, folder, prepared=prepared).transfer
 

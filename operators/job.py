@@ -57,7 +57,7 @@ class Job(threading.Thread):
         )
 
     def progress(self, stage, done, total, unit):
-        """Receive a progress report of core (see `core.progress`)."""
+        """Receive a progress report of core (see `core.settings.progress`)."""
         if self.cancelled:
             raise CancelledError
         now = time.monotonic()
@@ -150,7 +150,7 @@ def compile_loops(progress):
     Parameters
     ----------
     progress : callable
-        See `core.progress`.
+        See `core.settings.progress`.
     """
     from ..core.rays.hemisphere_rays import is_compiled
 

@@ -29,7 +29,7 @@ class Session:
     weather: Any = None  # core.weather.weather.Weather
     transfer: Any = None  # core.light.transfer.Transfer
     energy: Any = None  # core.energy.energy.Energy
-    request: Any = None  # core.request.Request that the energy was computed with
+    request: Any = None  # core.settings.request.Request that the energy was computed with
     base: Any = None  # core.light.editable_city.EditableCity, for edits of the city
     base_city: Any = (
         None  # City that `base` was traced of, where it is another one: while an estimate is shown

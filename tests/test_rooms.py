@@ -167,3 +167,24 @@ def test_every_file_is_one_finished_idea():
     texts = {path: read_text(path) for path in files}
     assert not [str(path) for path, text in texts.items() if text.count("\n") > LONGEST_FILE]
     assert not [str(path) for path, text in texts.items() if UNFINISHED.search(text)]
+
+
+def test_modules_that_texts_name_exist():
+    """In docstrings and comments, with or without the package's name before them."""
+    named = re.compile(r"`(?:citypv\.)?((?:core|operators)(?:\.[a-z_0-9]+)+)`")
+    found = {
+        (str(path), name)
+        for path in list_scripts(*ROOMS)
+        for name in named.findall(read_text(path))
+    }
+    assert len(found) > 10
+    assert not {(path, name) for path, name in found if not _is_module_or_name_in_one(name)}
+
+
+def _is_module_or_name_in_one(name):
+    *package, last = name.split(".")
+    folder = ROOT.joinpath(*package)
+    file = folder.with_suffix(".py")
+    if (folder / last).is_dir() or (folder / f"{last}.py").is_file():
+        return True
+    return file.is_file() and re.search(rf"\b{last}\b", file.read_text("utf-8")) is not None

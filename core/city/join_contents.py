@@ -33,7 +33,7 @@ def join_contents(contents, lod=None, unit="m", *, orient="auto", progress=silen
     orient : {'auto', 'as-drawn'}
         See `assemble_city`.
     progress : callable, optional
-        See `core.progress`.
+        See `core.settings.progress`.
     hints : PlaceHints, optional
         What the user tells of the place.
 

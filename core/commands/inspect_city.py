@@ -26,7 +26,7 @@ def inspect_city(paths, request, progress=silent):
     paths : list of path-like
     request : Request
     progress : callable, optional
-        See `core.progress`.
+        See `core.settings.progress`.
 
     Returns
     -------

@@ -19,7 +19,7 @@ class RunLog:
     stream : text stream, optional
         For messages, and for progress where nothing else receives it.
     progress : callable, optional
-        See `core.progress`.
+        See `core.settings.progress`.
     """
 
     def __init__(self, stream=None, progress=silent):

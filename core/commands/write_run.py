@@ -139,7 +139,7 @@ def write_exports(work, results, request, exports, progress=silent):
     request : Request
     exports : collection of str
     progress : callable, optional
-        See `core.progress`.
+        See `core.settings.progress`.
     """
     city, scene, transfer, energy, weather = results
     told = {"system": build_system(request), "progress": progress}

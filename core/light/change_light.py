@@ -66,7 +66,7 @@ def trace_change(base, change, request=None, progress=silent, preview=None):
     request : Request, optional
         With other materials than the base's.
     progress : callable, optional
-        See `core.progress`.
+        See `core.settings.progress`.
     preview : callable, optional
         `preview(diffuse, direct)` gets the light of the edited city's surfaces per DHI, and per DNI
         as the sum over the suns by their weights, both (k,), before each sun is solved; with

@@ -97,7 +97,7 @@ def trace_editable(prepared, suns, request, progress=silent, *, specular=lambda 
     suns : Suns
     request : Request
     progress : callable, optional
-        See `core.progress`.
+        See `core.settings.progress`.
     specular : callable, optional
         As of `EditableCity`.
 

@@ -23,7 +23,7 @@ def match_light(base, sky, bounces, progress=silent):
     sky : {"isotropic", "perez"}
     bounces : int
     progress : callable, optional
-        See `core.progress`.
+        See `core.settings.progress`.
     """
     if sky != base.decisions.plan["sky"]:
         base = _with_sky(base, sky, progress)
@@ -39,7 +39,7 @@ def with_reflections(base, bounces, progress=silent):
     base : EditableCity
     bounces : int
     progress : callable, optional
-        See `core.progress`.
+        See `core.settings.progress`.
     """
     old, clock = base.city, Clock()
     prepared = replace(old.prepared, bounces=bounces)

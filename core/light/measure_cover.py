@@ -35,7 +35,7 @@ def measure_cover(scene, threads=None, progress=silent):
     scene : Scene
     threads : int, optional
     progress : callable, optional
-        See `core.progress`.
+        See `core.settings.progress`.
 
     Returns
     -------

@@ -41,7 +41,7 @@ def add_round(city, size, progress, folder=None):
     size : int
         Samples, in units of those of the first round; those before are a multiple of it.
     progress : callable
-        See `core.progress`.
+        See `core.settings.progress`.
     folder : path-like, optional
         As of `trace_gather`.
 

@@ -100,7 +100,7 @@ class SunProgress:
     Parameters
     ----------
     progress : callable
-        See `core.progress`.
+        See `core.settings.progress`.
     count : int
         Number of all suns.
     bounces : int

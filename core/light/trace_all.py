@@ -78,7 +78,7 @@ def prepare_gather(prepared, request, progress):
     prepared : PreparedScene
     request : Request
     progress : callable
-        See `core.progress`.
+        See `core.settings.progress`.
 
     Returns
     -------

@@ -83,7 +83,7 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
     suns : Suns
     request : Request
     progress : callable
-        See `core.progress`.
+        See `core.settings.progress`.
     folder : path-like, optional
         Where matrices of surfaces × suns lie that are too large for the memory.
     prepared : PreparedScene, optional
@@ -97,8 +97,8 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
     -------
     Transfer
         `record` has what was decided, how many rays were traced and how long each stage took. If
-        cancelled after some suns (see `core.progress`), `suns` are those that were traced, and
-        `record.interrupted` says so.
+        cancelled after some suns (see `core.settings.progress`), `suns` are those that were traced,
+        and `record.interrupted` says so.
 
     Raises
     ------

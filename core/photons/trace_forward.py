@@ -54,7 +54,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
         `samples` is the number of photons per patch from each source: the sky, the far ground and
         every sun.
     progress : callable
-        See `core.progress`.
+        See `core.settings.progress`.
     folder : path-like, optional
         Where matrices of surfaces × suns lie that are too large for the memory.
     prepared : PreparedScene, optional
@@ -68,7 +68,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
         Shares are clipped at 1. Noise above that is kept, so that sums stay unbiased: it remains in
         `diffuse_relative`, and is added to `direct_reflected`. `record` has what was decided and
         traced, and under `photons` the energy balance of sky, far ground and suns. If cancelled
-        after some suns (see `core.progress`), `suns` are those that were traced, and
+        after some suns (see `core.settings.progress`), `suns` are those that were traced, and
         `record.interrupted` says so.
 
     Raises

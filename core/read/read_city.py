@@ -40,8 +40,8 @@ def read_city(paths, lod=None, unit="m", up="z", *, orient="auto", progress=sile
     orient : {'auto', 'as-drawn'}
         Flip polygons that face into their building, or keep all as drawn.
     progress : callable, optional
-        See `core.progress`: bytes of the files, then polygons joined. If cancelled, nothing is
-        kept.
+        See `core.settings.progress`: bytes of the files, then polygons joined. If cancelled,
+        nothing is kept.
     hints : PlaceHints, optional
         What the user tells of the place of the city.
 

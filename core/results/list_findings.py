@@ -39,7 +39,7 @@ def list_findings(scene, covered_share=None, progress=silent):
     covered_share : (n,) float, optional
         Of each surface, if it was traced; by default a few rays are traced for it.
     progress : callable, optional
-        See `core.progress`; of these rays.
+        See `core.settings.progress`; of these rays.
 
     Returns
     -------

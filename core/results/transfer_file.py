@@ -194,7 +194,7 @@ def write_transfer(path, transfer, progress=silent):
     path : path-like
     transfer : Transfer
     progress : callable, optional
-        See `core.progress`; in bytes of the matrices, before they are packed.
+        See `core.settings.progress`; in bytes of the matrices, before they are packed.
     """
     states = {None: transfer, BARE: transfer.bare, BASE: transfer.base}
     states[f"{BASE}/{BARE}"] = transfer.base and transfer.base.bare

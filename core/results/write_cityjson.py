@@ -61,7 +61,7 @@ def write_cityjson(path, city, transfer, energy, *, system, weather, progress=si
     weather : Weather
         Of the energy.
     progress : callable, optional
-        See `core.progress`.
+        See `core.settings.progress`.
     """
     # Coordinates are those of the files: their system, their units, their order.
     points = grid_of(city).to_files(np.concatenate([city.points, list_points(city)]))

@@ -61,7 +61,7 @@ def write_geopackage(path, city, transfer, energy, *, system, weather, progress=
     weather : Weather
         Of the energy.
     progress : callable, optional
-        See `core.progress`.
+        See `core.settings.progress`.
     """
     Path(path).unlink(missing_ok=True)
     # Coordinates are those of the files, easting or longitude first as the format wants.

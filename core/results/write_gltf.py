@@ -41,7 +41,7 @@ def write_gltf(path, scene, energy, *, label, progress=silent):
     label : str
         Of the weather.
     progress : callable, optional
-        See `core.progress`.
+        See `core.settings.progress`.
     """
     progress(STAGE, 0, 2, "steps")
     level = choose_range(energy.full_load_hours, scene.surfaces.area)

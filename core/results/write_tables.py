@@ -242,7 +242,7 @@ def write_tables(folder, transfer, energy, weather, request, *, progress):
     weather : Weather
     request : Request
     progress : callable
-        See `core.progress`; counts files.
+        See `core.settings.progress`; counts files.
     """
     system, monthly, wanted = build_system(request), request.monthly, BUILDINGS in request.series
     power = partial(compute_building_power, transfer, weather, energy, system)

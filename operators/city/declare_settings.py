@@ -1,5 +1,5 @@
-"""Properties of Blender's panel from the settings that `core.request.Request` declares, and
-switches of effects.
+"""Properties of Blender's panel from the settings that `core.settings.request.Request` declares,
+and switches of effects.
 """
 
 import bpy

@@ -48,8 +48,8 @@ _answers = {}  # "folder": of `folder_of_answers`
 
 
 def read_settings(settings):
-    """Read the panel's settings, `scene.citypv`: core.request.Request; answers of services will be
-    kept beside it.
+    """Read the panel's settings, `scene.citypv`: core.settings.request.Request; answers of services
+    will be kept beside it.
     """
     _note_folder()
     preferred = getattr(find_preferences(), "threads", 0)

@@ -152,7 +152,7 @@ def _write_results(session, name, path, progress=silent):
         Of `FORMATS`.
     path : Path
     progress : callable, optional
-        See `core.progress`.
+        See `core.settings.progress`.
 
     Raises
     ------
