@@ -69,7 +69,7 @@ def check_settings(request):
 
 
 def check_tracing(request):
-    """The same, and what tracing needs beside a city: materials, horizon.
+    """Check the request, and read what tracing needs beside a city: materials, horizon.
 
     Raises
     ------
@@ -239,7 +239,7 @@ def trace_scene(scene, weather, request, progress=silent, folder=None, *, prepar
 
 
 def trace_base(scene, weather, request, progress=silent, *, prepared=None):
-    """The same so that the city can be edited: EditableCity, with the Transfer.
+    """Trace a scene so that the city can be edited: EditableCity, with the Transfer.
 
     Raises
     ------

@@ -169,6 +169,15 @@ def test_every_file_is_one_finished_idea():
     assert not [str(path) for path, text in texts.items() if UNFINISHED.search(text)]
 
 
+def test_docstrings_can_be_read_alone():
+    """None refers to what stands above it in the file."""
+    for path in list_scripts(*ROOMS):
+        for node in ast.walk(ast.parse(read_text(path))):
+            if isinstance(node, ast.Module | ast.FunctionDef | ast.ClassDef):
+                text = ast.get_docstring(node) or ""
+                assert not re.match(r"(The same|Those|That)\b", text), f"{path}: {text}"
+
+
 def test_modules_that_texts_name_exist():
     """In docstrings and comments, with or without the package's name before them."""
     named = re.compile(r"`(?:citypv\.)?((?:core|operators)(?:\.[a-z_0-9]+)+)`")

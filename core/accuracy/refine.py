@@ -171,8 +171,8 @@ def _describe_round(errors, goal, each, record, stop):
 
 
 def unreachable(errors, target):
-    """That no number of rounds reaches a target [%], why, and the option that would help; "" if one
-    may: str.
+    """Why no number of rounds reaches a target [%], and the option that would help: str, "" where
+    one may.
     """
     left = errors.at_share(without=SAMPLED)
     if not CERTAIN * left > target:

@@ -212,8 +212,7 @@ def _is_whole(lod, measured, levels, *, roof=2 / 3, wall=0.3):
 
 
 def _find_redrawn(together, units, levels, taken):
-    """Those parts of one building that draw again, in another level, what others of its parts draw
-    better: set.
+    """Parts of one building that draw, in another level, what others of its parts draw better: set.
 
     Many files draw a whole building in LoD1, and its parts in LoD2. A tower in LoD1 on a podium in
     LoD2 stays: it covers other heights. A part whose better level was passed over is drawn in that

@@ -91,8 +91,9 @@ def edit_city(city, change, convergence=0.0):
 
 
 def _above_foot(city, points, rows):
-    """Those of the points of a building, (k,) int, that are not of its foot: where a GroundSurface
-    has a point at the same place, or, without any, its lowest points."""
+    """Points of a building, (k,) int, above its foot: no GroundSurface has a point at their place,
+    or, without any, they are not its lowest ones.
+    """
     thematic = np.repeat(city.thematic, np.diff(city.ring_start[city.polygon_start]))[rows]
     places = np.round(points[rows], 3)
     ground = {tuple(place) for place in places[thematic == "GroundSurface"].tolist()}

@@ -122,8 +122,7 @@ def hash_plane(crs):
 
 
 def with_zone(crs, easting, path):
-    """The same system, with the number of the zone before its eastings where the coordinates have
-    it.
+    """Give a system the number of its zone before its eastings where the coordinates have it: CRS.
 
     Parameters
     ----------

@@ -222,7 +222,9 @@ def normals_of(vertices, triangles):
 
 
 def drop_unused(vertices, triangles):
-    """Those vertices that triangles use, in the same order, and the triangles between them."""
+    """Leave out vertices that no triangle uses: vertices in the same order, and the triangles
+    between them.
+    """
     used, corners = np.unique(triangles, return_inverse=True)
     return vertices[used], corners.reshape(-1, 3)
 

@@ -87,8 +87,8 @@ def full_turn(crs):
 
 
 def turn_towards(longitude, middle, turn):
-    """The same longitudes, each no further than half a turn from a middle one: a map may go on
-    beyond 180°.
+    """Turn longitudes by whole turns to within half a turn of a middle one: a map may go on beyond
+    180°.
     """
     return middle + (longitude - middle + turn / 2) % turn - turn / 2
 
@@ -332,7 +332,7 @@ def _local_plane(system, middle, axes, source):
 
 
 def _in_metres(system):
-    """The same projection with metres, x east, y north: WKT."""
+    """Write the projection of a system with metres, x east, y north: WKT."""
     members = copy.deepcopy(system.to_json_dict())
     members.pop("id", None)
     axes = [

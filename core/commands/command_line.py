@@ -99,7 +99,7 @@ def main(arguments=None, draw=None):
 
 
 def _describe_memory(options):
-    """That the memory is gone, for which files: one line."""
+    """Say in one line that the memory is gone, and for which files."""
     from ..results.write_summary import peak_memory
 
     used = peak_memory()

@@ -96,7 +96,7 @@ def describe_comparison(found):
 
 
 def _note_light(found):
-    """That light before was solved again, or that the two were traced with other settings: list of
+    """Say where light before was solved again, or the two were traced with other settings: list of
     str.
     """
     notes, names = [], ", ".join(found.summary["light_differs_in"])

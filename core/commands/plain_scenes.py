@@ -47,7 +47,7 @@ def box(low, high):
 
 
 def room(low, high):
-    """The same six rectangles, facing inwards."""
+    """Six rectangles of a box that face inwards."""
     return [(points, triangles[:, ::-1]) for points, triangles in box(low, high)]
 
 

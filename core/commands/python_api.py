@@ -94,8 +94,8 @@ class Result:
         return Result(folder)
 
     def with_weather(self, weather, *, out=None, overwrite=False, progress=silent, **settings):
-        """The same light with another weather: Result. Module, system and sky stay as they were
-        unless given.
+        """Compute the electricity of this light in another weather: Result. Module, system and sky
+        stay as they were unless given.
 
         Parameters
         ----------
@@ -127,7 +127,7 @@ class Result:
             return Result(folder, temporary=out is None)
 
     def variant(self, *, out=None, overwrite=False, exports=(), progress=silent, **change):
-        """The same city edited, from what its rays met: Result.
+        """Edit the city and trace what the edit changes, from what its rays met: Result.
 
         Parameters
         ----------

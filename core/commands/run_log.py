@@ -103,8 +103,8 @@ def report_outcome(log, folder, energy, totals, report=None):
 
 
 def describe_overrun(request, log):
-    """That the time budget was exceeded, by what, and what would take less: lines of text, none if
-    it was kept.
+    """Say by what the time budget was exceeded, and what would take less: lines of text, none if it
+    was kept.
     """
     took = time.monotonic() - log.started
     if request.time_budget is None or took <= request.time_budget:

@@ -101,7 +101,7 @@ def _list_tasks(environments, bands, request, settings, folder):
 
 
 def _absolute_weather(weather):
-    """The same files for a worker that runs in another folder."""
+    """Weather with absolute paths, for a worker that runs in another folder."""
     if isinstance(weather, list):
         return [_absolute_weather(one) for one in weather]
     return str(Path(weather).absolute()) if Path(weather).exists() else weather

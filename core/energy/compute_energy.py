@@ -131,7 +131,7 @@ def compute_energy(
 
 
 def _lay_series(energy, zone):
-    """The same with its series on whole intervals of calendar years of a zone."""
+    """Lay the series of an Energy on whole intervals of calendar years of a zone."""
     axis, share = lay_on_axis(energy.times, energy.interval, zone)
     series = energy.series
     if series is not None:

@@ -22,7 +22,7 @@ from .transfer import take_rows
 
 
 def compact_city(base):
-    """The same EditableCity without patches and surfaces that edits took away."""
+    """Drop patches and surfaces that edits took away: EditableCity."""
     old, rows = base.city, base.rows
     scene = old.prepared.scene
     if len(rows) == len(scene.surfaces) and (np.diff(rows) > 0).all():

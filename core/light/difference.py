@@ -71,7 +71,7 @@ def _take_brighter(one, other, rows):
 
 
 def _difference_of_state(cities, rows, state):
-    """The same of one state of the trees, 0 in leaf, 1 bare: Transfer.
+    """Errors of the change in one state of the trees, 0 in leaf, 1 bare: Transfer.
 
     Parameters
     ----------

@@ -54,8 +54,8 @@ def multiply_elements(form_factors, radiosity, threads=1):
 
 
 def multiply_starts(form_factors, radiosity, threads=1):
-    """The same by the cells in which rays start: (p, starts) float32, whose sum is the light of the
-    patch.
+    """Multiply form factors and radiosity by the cells in which rays start: (p, starts) float32,
+    whose sum is the light of the patch.
     """
     return _run_rows(
         form_factors, form_factors.starts, threads, add_elements, radiosity.ravel(), REPLICATE_BITS

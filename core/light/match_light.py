@@ -14,8 +14,8 @@ from .transfer import variance_of_mean
 
 
 def match_light(base, sky, bounces, progress=silent):
-    """The same city with this number of reflections, under this sky: the EditableCity itself if it
-    has both.
+    """Give a city this number of reflections, under this sky: the EditableCity itself if it has
+    both.
 
     Parameters
     ----------
@@ -31,8 +31,7 @@ def match_light(base, sky, bounces, progress=silent):
 
 
 def with_reflections(base, bounces, progress=silent):
-    """The same city with another number of reflections, by what its rays and suns met:
-    EditableCity.
+    """Solve a city with another number of reflections, by what its rays and suns met: EditableCity.
 
     Parameters
     ----------
@@ -74,8 +73,8 @@ def with_reflections(base, bounces, progress=silent):
 
 
 def _with_sky(base, sky, progress):
-    """The same city under another sky, traced wholly with the same keys: that of Perez has rays to
-    the horizon.
+    """Trace a city wholly under another sky, with the same keys, since Perez's has rays to the
+    horizon: EditableCity.
     """
     known = base.decisions
     known = replace(known, on=known.on | {"perez": sky == "perez"}, plan=known.plan | {"sky": sky})

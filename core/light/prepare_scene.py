@@ -87,7 +87,7 @@ def prepare_scene(scene, request, *, weather=None, suns=None, materials=None, pr
 
 
 def build_tree(prepared, request):
-    """The same with the tree of its triangles, for several rounds, and its crowns as planned:
+    """Build the tree of the triangles, for several rounds, and its crowns as planned:
     PreparedScene.
     """
     threads = usable_threads(request.threads)
@@ -97,6 +97,6 @@ def build_tree(prepared, request):
 
 
 def reseed(prepared, seed):
-    """The same with the random numbers of another seed: PreparedScene."""
+    """Exchange the random numbers for those that another seed gives: PreparedScene."""
     (keys,) = keys_of_triangles(prepared.scene, seed)
     return replace(prepared, patches=replace(prepared.patches, key=keys))

@@ -82,8 +82,8 @@ class Shadows:
         return light
 
     def among(self, traced):
-        """The same among more suns, (n,) bool, none of which is visible but those that were traced:
-        Shadows.
+        """Place the shadows among more suns, (n,) bool, none visible but the traced
+        ones: Shadows.
         """
         wide = np.zeros((*self.bits.shape[:2], len(traced)), np.uint16)
         wide[:, :, traced] = self.bits

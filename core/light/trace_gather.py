@@ -116,7 +116,7 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
 
 
 def trace_light(prepared, suns, request, progress, folder=None, *, specular=None):
-    """The same for a prepared scene and unchecked suns: TracedCity."""
+    """Trace a prepared scene under unchecked suns, as `trace_gather` does: TracedCity."""
     clock = Clock()
     check_room(prepared, suns, request)
     context = prepare_gather(prepared, request, progress)

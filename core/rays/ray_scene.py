@@ -138,7 +138,7 @@ class RayScene:
             return self._tree.trace_shadow_rays(position, wanted, directions)
 
     def trace_shadow_states(self, position, wanted, directions):
-        """The same in each state of trees: (states, c, s, m) bool."""
+        """Trace shadow rays in each state of trees: (states, c, s, m) bool."""
         return self.trace_shadow_rays(position, wanted, directions)[None]
 
     @contextmanager

@@ -78,7 +78,7 @@ def check_suns(suns):
 
 
 def progressive_order(suns):
-    """The same suns in the order in which they are traced.
+    """Put suns into the order in which they are traced.
 
     Days stay whole. They are lined up from the one with the southernmost sun to the one with the
     northernmost, each as long as its weight, and visited in steps of the golden ratio: days of

@@ -239,7 +239,7 @@ def _ask_pvgis(question):
 
 
 def _ask_power(question):
-    """The same of NASA POWER; pvlib sets no time limit of its own."""
+    """Ask NASA POWER for the hours of years; pvlib sets no time limit of its own."""
     asked, place = question.asked, (question.latitude, question.longitude)
     ends = f"{asked.first}-01-01", f"{asked.last}-12-31"
     options = {"map_variables": False, "url": pvlib.iotools.nasa_power.URL}
@@ -253,7 +253,7 @@ def _ask_power(question):
 
 
 def _ask_open_meteo(question):
-    """The same of Open-Meteo, which pvlib does not have."""
+    """Ask Open-Meteo, which pvlib does not have, for the hours of years."""
     answer = requests.get(address_of(question), timeout=TIMEOUT)
     if not answer.ok:
         raise requests.HTTPError(_reason_of(answer))
@@ -262,7 +262,7 @@ def _ask_open_meteo(question):
 
 
 def _ask_era5(question):
-    """The same of ERA5's point series, with the key of the user's own configuration."""
+    """Ask for ERA5's point series, with the key of the user's own configuration."""
     url, key = _read_cds_configuration()
     if not key:
         cure = (

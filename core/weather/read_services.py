@@ -238,7 +238,7 @@ def convert_points(table, stamps):
 
 
 def lay_intervals(data, lies):
-    """The same rows by the start of their interval, which `begins`, `ends` or is `centred` at its
+    """Name rows by the start of their interval, which `begins`, `ends` or is `centred` at its
     stamp.
     """
     if len(data) < 2 or lies == "begins":
@@ -319,8 +319,8 @@ def _parse_open_meteo_json(path, text):
 
 
 def _parse_open_meteo_csv(path, text):
-    """The same of csv: names and values of the place, an empty line, the table; units in brackets
-    behind its names.
+    """Parse csv of Open-Meteo: names and values of the place, an empty line, the table; units in
+    brackets behind its names.
     """
     rows = list(csv.reader(io.StringIO(text)))
     start = next(
@@ -368,7 +368,7 @@ def _parse_power_csv(path, text):
 
 
 def _parse_power_json(path, text):
-    """The same of its json."""
+    """Parse json of NASA POWER."""
     try:
         tree = json.loads(text)
         longitude, latitude, altitude = tree["geometry"]["coordinates"]

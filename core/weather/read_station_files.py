@@ -53,8 +53,8 @@ CURE = (
 
 
 def take_columns(path, table, names, missing=None):
-    """Those of our variables that a table has, by `names` (ours -> the file's name); pressure in
-    the file's unit.
+    """Take our variables that a table has, by `names` (ours -> the file's name); pressure in the
+    file's unit.
 
     Numbers at or below `missing` are missing values; a column without any value is as good as none.
     """

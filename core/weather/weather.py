@@ -54,9 +54,7 @@ class Weather:
 
 
 def darken_hours(weather, dark):
-    """The same weather with night in some hours, (t,) bool: no irradiance, and the sun at the
-    nadir.
-    """
+    """Make it night in some hours, (t,) bool: no irradiance, and the sun at the nadir."""
     night = {"ghi": 0.0, "dni": 0.0, "dhi": 0.0, "apparent_zenith": 180.0}
     data = weather.data.assign(
         **{name: weather.data[name].mask(dark, value) for name, value in night.items()}
