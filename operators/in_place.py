@@ -3,7 +3,7 @@ of files.
 
 Where a city was taken from objects of the user, its own object carries the results and is hidden;
 the colours are shown on the user's objects (`picture.colour_user_meshes`). A city of files hides
-only those of its faces that they show.
+only the faces that they show.
 """
 
 import numpy as np

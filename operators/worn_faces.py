@@ -20,7 +20,7 @@ POLYGON = "polygon"
 def name_faces(item, building):
     """Ids of the surfaces that the faces of an object are: list of str.
 
-    Those that it had in the files, where it was made of a building of them.
+    Ids that they had in the files, where it was made of a building of them.
     """
     names = [f"{building}/{face}" for face in range(len(item.data.polygons))]
     numbers = read_face_attribute(item.data, POLYGON)

@@ -212,7 +212,7 @@ def state_effects(summary, transfer, weather, system, *, sky, threads=None):
     transfer : Transfer
     weather : Weather
     system : PvSystem
-        Of this year's electricity, which may differ from that of the run that was traced, as may
+        Of this year's electricity, which may differ from the electricity of the traced run, as may
         the sky.
     sky : str
         Model of the sky that weighed the Transfer.
@@ -277,7 +277,7 @@ def share_of_sky(transfer, weather, system, threads=None):
     share : float
         (Perez - isotropic)/Perez, of the area-weighted full load hours.
     largest : float
-        The same of the kind and orientation where it is largest, without sign.
+        Largest of all kinds and orientations, without sign.
     """
     rows, weight = _draw_surfaces(transfer.surfaces)
     few = _with_sources(take_rows(transfer, rows))

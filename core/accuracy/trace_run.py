@@ -111,7 +111,7 @@ def trace_round(run, size, progress=silent, folder=None):
     run : Run
         Of all rounds before; overwritten.
     size : int
-        Samples, in units of those of the first round: a power of two of which those before are a
+        Samples, in units of the first round's: a power of two of which the earlier ones are a
         multiple.
     progress, folder
         As of `study.trace_scene`.
@@ -149,7 +149,7 @@ def trace_round(run, size, progress=silent, folder=None):
 def weigh_kept_suns(transfer, axis):
     """Let the suns that were traced until an interruption stand for the whole year.
 
-    The error of the direct part is that of weights in proportion to the earlier ones. Other weights
+    The error of the direct part holds for weights in proportion to the earlier ones. Other weights
     can make it larger: independent errors of the suns by √(Σ w²), errors that they share not at
     all.
 

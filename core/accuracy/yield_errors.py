@@ -36,7 +36,7 @@ class YieldErrors:
     variance: dict  # of SOURCES -> (e,) float64 [h²]
     hours: np.ndarray  # (e,) [h]
     area: np.ndarray  # (e,) [m²] counted area
-    rounds: int  # samples, in units of those of the first round
+    rounds: int  # samples, in units of the first round's
     rows: np.ndarray | None = None  # (e,) int, their surfaces
     power: dict = field(default_factory=lambda: SAMPLED)  # with which variances fall
 
@@ -80,7 +80,7 @@ def split_errors(transfer, weather, energy):
     Parameters
     ----------
     transfer : Transfer
-        Its error parts may be those of more rounds than those that `energy` was computed from.
+        Its error parts may hold more rounds than `energy` was computed from.
     weather : Weather
     energy : Energy
 

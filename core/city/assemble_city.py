@@ -173,7 +173,7 @@ def _flatten(contents, chosen, crs, report):
 
 
 def _name_surfaces(polygons, building, report):
-    """Unique surface ids: those of the file, else the building's with a number."""
+    """Unique surface ids: the file's own, else the building's with a number."""
     used, names, within, repeated = set(), [], Counter(), []
     taken = dict.fromkeys((polygon.surface_id for polygon in polygons), 1)
     for polygon, b in zip(polygons, building, strict=True):

@@ -208,7 +208,7 @@ def _order_of_extents(content, middle, registered):
 
 
 def _places_of_extents(content, crs):
-    """Latitude and longitude [°] of envelopes in another system than that of the points."""
+    """Latitude and longitude [°] of envelopes in another system than the points'."""
     for extent in content.extents:
         other = name_crs(extent.srs_name)
         if other is None or hash_plane(other) == hash_plane(crs):

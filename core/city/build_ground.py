@@ -118,7 +118,7 @@ def spread_points(foot_places, footprints, lattice):
     Returns
     -------
     array, (p, 2) float64 [m]
-        Those on the rim come last.
+        Points on the rim come last.
     """
     tree, patch_size, (low, high) = cKDTree(foot_places), lattice.patch_size, lattice[:2]
     # So large that none of the first is small enough: the others do not depend on where the ground

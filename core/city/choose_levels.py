@@ -38,7 +38,7 @@ def _list_levels(lods, wanted=None):
     Parameters
     ----------
     lods : collection of str
-        Those of a part; "" is geometry of a format without levels, and matches every request.
+        Levels of a part; "" is geometry of a format without levels, and matches every request.
     wanted : str, optional
         ``"2"`` takes every 2.x, ``"2.2"`` exactly that.
 

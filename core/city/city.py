@@ -86,9 +86,7 @@ class City:
         None  # city.terrain.Terrain of the files, in the system of the points, or None
     )
     axes: str = "xy"  # order of coordinates in the files, of `transform_crs.Grid`
-    plane: str | None = (
-        None  # system of the points, of `transform_crs.Grid`; None: that of the files
-    )
+    plane: str | None = None  # system of the points, of `transform_crs.Grid`; None: the files' own
     part: list | None = (
         # (n,) str, the part of its building that each belongs to, "" if none; None if not recorded
         None

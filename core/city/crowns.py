@@ -45,7 +45,7 @@ class _TreeShape:
     vertices: np.ndarray  # (v, 3) float64 [m]
     triangles: np.ndarray  # (t, 3) int
     trunk: np.ndarray  # (t,) bool
-    height: float | None = None  # [m] as given; None: that of the shape
+    height: float | None = None  # [m] as given; None: the shape's own
 
 
 def build_crowns(trees, report, move):
@@ -63,7 +63,7 @@ def build_crowns(trees, report, move):
     report : ImportReport
         What was assumed is added.
     move : callable
-        From the frame of the trees to that of the scene.
+        From the frame of the trees to the scene's.
 
     Returns
     -------
@@ -256,7 +256,7 @@ def _hull_of(vertices, triangles):
 
 @functools.cache
 def unit_sphere(subdivisions=SUBDIVISIONS):
-    """Triangulated sphere whose volume is that of the unit sphere.
+    """Triangulated sphere with the volume of the unit sphere.
 
     Returns
     -------

@@ -43,7 +43,7 @@ class _SceneChange:
     gone: np.ndarray  # (g,) int, triangles of the scene before
     first: int  # the first new triangle; all behind it are new
     solids: np.ndarray  # (m, 3, 3) float64 [m], triangles that came or went
-    crowns: np.ndarray  # (c, 3, 3) float64 [m], the same of trees
+    crowns: np.ndarray  # (c, 3, 3) float64 [m], triangles of crowns that came or went
     near: np.ndarray  # (t,) bool, triangles near the change
     boxes: np.ndarray  # (b, 2, 3) float64 [m], around all that changed
 

@@ -79,7 +79,7 @@ def judge_turning(shape, found, allowed):
         return wanted, turned
     shell = found.shell
     area, _ = measure_polygons(*shape)
-    # Those that may be turned, and the largest ones of their shells.
+    # Faces that may be turned, and the largest ones of their shells.
     members = np.flatnonzero(np.isin(shell, np.unique(shell[wanted])))
     order = members[np.lexsort((members, -area[members], shell[members]))]
     place = np.arange(len(order)) - np.searchsorted(shell[order], shell[order])

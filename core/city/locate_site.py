@@ -33,7 +33,7 @@ def locate_site(crs, point, latitude=None, longitude=None, *, source=None):
     point : sequence of float, (2,) or (3,) [m]
         East and north in that system.
     latitude, longitude : float, optional
-        [°] Given by the user; override those of the system.
+        [°] Given by the user; override the system's.
     source : path-like, optional
         The file, named in errors; else the system is.
 

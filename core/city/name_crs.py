@@ -25,7 +25,7 @@ ADV_NAMES = {
 # Swiss files often name the datum only; the size of coordinates tells LV03 (6 digits) from LV95 (7
 # digits).
 SWISS_NAMES = ("CH1903", "CH1903+", "LV03", "LV95")
-# The same grids of ETRS89 with the number of the zone before their eastings.
+# Grids of ETRS89 with the number of the zone before their eastings.
 WITH_ZONES = {"EPSG:25831": "EPSG:5649", "EPSG:25832": "EPSG:4647", "EPSG:25833": "EPSG:5650"}
 
 

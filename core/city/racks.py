@@ -24,7 +24,7 @@ from .scene import Surfaces, append_triangles, join_surfaces
 
 RACK = "rack"  # the kind
 LEVEL = 1e-6  # [°] of tilt, up to which a rack faces nowhere
-MARK = "/rack"  # in names, between that of the roof and a number
+MARK = "/rack"  # in names, between the roof's and a number
 OPTION = "--racks"
 PAIRS = "east-west"
 RANGES = {  # key -> smallest and largest value, unit
@@ -148,7 +148,7 @@ def lay_racks(scene, city, racks, patch_size=None, sectors="8"):
     ----------
     scene : Scene
     city : City
-        That it was built from, not cut into cells.
+        City that it was built from, not cut into cells.
     racks : Racks
     patch_size : float, optional
         [m] As of `build_scene`.

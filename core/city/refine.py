@@ -225,7 +225,7 @@ def _flip_edges(vertices, triangles, surface, wanted=True):
     Returns
     -------
     array, (t, 3) int64
-        The same number for each surface, in the same rows, oriented as before.
+        As many triangles of each surface, in the same rows, oriented as before.
     """
     triangles, active = triangles.copy(), np.flatnonzero(np.broadcast_to(wanted, len(triangles)))
     near = active

@@ -46,9 +46,7 @@ class Site:
     crs: str | None  # of the files
     origin: tuple  # (3,) [m] the scene's origin in the plane below
     axes: str = "xy"  # order of coordinates in the files, of `transform_crs.Grid`
-    plane: str | None = (
-        None  # system in true metres, of `transform_crs.Grid`; None: that of the files
-    )
+    plane: str | None = None  # system in true metres, of `transform_crs.Grid`; None: the files' own
 
 
 @dataclass
@@ -217,7 +215,7 @@ def add_backs(scene):
     Returns
     -------
     Scene
-        The same object if there are no sheets.
+        `scene` itself if there are no sheets.
     """
     if scene.sheet is None or not scene.sheet.any() or scene.back_of is not None:
         return scene

@@ -34,7 +34,7 @@ def find_standing(start, end, step, slope):
         return np.zeros(0, bool)
     ends, step, slope = np.concatenate([start, end]), np.tile(step, 2), np.tile(slope, 2)
     hangs = _hangs_above_feet(ends, step, slope, start)
-    # The same beside whole edges: a bay above the middle of a long wall stands on nothing.
+    # Likewise beside whole edges: a bay above the middle of a long wall stands on nothing.
     some = np.flatnonzero(~hangs)
     ends, step, slope = ends[some], step[some], slope[some]
     for point, _, foot, distance in _pass_edges(ends, start, end, NEAR):

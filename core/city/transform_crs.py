@@ -177,7 +177,7 @@ class Grid:
     axes: str = (
         "xy"  # which coordinate stands first in them: 'xy' or, that along the meridian, 'yx'
     )
-    plane: str | None = None  # as crs; None where the plane is that of the system itself
+    plane: str | None = None  # as crs; None where the plane is the system's own
 
     def to_plane(self, points):
         """Points of the files, (m, 3) float64, in the plane [m]."""

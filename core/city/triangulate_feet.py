@@ -144,7 +144,7 @@ def _halve(lines, feet, edges, missing):
     feet : array, (f, 3) float64 [m]
     edges : array, (e, 2) int64
     missing : array, (k, 2) int64
-        Those that are halved.
+        Edges that are halved.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Join the Transfers of tiles into that of the whole city, in the order of its surfaces."""
+"""Join the Transfers of tiles into one of the whole city, in the order of its surfaces."""
 
 from dataclasses import asdict, replace
 
@@ -21,7 +21,7 @@ LARGEST = (
 
 
 def join_tiles(parts, prepared, request, figures, folder=None):
-    """The Transfer of a city from those of its tiles.
+    """The Transfer of a city from its tiles' Transfers.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def _fill_rows(whole, rows, part):
 
 
 def _join_records(records, plan, request, figures):
-    """TraceRecord of a city from those of its tiles.
+    """TraceRecord of a city from its tiles' records.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ class PartOfCity:
     scene: object  # Scene of the surfaces of the part, for the tables
     prepared: object  # PreparedScene
     patches: np.ndarray  # (k,) int, rows in the whole city; the first k of the part
-    surfaces: np.ndarray  # (n,) int, the same of the surfaces
+    surfaces: np.ndarray  # (n,) int, likewise for the surfaces
 
 
 class _RaysOfPart:

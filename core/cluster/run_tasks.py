@@ -251,7 +251,7 @@ def read_task(path):
     Raises
     ------
     InputError
-        The content is not that of the name.
+        The content does not belong to the name.
     """
     data, name = Path(path).read_bytes(), Path(path).stem
     if hashlib.sha256(data).hexdigest()[:HASH_LENGTH] != name.rpartition("_")[2]:

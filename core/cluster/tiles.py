@@ -82,7 +82,7 @@ def _box_members(corners, member, count):
 def find_centres(scene):
     """Centres of the bounding boxes of the surfaces in plan: (n, 2) float64 [m].
 
-    A surface without triangles takes that of the one before it.
+    A surface without triangles takes the centre of the one before it.
     """
     own, count = scene.triangle_surface >= 0, len(scene.surfaces)
     corners = np.asarray(scene.vertices, float)[scene.triangles[own]]

@@ -45,7 +45,7 @@ def main(arguments=None, draw=None):
     Parameters
     ----------
     arguments : list of str, optional
-        Arguments without the program name; by default those of the process.
+        Arguments without the program name; by default the process's own.
     draw : callable, optional
         `draw(folder, scene, transfer, energy, note, pictures)`: drawing by Blender, for `--blend`
         and `--preview`.
@@ -309,7 +309,7 @@ def _join_offset(arguments):
     return joined
 
 
-# name -> (function that runs it, what it does); its options are those of command_options
+# name -> (function that runs it, what it does); its options stand in command_options
 COMMANDS = {
     "simulate": (_run_simulate, "trace a city and write full load hours of every surface"),
     "yield": (_run_yield, "compute the yield of a transfer.nc with other weather or modules"),

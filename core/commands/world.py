@@ -28,7 +28,7 @@ FEWEST = 50  # merged surfaces of an environment
 
 @dataclass
 class WorldSettings:
-    """Settings of a world, beside those of `Request`."""
+    """Settings of a world, beside the ones in `Request`."""
 
     way: str | None = None  # exact or paper; None: as the method
     mix: str | None = None

@@ -94,7 +94,7 @@ def fewer_rays(samples):
 
 
 WHOLE_LIMIT = 0.002  # share of the light of all receivers that reflections may leave out
-GROUP_LIMIT = 0.005  # of those of one kind and orientation
+GROUP_LIMIT = 0.005  # of surfaces of one kind and orientation
 MOST_BOUNCES = 50
 NO_BOUNCE = "no bounce, no matrix"
 

@@ -260,7 +260,7 @@ class PvlibCurves:
 
 @dataclass
 class PowerTables:
-    """The curves of a system as tables; values are those of the nearest node."""
+    """The curves of a system as tables; the nearest node gives the value."""
 
     incidence: (
         np.ndarray

@@ -1,6 +1,6 @@
 """Light and yield of a city in each hour of the average days of the twelve months.
 
-Hours are those of the standard time of the nearest meridian of 15°.
+Hours are in the standard time of the nearest meridian of 15°.
 """
 
 from dataclasses import dataclass

@@ -100,7 +100,7 @@ def sum_suns(context, traced, watch, by_point, suns):
 def solve_annual(context, traced, annual, report=lambda done: None):
     """Light of surfaces under all suns by their weights, reflections included: Light, per DNI.
 
-    `report` is that of `solve_light`.
+    `report` is as in `solve_light`.
     """
     patches = context.patches
     keys = patches.key ^ mix(patches.points_before.astype(np.uint64))

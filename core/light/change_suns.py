@@ -74,7 +74,7 @@ def change_suns(edit, drift):
     Returns
     -------
     float
-        The same by all edits.
+        Such share by all edits, this one among them.
     """
     old, context, states = edit.before, edit.context, len(edit.traced)
     count, first = context.patch_to_surface.shape[0], len(edit.before.context.patches)

@@ -63,7 +63,7 @@ def write_cityjson(path, city, transfer, energy, *, system, weather, progress=si
     progress : callable, optional
         See `core.settings.progress`.
     """
-    # Coordinates are those of the files: their system, their units, their order.
+    # Coordinates stay as in the files: their system, their units, their order.
     points = grid_of(city).to_files(np.concatenate([city.points, list_points(city)]))
     # Whole numbers of a unit or, where that is 111 km long, of a thousandth.
     coarse = np.array([1e3, 1e3, 1.0]) if _in_degrees(city.crs) else np.ones(3)

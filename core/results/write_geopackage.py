@@ -64,7 +64,7 @@ def write_geopackage(path, city, transfer, energy, *, system, weather, progress=
         See `core.settings.progress`.
     """
     Path(path).unlink(missing_ok=True)
-    # Coordinates are those of the files, easting or longitude first as the format wants.
+    # Coordinates stay in the files' system, easting or longitude first as the format wants.
     city = replace(city, points=grid_of(city).to_files(city.points, "xy"))
     shapes = np.array(
         [shapely.Polygon(rings[0], rings[1:]) for rings in map(city.rings, range(len(city)))],

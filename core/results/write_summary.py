@@ -210,7 +210,7 @@ def budget_errors(transfer, energy, weather):
     if cut["all"] is not None:
         budget["bounces"] = 100 * cut["all"]
     elif record is not None and record.photons_per_source and record.brightest_albedo < 1:
-        # The energy of each reflection is at most the albedo times that of the one before.
+        # The energy of each reflection is at most the albedo times the one before.
         last = (
             max(record.last_bounce_share_diffuse, record.last_bounce_share_direct)
             if record.max_bounces

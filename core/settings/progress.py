@@ -89,7 +89,7 @@ class Clock:
         self.processor_seconds, self.used = {}, time.process_time()
 
     def lap(self, stage):
-        """Add the seconds since the last lap to those of a stage."""
+        """Add the seconds since the last lap to a stage's."""
         now, used = time.perf_counter(), time.process_time()
         self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self.last
         self.processor_seconds[stage] = self.processor_seconds.get(stage, 0.0) + used - self.used

@@ -168,7 +168,7 @@ def clear_irradiance(zenith, middle, turbidity, altitude, pressure):
         Apparent zenith angle [°].
     middle : pandas.DatetimeIndex, (t,)
     turbidity : float or (t,) float64
-        Of Linke: 2 in very clean, dry air; pvlib knows that of each place and month.
+        Of Linke: 2 in very clean, dry air; pvlib knows its monthly means everywhere.
     altitude : float
         [m]
     pressure : float or (t,) float64

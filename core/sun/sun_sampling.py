@@ -40,7 +40,7 @@ def choose_suns(sampling, times, interval, latitude, longitude, *, position=None
     interval : pandas.Timedelta
         Length of the intervals.
     latitude, longitude : float
-        Place [°], preferably that of the weather.
+        Place [°], preferably the weather's.
     position : pandas.DataFrame, optional
         Of `solar_position` for this time axis and place, if known; further columns do not matter.
 

@@ -17,7 +17,7 @@ TROPICAL_YEAR = 365.2422  # days: period of the sun's declination and the equati
 BELOW_HORIZON = (
     -1e-6
 )  # sine of the elevation down to which a sun counts as on the horizon (rounding)
-BY_DAYS = ("days:", "typical-days:")  # sun samplings whose number is that of days
+BY_DAYS = ("days:", "typical-days:")  # sun samplings whose number counts days
 FEWEST_OF_SKY = 16  # directions of a sky grid needed to interpolate over the whole sky
 GOLDEN = (np.sqrt(5) - 1) / 2
 PLASTIC = 1.324717957244746  # the root of x³ = x + 1

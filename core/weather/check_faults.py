@@ -359,7 +359,7 @@ def check_given(given, year, source):
     Parameters
     ----------
     given : pandas.DataFrame
-        Those of ghi, dhi and dni that the file has [Wm⁻²].
+        Columns ghi, dhi and dni as far as the file has them [Wm⁻²].
     year : Weather
         Made of them.
     source : str

@@ -211,7 +211,7 @@ def _check_negative(given, year, source):
     Parameters
     ----------
     given : pandas.DataFrame
-        Those of ghi, dhi and dni that the file has, as they stand there [Wm⁻²].
+        Columns ghi, dhi and dni as far as the file has them, as they stand there [Wm⁻²].
     year : Weather
     source : str
         The file and the year, for messages.

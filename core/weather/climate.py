@@ -1,7 +1,7 @@
 """Weather of places without a file: the built-in climate, and the clear sky.
 
 The climate is a climatology, neither a forecast nor a record of any year: monthly sums of GHI are
-those of long-term means, days and hours are random.
+the long-term means, days and hours are random.
 """
 
 import numpy as np
@@ -48,7 +48,7 @@ def climate(latitude, longitude, year=2021, seed=0):
     Returns
     -------
     Record
-        Hourly; the altitude is that of pvlib's table.
+        Hourly; the altitude follows pvlib's table.
 
     Raises
     ------

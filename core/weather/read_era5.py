@@ -116,7 +116,7 @@ def read_era5(paths, latitude, longitude, altitude, point):
     table = sum(
         a * b * block.isel(latitude=row, longitude=column) for (row, a), (column, b) in corners
     ).to_dataframe()
-    # The values are those of the grid; the sun is that of the requested place.
+    # The grid gives the values, the requested place the sun.
     place = f"{round(latitude + rows @ north, 5):g}°, {round(longitude + columns @ east, 5):g}°"
     table, notes = _undo_sums(table)
     label = (

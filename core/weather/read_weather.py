@@ -203,7 +203,7 @@ def read_file(path, form, own, place):
     own : tuple of float
         As in `read_files`.
     place : tuple of float or None
-        The same, if the user overrides the place of the files.
+        As above, if the user overrides the place of the files.
 
     Returns
     -------

@@ -66,7 +66,7 @@ def compute_world(
     source : Source
     system : PvSystem
     way : {"exact", "paper"}
-        Sun of the place itself, or that of Greenwich shifted in time.
+        Sun of the place itself, or Greenwich's shifted in time.
     sky : str
         Model of the diffuse sky, of `sky_models.MODELS`, which the environments were built for.
     threads : int, optional

@@ -189,7 +189,7 @@ def read_environments(texts, system, sky="isotropic"):
     ----------
     texts : list of str
         "unshaded", a transfer.nc, or the folder of a run; "NAME=" before it gives a name, which is
-        else that of the folder.
+        else the folder's name.
     system : PvSystem
     sky : {"isotropic", "perez", "auto"}
         Model of the sky; "auto": the one that all were traced for.

@@ -161,7 +161,7 @@ def carry_to_place(errors, hours, sunlight, full_load_hours, plain):
 def _sum_light(errors, hours, sunlight):
     """Light of the year and its months, and the groups' irradiance by it.
 
-    Cosines are those of the grid's directions.
+    Cosines towards the grid's directions.
 
     Returns
     -------

@@ -210,7 +210,7 @@ def grid_source(grid, places, picked, request, years=None):
     request : Request
         Its horizon_cut.
     years : collection of int, optional
-        Those used, of the files'.
+        Used ones of the files' coordinates.
 
     Returns
     -------

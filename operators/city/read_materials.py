@@ -37,7 +37,7 @@ def name_face_materials(item, mesh):
     Parameters
     ----------
     item : bpy.types.Object
-        Its slots may overrule those of the mesh.
+        Its slots may overrule the mesh's own.
     mesh : bpy.types.Mesh
     """
     slots = list(mesh.materials)

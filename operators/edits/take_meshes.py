@@ -91,14 +91,14 @@ def read_meshes(name, items, context, *, named=None, frame=None):
     named : dict, optional
         Names of the objects' buildings, where they are not called as the objects.
     frame : (4, 4) float, optional
-        Turns world coordinates into metres; by default those of the scene's unit.
+        Turns world coordinates into metres; by default by the scene's unit.
 
     Returns
     -------
     content : FileContent
     taken : list of (int, str)
         `session_uid` of what was read, with the name of its building, "" where the faces are not
-        those of its mesh.
+        its mesh's own.
 
     Raises
     ------

@@ -272,7 +272,7 @@ def tell_errors(before, after, weather, request):
     Returns
     -------
     tuple of EditableCity, dict, or None
-        The same as `before`, and the errors [h] by surface_id.
+        As `before`, and the errors [h] by surface_id.
     """
     from ...core.light.difference import errors_of_difference
     from ...core.study import compute_energy

@@ -73,7 +73,7 @@ class TraceCity(OfScene, Step, bpy.types.Operator):
             show_round(context, *found)
 
     def finish(self, context, result):
-        """Keep the light, and show that of the sky."""
+        """Keep the light, and show the sky's part."""
         session, *_ = result
         interrupted, transfer = keep_light(context, *result), session.transfer
         session.energy = session.told = None

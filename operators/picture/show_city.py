@@ -149,7 +149,7 @@ def match_view(context, points=None):
     """Show colours where the scene's city has them and they are switched on, else its shape in a
     studio light.
 
-    `points` are those of `show_city`.
+    `points` are as in `show_city`.
     """
     city, _ = find_city(context.scene)
     if city is not None:
