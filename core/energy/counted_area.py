@@ -113,10 +113,8 @@ def find_lit_share(transfer, system):
     Modules on the open part of a surface get its light: the mean over the whole surface divided by
     this share. Modules that are counted where it is covered, or has no room, are dark.
     """
-    covered, cramped = (
-        np.asarray(transfer.covered_share, float),
-        _share_without_room(transfer, system),
-    )
+    covered = np.asarray(transfer.covered_share, float)
+    cramped = _share_without_room(transfer, system)
     # Much of the light of a surface that is mostly without room is that in the gap before it.
     dark = np.where(covered + cramped <= MOST_COVERED, covered + cramped, covered)
     return np.maximum(1.0 - dark, SMALLEST_LIT_SHARE)

@@ -137,24 +137,23 @@ def write_blocks(path, *, cut, gap=0.0):
     return path
 
 
+def south_walls(city):
+    """South facades of the building a, as traced with many rays: pandas.DataFrame."""
+    place = {"latitude": 52, "longitude": 13, "weather": "clear-sky", "suns": "days:2"}
+    rays = {"patch_size": 2.5, "samples": 1024, "shadow_samples": 64, "threads": 1}
+    faces = citypv.simulate(city, inverter="pvwatts", **place, **rays).faces
+    return faces[
+        (faces.building_id == "a")
+        & (faces.surface_azimuth.round() == 180)
+        & (faces.kind == "facade")
+    ]
+
+
 def test_a_wall_yields_the_same_in_one_polygon_and_cut_at_its_neighbour(tmp_path):
     """Energy and light within 0.1 %; its rays alone err by less with so many."""
-    settings = {
-        "latitude": 52,
-        "longitude": 13,
-        "weather": "clear-sky",
-        "suns": "days:2",
-        "patch_size": 2.5,
-    }
-    settings |= {"samples": 1024, "shadow_samples": 64, "inverter": "pvwatts", "threads": 1}
     sums = []
     for cut in (False, True):
-        faces = citypv.simulate(write_blocks(tmp_path / f"{cut}.obj", cut=cut), **settings).faces
-        wall = faces[
-            (faces.building_id == "a")
-            & (faces.surface_azimuth.round() == 180)
-            & (faces.kind == "facade")
-        ]
+        wall = south_walls(write_blocks(tmp_path / f"{cut}.obj", cut=cut))
         assert len(wall) == 1 + cut and wall.area.sum() == pytest.approx(300)
         names = ["full_load_hours", "full_load_hours_dc", "poa_global_annual"]
         sums.append(wall[names].multiply(wall.area, axis=0).sum().to_numpy())
@@ -167,23 +166,10 @@ def test_a_wall_in_part_without_room_turns_its_light_into_the_same_power(tmp_pat
     """A neighbour 0.1 m before 9 of 20 m of a wall: the load of its inverter is that of the wall
     cut in two there.
     """
-    settings = {
-        "latitude": 52,
-        "longitude": 13,
-        "weather": "clear-sky",
-        "suns": "days:2",
-        "patch_size": 2.5,
-    }
-    settings |= {"samples": 1024, "shadow_samples": 64, "inverter": "pvwatts", "threads": 1}
     per_light = []
     for cut in (False, True):
-        city = write_blocks(tmp_path / f"{cut}.obj", cut=cut, gap=0.1)
-        faces = citypv.simulate(city, **settings).faces
-        wall = faces[
-            (faces.building_id == "a")
-            & (faces.surface_azimuth.round() == 180)
-            & (faces.module_area > 0)
-        ]
+        wall = south_walls(write_blocks(tmp_path / f"{cut}.obj", cut=cut, gap=0.1))
+        wall = wall[wall.module_area > 0]
         assert len(wall) == 1 and wall.module_area.item() == pytest.approx(165, rel=3e-3)
         per_light.append(
             (
