@@ -46,9 +46,8 @@ from .weather.climate_grid import is_land
 from .weather.read_weather import check_sources, read_weather
 from .weather.weather import check_distance
 
-ELSEWHERE = (
-    50e3  # [m] from the middle of an earlier city, beyond which a city stands in another system
-)
+# [m] from the middle of an earlier city, beyond which a city stands in another system
+ELSEWHERE = 50e3
 SCENE_STAGE = "building the scene"
 
 

@@ -22,22 +22,19 @@ class Session:
     """Results of the steps; None for steps that were not run."""
 
     city: Any = None  # core.city.city.City
-    imported: Any = (
-        None  # City of the files, with what was edited in its own mesh; None for a city of meshes
-    )
+    # City of the files, with what was edited in its own mesh; None for a city of meshes
+    imported: Any = None
     scene: Any = None  # core.city.scene.Scene
     weather: Any = None  # core.weather.weather.Weather
     transfer: Any = None  # core.light.transfer.Transfer
     energy: Any = None  # core.energy.energy.Energy
     request: Any = None  # core.settings.request.Request that the energy was computed with
     base: Any = None  # core.light.editable_city.EditableCity, for edits of the city
-    base_city: Any = (
-        None  # City that `base` was traced of, where it is another one: while an estimate is shown
-    )
+    # City that `base` was traced of, where it is another one: while an estimate is shown
+    base_city: Any = None
     told: Any = None  # of an edit: what was found, to be shown again without tracing
-    state: Any = (
-        None  # of an edit: design of the city and settings of the energy that it was found for
-    )
+    # of an edit: design of the city and settings of the energy that it was found for
+    state: Any = None
     change: Any = None  # of an edit: (EditableCity before, errors of the change [h] by surface_id)
     timeline: Any = None  # (Energy, core.energy.timeline.Timeline made of it)
     ground_material: str = ""  # name of the material that the user assigned to the generated ground

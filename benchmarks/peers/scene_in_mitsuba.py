@@ -28,9 +28,8 @@ RAYS_PER_CHUNK = (
     1 << 21
 )  # of the hemisphere; with 16 points for 256 rays up to 19 M shadow rays under 143 suns
 ROWS_PER_TASK = 1024
-LEAST_OPEN_SHARE = (
-    0.05  # by which light is divided at least, as far as a triangle lies under something
-)
+# by which light is divided at least, as far as a triangle lies under something
+LEAST_OPEN_SHARE = 0.05
 
 
 @dataclass

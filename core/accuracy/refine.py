@@ -27,9 +27,8 @@ MOST_RAYS, MOST_POINTS = (
 )  # in one round of more than the first one's: the memory grows with them
 MOST_ROUNDS = 10_000
 CERTAIN = 0.8  # of what no round lowers: it is itself an estimate
-CLOSE = (
-    1.1  # where a target cannot be reached: error, over what no round can lower, at which to stop
-)
+# where a target cannot be reached: error, over what no round can lower, at which to stop
+CLOSE = 1.1
 SECONDS_PER_LINE = 2.0
 NOTHING_COUNTS = "no surface is eligible, so there is no error that rounds could lower"
 NO_TIME, NO_ROOM = "no time for another round", "no memory for what the rays of another round meet"

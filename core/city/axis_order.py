@@ -33,12 +33,10 @@ class PlaceHints:
     axes: str = "auto"  # 'xy' or 'yx' where the user gives the order
     latitude: float | None = None  # [°]
     longitude: float | None = None  # [°]
-    is_land: object = (
-        None  # callable(latitude, longitude): whether a place is on land or near it; None: unknown
-    )
-    like: object = (
-        None  # City or Site in whose system, order and plane the files are; None: as they say
-    )
+    # callable(latitude, longitude): whether a place is on land or near it; None: unknown
+    is_land: object = None
+    # City or Site in whose system, order and plane the files are; None: as they say
+    like: object = None
 
 
 @dataclass(frozen=True)

@@ -156,9 +156,8 @@ FEET_FOUND, SPREAD, TRIANGULATED = 0.28, 0.45, 0.8  # shares of the time that ar
 REACH = 3.0  # [building heights] least extent of the ground beyond the city's edge
 REACH_WHITE = 8.0  # [building heights] the same where the ground absorbs nothing
 SHORTEST_REACH = 30.0  # [m]
-CONTROL_COUNT = (
-    32  # points on a circle around the ground; each has the height of the feet nearest to it
-)
+# points on a circle around the ground; each has the height of the feet nearest to it
+CONTROL_COUNT = 32
 AROUND = 100.0  # [m] within which these are averaged
 STEPS = 0.1  # [m] to which that mean is rounded
 

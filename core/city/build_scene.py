@@ -26,32 +26,27 @@ from .terrain import Terrain
 GROUNDS = ("auto", "feet", "none")
 DRAWN_TWICE = "lies on a surface that faces the same way, counted once"
 TRIANGULATED, CUT, GROUNDED = 0.05, 0.27, 0.65  # shares of the time that are over then
-LOST_SHARE = (
-    0.01  # relative deviation of the triangles' area from the polygon's from which it is reported
-)
+# relative deviation of the triangles' area from the polygon's from which it is reported
+LOST_SHARE = 0.01
 
 
 @dataclass(frozen=True)
 class SceneOptions:
     """What else tells how a scene is made of a city."""
 
-    terrain: Terrain | None = (
-        None  # in the city's coordinate reference system; takes the place of any other ground
-    )
-    grid_size: float | None = (
-        None  # [m] side of the cells that large polygons are split into, rows ``id#k``
-    )
-    ground_albedo: float = (
-        0.25  # the brighter the ground, the further it extends beyond the city: `choose_reach`
-    )
+    # in the city's coordinate reference system; takes the place of any other ground
+    terrain: Terrain | None = None
+    # [m] side of the cells that large polygons are split into, rows ``id#k``
+    grid_size: float | None = None
+    # the brighter the ground, the further it extends beyond the city: `choose_reach`
+    ground_albedo: float = 0.25
     sectors: str = "8"  # of `classify`
     site: Site | None = (
         # of another run: where an edited city stays comparable, place, north and origin are kept
         None
     )
-    lattice: tuple | None = (
-        None  # of generated ground of another scene, kept where the city still lies on it
-    )
+    # of generated ground of another scene, kept where the city still lies on it
+    lattice: tuple | None = None
 
 
 def build_scene(

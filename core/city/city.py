@@ -72,19 +72,16 @@ class City:
         str | None
     )  # of the files, as accepted by pyproj.CRS.from_user_input, or None if they give none
     report: ImportReport = field(default_factory=ImportReport)
-    lod: list | None = (
-        None  # (n,) str, "" in formats without levels of detail; None if not recorded
-    )
-    material: list | None = (
-        None  # (n,) str, names of materials, "" if there is none; None if not recorded
-    )
+    # (n,) str, "" in formats without levels of detail; None if not recorded
+    lod: list | None = None
+    # (n,) str, names of materials, "" if there is none; None if not recorded
+    material: list | None = None
     colours: dict = field(
         default_factory=dict
     )  # name of a material of the files -> (3,) diffuse colour, or None
     trees: list = field(default_factory=list)  # of Tree [m]
-    terrain: object = (
-        None  # city.terrain.Terrain of the files, in the system of the points, or None
-    )
+    # city.terrain.Terrain of the files, in the system of the points, or None
+    terrain: object = None
     axes: str = "xy"  # order of coordinates in the files, of `transform_crs.Grid`
     plane: str | None = None  # system of the points, of `transform_crs.Grid`; None: the files' own
     part: list | None = (
@@ -277,9 +274,8 @@ class FileContent:
     )  # name of a material -> (3,) diffuse colour, or None if not given
     relief: Relief = field(default_factory=Relief)  # terrain of the file
     trees: list = field(default_factory=list)  # of Tree
-    plants: "FileContent | None" = (
-        None  # polygons of the trees while they are read; `building` is the tree
-    )
+    # polygons of the trees while they are read; `building` is the tree
+    plants: "FileContent | None" = None
 
     def skip(self, reason, identifier):
         """Record what was left out, and why."""

@@ -19,14 +19,12 @@ STEEP = 60.0  # [°] tilt of the faces of a trunk's mantle, at least
 FLAT = 0.1  # [m] shapes that are lower have no volume
 # [m] steep faces of plants per length of the outline of the others, from which they are a body
 WALLS = 0.5
-OVERLAP = (
-    1.01  # area of faces over what they cover, seen from above, up to which none lies above another
-)
+# area of faces over what they cover, seen from above, up to which none lies above another
+OVERLAP = 1.01
 AREA = "vegetation drawn as an area without a height: it casts no shadow"
 MERGED = 5  # decimals [m] of corners that are one
-SUBDIVISIONS = (
-    3  # 512 triangles; mean transmittance of a dense crown (k·LAD·diameter = 4) within 1 %
-)
+# 512 triangles; mean transmittance of a dense crown (k·LAD·diameter = 4) within 1 %
+SUBDIVISIONS = 3
 
 
 def volume_of_crowns(crowns):

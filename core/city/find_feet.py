@@ -185,9 +185,8 @@ THIN = 1.0  # [m] what is thinner, lying or upright, is no building
 STOREY = 2.5  # [m] a building that stands nowhere lower than this above the ground floats
 LEAST = 0.5  # [m] lower than this above the ground nothing floats
 GENTLE = 0.1  # [m/m] thin things are not taken for a sign of steeper ground
-MISMATCH = (
-    3.0  # [m] if half of the buildings stand further above the ground, its zero level is another
-)
+# [m] if half of the buildings stand further above the ground, its zero level is another
+MISMATCH = 3.0
 
 
 def _measure_objects(building, points):

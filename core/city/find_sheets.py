@@ -32,9 +32,8 @@ AFTER_FEW, EACH = (
     0.35,
     0.125,
 )  # share of the time for the FEW rays, and for each pass of the next four
-MOST_ROUNDS = (
-    4  # faces below or behind sheets are judged again, as backs of sheets are not an inside
-)
+# faces below or behind sheets are judged again, as backs of sheets are not an inside
+MOST_ROUNDS = 4
 HOPS = 8  # largest number of faces that a ray is followed to
 SPACINGS = 16  # of float32: distance of ray origins from their face
 RAYS_PER_TASK = 1 << 13  # so that what they need stays in the cache

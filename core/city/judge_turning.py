@@ -16,15 +16,13 @@ from .orient_shells import SURE_SHARE
 from .polygons import measure_polygons, normals_of, plane_axes, triangulate
 
 RAYS = 64  # from each side of a polygon
-WITNESSES = (
-    16  # polygons of a shell, the largest ones, that are tested besides those that may be turned
-)
+# polygons of a shell, the largest ones, that are tested besides those that may be turned
+WITNESSES = 16
 INSIDE = 0.5  # of the rays that do not escape downwards hit backs
 SKY = 0.125  # of the rays reach the sky
 GLIMPSE = 1 / 32  # of the rays must reach the sky for a front to be known to be outside
-CONTRADICTION = (
-    0.25  # of the support, by area and by extent, that may support the opposite orientation
-)
+# of the support, by area and by extent, that may support the opposite orientation
+CONTRADICTION = 0.25
 DOWNWARD = -0.02  # vertical component of the normal, below which a polygon faces down
 OFFSET = 1e-3  # [m] of ray origins from the face
 SPACINGS = 16  # the same in spacings of float32

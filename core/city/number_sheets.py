@@ -12,9 +12,8 @@ from .polygons import edges_of, normals_of, number_connected
 
 STEEPEST_CREASE = 30.0  # [°] ground hardly bends more; roofs that reach down to it do
 HANGING = 0.1  # of the length of a rim: of a roof or a deck, walls hang from most of it
-LEVEL_YARD = (
-    1.5  # [m] a yard is no further above or below the ground nearby; the flat roof of a house is
-)
+# [m] a yard is no further above or below the ground nearby; the flat roof of a house is
+LEVEL_YARD = 1.5
 
 
 def number_sheets(vertices, triangles, upward, mesh):

@@ -23,9 +23,8 @@ THICKNESS = 0.03  # [m] of a module with its frame
 GAP = 0.02  # [m] least distance between modules
 AISLE = 0.5  # [m] between pairs of rows unless the spacing is given
 SHORTEST_ROW = 1.5  # [m] about a module
-LOWEST_SUN = (
-    10.0  # [°] above the row's horizon; at high latitudes a lower sun at noon sets no spacing
-)
+# [°] above the row's horizon; at high latitudes a lower sun at noon sets no spacing
+LOWEST_SUN = 10.0
 OBLIQUITY = 23.44  # [°] of the ecliptic
 
 

@@ -21,9 +21,8 @@ THIN = 1e-9  # relative to the longest edge squared: triangles of less area are 
 # areas that differ by less than this share count as equal, so that rounding does not choose the
 # diagonal
 TIE = 1e-6
-LOST_SHARE = (
-    1e-6  # of a polygon's area: a larger error of the triangulated area means that a hole was lost
-)
+# of a polygon's area: a larger error of the triangulated area means that a hole was lost
+LOST_SHARE = 1e-6
 TOUCHING = 1e-4  # [m] vertices closer than this are the same
 # corners, above which a polygon gets a Delaunay triangulation: ears of a circle are slivers
 MANY = 500

@@ -57,9 +57,8 @@ class Racks:
 
     east_west: bool = False  # pairs of rows back to back
     tilt: float = 10.0  # [°] against the roof's plane
-    azimuth: float | None = (
-        None  # [°] the rows face, or the first of each pair; None: the equator, pairs the east
-    )
+    # [°] the rows face, or the first of each pair; None: the equator, pairs the east
+    azimuth: float | None = None
     spacing: float | None = None  # [m] from row to row, or pair to pair
     gcr: float | None = None  # ground coverage ratio: depth of the modules over spacing
     depth: float = 1.0  # [m] of a row along its slope

@@ -12,9 +12,8 @@ from .tangled_rings import FEWEST_CORNERS, MOST_CROSSINGS, is_tangled
 from .unite_holes import unite_holes
 
 SMALLEST_AREA = 1e-6  # [m²] a square millimetre; smaller polygons have no reliable normal
-TWIN_SHARE = (
-    0.95  # a solid is a duplicate if the boundary surfaces have at least this share of its area
-)
+# a solid is a duplicate if the boundary surfaces have at least this share of its area
+TWIN_SHARE = 0.95
 SAME = 1e-4  # [m] corners closer than this are the same
 BENT = 0.05  # [m] deviation from the mean plane, peak to peak, from which a polygon is reported
 WITHIN = 0.999  # share of the given outline that must lie in its hole

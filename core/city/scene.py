@@ -65,12 +65,10 @@ class Surfaces:
         np.ndarray
     )  # (n,) float64 [°] clockwise from true north; 0 if the surface is level
     normal: np.ndarray  # (n, 3) float64, unit length
-    material: list | None = (
-        None  # (n,) str, names of materials, "" if there is none; None if not recorded
-    )
-    edge_distance: np.ndarray | None = (
-        None  # (n,) float64 [m], of `measure_edge_distance`; None: unknown
-    )
+    # (n,) str, names of materials, "" if there is none; None if not recorded
+    material: list | None = None
+    # (n,) float64 [m], of `measure_edge_distance`; None: unknown
+    edge_distance: np.ndarray | None = None
 
     def __len__(self):
         return len(self.surface_id)
@@ -99,28 +97,22 @@ class Scene:
     colours: dict = field(
         default_factory=dict
     )  # name of a material of the files -> (3,) linear RGB, None if not given
-    sheet: np.ndarray | None = (
-        None  # (t,) bool: open sheet without thickness, lit on both sides; None: none
-    )
-    back_of: np.ndarray | None = (
-        None  # (t,) int32, for back sides made by `add_backs`: their triangle, else -1
-    )
-    racks: np.ndarray | None = (
-        None  # (k, 4, 3) float64 [m], corners of the fronts, which are the last k surfaces
-    )
-    rack_of_back: np.ndarray | None = (
-        None  # (t,) int32: surface of the rack whose underside or edge it is, else -1
-    )
+    # (t,) bool: open sheet without thickness, lit on both sides; None: none
+    sheet: np.ndarray | None = None
+    # (t,) int32, for back sides made by `add_backs`: their triangle, else -1
+    back_of: np.ndarray | None = None
+    # (k, 4, 3) float64 [m], corners of the fronts, which are the last k surfaces
+    racks: np.ndarray | None = None
+    # (t,) int32: surface of the rack whose underside or edge it is, else -1
+    rack_of_back: np.ndarray | None = None
     back_albedo: float = 0.0  # of those undersides and edges
     trees: Crowns | None = None  # None: the model has no vegetation
-    number: np.ndarray | None = (
-        None  # (t,) int64 among the triangles of its surface; None: counted here
-    )
+    # (t,) int64 among the triangles of its surface; None: counted here
+    number: np.ndarray | None = None
     lattice: tuple | None = None  # build_ground.Lattice of generated ground
     terrain_laid: bool = False  # whether the ground without rows in the tables is measured terrain
-    halo: np.ndarray | None = (
-        None  # (t,) int8, of a tile: its OWN, NEAR and FAR surroundings; None: not a tile
-    )
+    # (t,) int8, of a tile: its OWN, NEAR and FAR surroundings; None: not a tile
+    halo: np.ndarray | None = None
 
 
 OWN, NEAR, FAR = 0, 1, 2  # surroundings have no results

@@ -171,12 +171,10 @@ class Grid:
     stands.
     """
 
-    crs: str | None = (
-        None  # of the files, as accepted by pyproj.CRS.from_user_input; None if they give none
-    )
-    axes: str = (
-        "xy"  # which coordinate stands first in them: 'xy' or, that along the meridian, 'yx'
-    )
+    # of the files, as accepted by pyproj.CRS.from_user_input; None if they give none
+    crs: str | None = None
+    # which coordinate stands first in them: 'xy' or, that along the meridian, 'yx'
+    axes: str = "xy"
     plane: str | None = None  # as crs; None where the plane is the system's own
 
     def to_plane(self, points):

@@ -22,9 +22,8 @@ from .part_of_city import keep_patches
 from .tiles import gap
 
 WIDTH = 0.3  # of a cell, as a share of its distance from the tile
-FACETS = (
-    1.2  # components of normals are rounded to whole numbers after this: 26 directions, 45° apart
-)
+# components of normals are rounded to whole numbers after this: 26 directions, 45° apart
+FACETS = 1.2
 PATCHES_PER_TASK = 1 << 16
 STREAM, DRAWN = np.uint64(0x7417), np.uint64(0xD7A3)
 

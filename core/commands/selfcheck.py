@@ -8,9 +8,8 @@ from ..settings.version import __version__
 from .closed_form_checks import closed_form_checks
 from .hard_checks import hard_checks
 
-ERRORS_ALLOWED = (
-    4  # standard errors; seeds are fixed, so that a check that passed once never fails by chance
-)
+# standard errors; seeds are fixed, so that a check that passed once never fails by chance
+ERRORS_ALLOWED = 4
 
 
 @dataclass

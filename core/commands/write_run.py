@@ -33,9 +33,8 @@ class Output:
 
     overwrite: bool = False  # replace the results in a folder that is not empty
     exports: tuple = ()  # of choose_settings.EXPORTS
-    draw: Callable | None = (
-        None  # `draw(folder, scene, transfer, energy, note)` writes pictures of the results
-    )
+    # `draw(folder, scene, transfer, energy, note)` writes pictures of the results
+    draw: Callable | None = None
 
 
 class Results(NamedTuple):

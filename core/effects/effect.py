@@ -30,9 +30,8 @@ class Effect:
         float | None
     )  # share of full load hours that is left out at most; None: not known before the run
     seconds: float | None = None  # predicted cost [s]; None: not known
-    outcome: dict | None = (
-        None  # after the run: what it left out as measured, and whether the bound holds
-    )
+    # after the run: what it left out as measured, and whether the bound holds
+    outcome: dict | None = None
     share: float | None = None  # of full load hours that the effect adds or takes; None: not known
     share_standard_error: float | None = None
 
@@ -62,9 +61,8 @@ class TracePlan:
     far_ground: bool = False  # whether rays that leave downwards meet lit ground
     reach: float = np.inf  # how far away it begins, in building heights
     sky: str = "isotropic"  # model of the sky
-    rays_share: int = (
-        RAYS_SHARE  # hemisphere rays for each ray towards a source of light in the sky
-    )
+    # hemisphere rays for each ray towards a source of light in the sky
+    rays_share: int = RAYS_SHARE
     # TriangleBrdfs of what photons follow; None: every face reflects by Lambert's law, or is black
     brdfs: Any = None
 
@@ -151,12 +149,10 @@ class Measured:
 
     last_bounce: float  # share of the last reflection
     far_ground: float  # share of the far ground, reflected once
-    passed_on: float = (
-        0.0  # standard error from light that others pass on, in the mean of the worst group
-    )
-    beyond: float | None = (
-        None  # share of light that would be reflected more often; None: as the last one tells
-    )
+    # standard error from light that others pass on, in the mean of the worst group
+    passed_on: float = 0.0
+    # share of light that would be reflected more often; None: as the last one tells
+    beyond: float | None = None
 
 
 def judge_effects(plan, measured):

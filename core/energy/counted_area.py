@@ -13,9 +13,8 @@ from ..city.racks import RACK, find_racked_roofs, orient_racks
 from ..settings.errors import InputError
 from .pv_system import KINDS
 
-MOST_COVERED = (
-    0.5  # share of a surface: if more of it is covered or has no room, it carries no modules
-)
+# share of a surface: if more of it is covered or has no room, it carries no modules
+MOST_COVERED = 0.5
 SMALLEST_LIT_SHARE = 1 / 64  # below it the light of a surface is too uncertain to be divided by it
 GROUND, COVERED = (
     "ground, or under a building",

@@ -49,12 +49,10 @@ class Energy:
         np.ndarray
     )  # (n,) [m²] counted area of eligible surfaces and flat roofs; 0 for others
     module_area: np.ndarray  # (n,) [m²] of it that carries modules
-    full_load_hours_standard_error: np.ndarray | None = (
-        None  # (n,) [h] from rays, patch sizes and suns
-    )
-    group_standard_error: np.ndarray | None = (
-        None  # (g,) [h] of the mean full load hours of each group
-    )
+    # (n,) [h] from rays, patch sizes and suns
+    full_load_hours_standard_error: np.ndarray | None = None
+    # (g,) [h] of the mean full load hours of each group
+    group_standard_error: np.ndarray | None = None
     sampling_error: float = (
         np.nan
     )  # [h] of the mean over the counted area of all groups, from rays only

@@ -23,29 +23,25 @@ from scipy.interpolate import PchipInterpolator
 
 from .pv_system import MOUNTINGS, PVWATTS, SANDIA, PvSystem
 
-HIGHEST_AIRMASS = (
-    10.0  # up to which the coefficients of f₁ were fitted; beyond it the polynomials diverge
-)
+# up to which the coefficients of f₁ were fitted; beyond it the polynomials diverge
+HIGHEST_AIRMASS = 10.0
 STANDARD_TEMPERATURE = 25.0  # [°C] of cells at standard test conditions
 INCIDENCE_LAWS = {"physical": pvlib.iam.physical, "ashrae": pvlib.iam.ashrae}
 EFFICIENCY = 0.96  # of PVWatts' inverter at full load (Dobos 2014, NREL/TP-6A20-62641)
-TILT_STEP = (
-    3.0  # [°] between the tilts whose diffuse IAM is integrated; cubic interpolation in between
-)
+# [°] between the tilts whose diffuse IAM is integrated; cubic interpolation in between
+TILT_STEP = 3.0
 
 HIGHEST = 3000.0  # [Wm⁻²] of effective irradiance
-IRRADIANCE_NODES = (
-    16384  # uniform in its square root: dense at low light, where efficiency changes fast
-)
+# uniform in its square root: dense at low light, where efficiency changes fast
+IRRADIANCE_NODES = 16384
 COLDEST, HOTTEST = -40.0, 90.0  # [°C] of cells
 MIDDLE, HALF = (COLDEST + HOTTEST) / 2, (HOTTEST - COLDEST) / 2
 TERMS = {
     SANDIA: 3
 }  # of the polynomial in cell temperature; power of the Sandia model is almost one of degree two
 MOST_TERMS = 5
-ANGLE_NODES = (
-    65536  # uniform in √(1 - cosine), which is proportional to the angle near normal incidence
-)
+# uniform in √(1 - cosine), which is proportional to the angle near normal incidence
+ANGLE_NODES = 65536
 
 
 # -- the curves of a system, by pvlib --

@@ -117,17 +117,15 @@ class PvSystem:
         1
     ]  # [m] to a face turned against a module, below which there is no room for it
     sectors: str = "8"  # or paper: azimuths that count
-    overhangs: bool = (
-        False  # whether walls that lean outward by more than 1° are facades, as in the paper
-    )
+    # whether walls that lean outward by more than 1° are facades, as in the paper
+    overhangs: bool = False
     usable: dict = field(
         default_factory=dict
     )  # kind -> share of its area without windows and edges
     aoi: bool = True  # whether light that falls in at an angle is lost to reflection by the glass
     spectrum: bool = True  # whether the current depends on the spectrum
-    temperature: bool = (
-        True  # whether cells are as warm as air and light make them, or always at 25 °C
-    )
+    # whether cells are as warm as air and light make them, or always at 25 °C
+    temperature: bool = True
 
     @property
     def mountings(self):

@@ -12,9 +12,8 @@ from ..light.transfer import no_parts, own_diffuse, own_direct, variance_of_mean
 from ..sun.sky_models import split_sky
 from .energy import states_of_year
 
-PROPORTION = (
-    0.1  # relative difference in yield per irradiance between direct, diffuse and reflected light
-)
+# relative difference in yield per irradiance between direct, diffuse and reflected light
+PROPORTION = 0.1
 
 
 def state_errors(energy, errors, groups):

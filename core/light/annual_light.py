@@ -47,9 +47,8 @@ class Annual:
     lit_ground: float  # radiosity of the far ground
     sent: np.ndarray  # (p,) bool, patches that sent shadow rays
     suns: int  # that they were sent to
-    rows: np.ndarray | None = (
-        None  # (k,) int, patches whose points go on in one net, ascending; None: all
-    )
+    # (k,) int, patches whose points go on in one net, ascending; None: all
+    rows: np.ndarray | None = None
     nets: list = field(default_factory=list)  # of Net, of these; empty after the first round
 
 

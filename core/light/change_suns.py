@@ -23,9 +23,8 @@ from .sun_visibility import Shadows, count_visible, weigh_points
 
 SMALL = 4e6  # patches times suns, up to which all suns are solved: half a second
 GUESSED = 5e-4  # of reflected light that one edit may give the mean's pattern
-DRIFT = (
-    0.1  # of reflected light: when what has the mean's pattern adds up to more, all suns are solved
-)
+# of reflected light: when what has the mean's pattern adds up to more, all suns are solved
+DRIFT = 0.1
 
 
 @dataclass

@@ -51,9 +51,8 @@ class EditableCity:
     # PreparedScene -> as of `trace_gather`, or None where all reflect by Lambert's law
     specular: Callable
     drift: float = 0.0  # share of reflected light that edits gave the mean's pattern over the suns
-    before: "EditableCity | None" = (
-        None  # of an edit: the city before with more light than it had, where it was needed
-    )
+    # of an edit: the city before with more light than it had, where it was needed
+    before: "EditableCity | None" = None
 
     @property
     def decisions(self):

@@ -25,16 +25,14 @@ from .form_factor_products import multiply_columns, multiply_elements, multiply_
 from .solve_radiosity import reflection_of
 from .transfer import variance_of_mean
 
-LEAST_SHARE = (
-    0.1  # of a deviation, by powers of the brightest albedo: bounces that carry less are left out
-)
+# of a deviation, by powers of the brightest albedo: bounces that carry less are left out
+LEAST_SHARE = 0.1
 SMOOTH, ABRUPT = (
     1 / 4,
     1 / 2,
 )  # ratio of successive steps: errors fall with the square or the first power of length
-SMALL_SHARE = (
-    0.01  # of a surface's light: a smaller discretisation error is stated for the whole run only
-)
+# of a surface's light: a smaller discretisation error is stated for the whole run only
+SMALL_SHARE = 0.01
 
 
 def propagate_deviations(context, traced, first, arrived):

@@ -39,13 +39,11 @@ class SunLight:
         np.ndarray | None
     )  # (n, s) float32, without the first reflection off the far ground; None: not wanted
     kept: int  # number of suns; fewer than all after an interruption
-    once: np.ndarray | None = (
-        None  # (n, s) float32, the part of `reflected` of one reflection; None: not wanted
-    )
+    # (n, s) float32, the part of `reflected` of one reflection; None: not wanted
+    once: np.ndarray | None = None
     annual: Annual | None = None  # direct light of patches, of all suns
-    specular: np.ndarray | float = (
-        0.0  # (r, n) float64, annual light by way of mirrors, glossy faces and glass
-    )
+    # (r, n) float64, annual light by way of mirrors, glossy faces and glass
+    specular: np.ndarray | float = 0.0
     ray_count: int = 0
 
 
@@ -60,9 +58,8 @@ class SunTask:
     looked: dict = field(
         default_factory=dict
     )  # start of a block -> list of Shadows, traced but not solved yet
-    bits: np.ndarray | None = (
-        None  # (states, p, words, s) uint16, of Shadows for all suns looked at; None: not kept
-    )
+    # (states, p, words, s) uint16, of Shadows for all suns looked at; None: not kept
+    bits: np.ndarray | None = None
     # whether what patches reflect of each sun is wanted, and not the first reflection alone
     reflects: bool = True
     whole: bool = False  # whether none are wanted after an interruption, as of a further round

@@ -34,14 +34,12 @@ class SunWatch:
     # (p, c) bool, cells inside or under something: no sun is visible from points deep inside them
     covered: np.ndarray
     point_count: int  # points per patch, a power of two
-    behind: bool = (
-        False  # trace rays to suns behind a patch as well (never visible; this only costs time)
-    )
+    # trace rays to suns behind a patch as well (never visible; this only costs time)
+    behind: bool = False
     threads: int = 1
     points: KnownPoints | None = None  # the same for all suns: found with the first
-    elements: int | None = (
-        None  # of each patch, at most one for a point; None: as many as there can be
-    )
+    # of each patch, at most one for a point; None: as many as there can be
+    elements: int | None = None
 
 
 @dataclass

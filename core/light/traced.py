@@ -33,14 +33,12 @@ class RayCity:
     patches: Patches
     threads: int = 1
     reflections: bool = True  # whether to collect the matrix of form factors
-    covered: np.ndarray | None = (
-        None  # (p, CELL_DIVISIONS²) bool, where it is known, as in a room that is lit inside
-    )
+    # (p, CELL_DIVISIONS²) bool, where it is known, as in a room that is lit inside
+    covered: np.ndarray | None = None
     elements: int = 1  # of each patch: 1, 4 or 16
     starts: int = 1  # elements by which the starts of rays are resolved in that matrix: all or 1
-    terrain: TerrainHorizon | None = (
-        None  # rays that leave below it reach the far ground, not the sky
-    )
+    # rays that leave below it reach the far ground, not the sky
+    terrain: TerrainHorizon | None = None
     sources: tuple = ()  # of HorizonBand: further parts of the sky that patches look at
     rays_share: int = 4  # hemisphere rays for each ray towards one of them
 
@@ -123,9 +121,8 @@ class Traced:
     covered: np.ndarray  # (p, CELL_DIVISIONS²) bool
     form_factors: FormFactors | None
     ray_count: dict = field(default_factory=dict)
-    factor: np.ndarray | None = (
-        None  # (p, elements) float32, of `element_factors`; None without reflections
-    )
+    # (p, elements) float32, of `element_factors`; None without reflections
+    factor: np.ndarray | None = None
     samples: np.ndarray | None = None  # (p,) int32, hemisphere rays asked of each patch; 0: none
 
     def put(self, part):

@@ -43,9 +43,8 @@ class TraceRecord:
     rays: int | None = None  # forward
     photons: dict | None = None  # forward: where the light of each source went
     interrupted: dict | None = None  # suns_traced, of: if fewer suns were kept than requested
-    sun_sampling: dict | None = (
-        None  # bias, rms [% of full load hours], patches; the same by groups
-    )
+    # bias, rms [% of full load hours], patches; the same by groups
+    sun_sampling: dict | None = None
     rounds: int = 1  # samples of all rounds that were merged, in units of those of the first
     standard_error_unknown: str | None = None  # which standard error, and why
     # Kind and orientation, or "all" -> sky, each source and suns -> share of its light that further
@@ -154,34 +153,27 @@ class Transfer:
         np.ndarray
     )  # (n,) of direct_relative weighted with suns.weight; NaN: unknown
     record: TraceRecord | None = None  # how it was made; None: unknown
-    albedo: np.ndarray | None = (
-        None  # (n,) used for tracing; of non-diffuse surfaces the largest; None: unknown
-    )
-    material: list | None = (
-        None  # (n,) str, material used for tracing, "" if only an albedo was given
-    )
-    albedos: list | None = (
-        None  # of dict: all albedos and materials, of `read_albedo.describe_albedo`
-    )
+    # (n,) used for tracing; of non-diffuse surfaces the largest; None: unknown
+    albedo: np.ndarray | None = None
+    # (n,) str, material used for tracing, "" if only an albedo was given
+    material: list | None = None
+    # of dict: all albedos and materials, of `read_albedo.describe_albedo`
+    albedos: list | None = None
     error_parts: ErrorParts | None = None  # None: the standard errors are own noise only
     sources: dict = field(
         default_factory=dict
     )  # name -> SourceLight, those of `sun.sky_models` that were traced
     outlines: Outlines | None = None  # shapes of the surfaces, for plans; None: unknown
-    bare: "Transfer | None" = (
-        None  # the same with deciduous trees without leaves; None: one state all year
-    )
+    # the same with deciduous trees without leaves; None: one state all year
+    bare: "Transfer | None" = None
     leaf_months: tuple = ()  # 1 to 12, in which this state holds if there is a bare one
-    no_room: np.ndarray | None = (
-        None  # (n, k) share that is open, but looks at a face from less than each clearance
-    )
+    # (n, k) share that is open, but looks at a face from less than each clearance
+    no_room: np.ndarray | None = None
     clearances: tuple = ()  # (k,) [m]; none: unknown
-    terrain: TerrainHorizon | None = (
-        None  # hides suns, hour by hour; `visible_share` is without it; None: level
-    )
-    base: "Transfer | None" = (
-        None  # of the city before an edit, solved again with more light; None: as it was
-    )
+    # hides suns, hour by hour; `visible_share` is without it; None: level
+    terrain: TerrainHorizon | None = None
+    # of the city before an edit, solved again with more light; None: as it was
+    base: "Transfer | None" = None
     notes: tuple = ()  # of str: what its file, written by another version, lacks
 
     @property

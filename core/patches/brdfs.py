@@ -106,9 +106,8 @@ class Glass:
     """Specular reflection that increases towards grazing incidence."""
 
     refractive_index: float = 1.52  # of soda-lime glass in visible light
-    interfaces: int = (
-        2  # between glass and air: 1 for a solid block, 2 for a pane, 4 for double glazing
-    )
+    # between glass and air: 1 for a solid block, 2 for a pane, 4 for double glazing
+    interfaces: int = 2
     albedo: float = 1.0  # at grazing incidence
 
     def sample(self, arriving, draws):

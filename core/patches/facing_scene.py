@@ -193,9 +193,8 @@ def _list_doubles(pairs, kinds, hits):
     return np.array(row, np.int64), np.array(doubles, np.int32)
 
 
-MOST_CORNERS = (
-    24  # of a triangle clipped by three edges: 6, and never more than twice as many after each cut
-)
+# of a triangle clipped by three edges: 6, and never more than twice as many after each cut
+MOST_CORNERS = 24
 PAIRS_PER_TASK = 1 << 13
 
 

@@ -27,9 +27,8 @@ MANY_TURNS = 200
 FLATTEST = 1e-3  # cosine of the angle to the normal of the flattest rays along a face
 # [m]: faces that look at each other from closer than this touch, but for the rounding of a model
 CONTACT = 0.01
-WIDTH = (
-    1.0  # [m] of a patch, the root of its area; on smaller ones they must be closer in proportion
-)
+# [m] of a patch, the root of its area; on smaller ones they must be closer in proportion
+WIDTH = 1.0
 OPPOSITE = -0.9  # cosine between the normals of faces that look at each other
 
 

@@ -16,9 +16,8 @@ from ..city.scene import check_scene, other_sides, surface_of_triangles
 from ..rays.random_numbers import digest_names, key_of_digests, mix
 from ..settings.errors import check_array, check_seed
 
-OFFSET_SPACINGS = (
-    8  # distance of ray origins from their face in float32 spacings; at 2 the first rays get lost
-)
+# distance of ray origins from their face in float32 spacings; at 2 the first rays get lost
+OFFSET_SPACINGS = 8
 LARGEST_INSET = 1 / 64  # as a share of the distance to the middle
 PLACE = 0.01  # [m] to which the place of a triangle is rounded
 OFF_TIES = 0.0123  # of these, as middles of corners in millimetres would often lie between two

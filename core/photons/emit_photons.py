@@ -41,16 +41,14 @@ class _Source:
         np.ndarray
     )  # (6,) float64 [m²], power entering through each side of the box, per irradiance
     key: np.uint64  # of its random numbers
-    travel: np.ndarray | None = (
-        None  # (3,) float64, direction of a sun's rays; None if the light is isotropic
-    )
+    # (3,) float64, direction of a sun's rays; None if the light is isotropic
+    travel: np.ndarray | None = None
     rising: bool = False  # from below the horizon
     behind: int = 0  # reflections that its light has behind it already, where it enters
     of: HorizonBand | None = None  # a traced source in the sky; None: sun, dome or ground
     terrain: TerrainHorizon | None = None  # of distant terrain, which covers a part of the light
-    beyond: bool = (
-        False  # whether only light from below that horizon counts, or only that from above
-    )
+    # whether only light from below that horizon counts, or only that from above
+    beyond: bool = False
 
 
 class Box(NamedTuple):

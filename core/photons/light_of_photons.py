@@ -11,18 +11,16 @@ class Tally:
 
     emitted: float = 0.0
     escaped: float = 0.0  # hit nothing
-    behind_terrain: float = (
-        0.0  # came from the other side of the horizon of distant terrain, and were not traced
-    )
+    # came from the other side of the horizon of distant terrain, and were not traced
+    behind_terrain: float = 0.0
     absorbed: float = 0.0  # on front sides
     on_backs: float = 0.0  # hit a back side or a footprint
     closure: float = 0.0  # hit a closure surface or a surface that lies on the ground
     leaves: float = 0.0  # ended in crowns or at trunks
     covered: float = 0.0  # from the far ground, hit a covered cell below the ground
     cut: float = 0.0  # left after the last bounce
-    unweighed: float = (
-        0.0  # from a part of the sky, by which photons count less than one: `HorizonBand.weigh`
-    )
+    # from a part of the sky, by which photons count less than one: `HorizonBand.weigh`
+    unweighed: float = 0.0
 
     def add(self, other):
         """Add another tally to this one."""

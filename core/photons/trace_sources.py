@@ -13,9 +13,8 @@ from .emit_photons import Box
 from .follow_photons import Target, follow_photons
 from .light_of_photons import Light
 
-PHOTON_REPLICATES = (
-    16  # independent sets of photons of each source; their variance gives the standard error
-)
+# independent sets of photons of each source; their variance gives the standard error
+PHOTON_REPLICATES = 16
 PHOTONS_PER_TASK = 1 << 16
 
 

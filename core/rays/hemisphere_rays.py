@@ -10,9 +10,8 @@ from numba import njit
 from .random_numbers import uniform
 from .sample_points import DIGITS, HEMISPHERE_REPLICATES, grid_of, points_of_grid, sobol_points
 
-CELL_DIVISIONS = (
-    8  # each patch is divided into 64 cells, tested for being inside or under something
-)
+# each patch is divided into 64 cells, tested for being inside or under something
+CELL_DIVISIONS = 8
 HALF, ONE, TURN, UNIT = (
     np.float32(0.5),
     np.float32(1),

@@ -11,9 +11,8 @@ DIRECTION_NUMBERS = (
     (1, (1, 3)),
     (1, (1, 3, 1)),
 )
-HEMISPHERE_REPLICATES = (
-    4  # independent sets of hemisphere rays per patch; their variance gives the standard error
-)
+# independent sets of hemisphere rays per patch; their variance gives the standard error
+HEMISPHERE_REPLICATES = 4
 
 
 def additive_recurrence(count, dimensions):

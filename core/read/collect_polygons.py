@@ -324,9 +324,8 @@ def resolve_references(content):
                 and reference.source == "solid"
                 and reference.part in (0, polygon.part)
             ):
-                polygon.flipped = (
-                    True  # the solid defines its outside; a neighbour's solid does not
-                )
+                # the solid defines its outside; a neighbour's solid does not
+                polygon.flipped = True
             polygon.installation &= reference.installation  # the solid of a building may include it
             if reference.lod not in polygon.lods:
                 polygon.lods += (reference.lod,)

@@ -22,9 +22,8 @@ SOURCES = (
     "multisurface",
 )  # in order of preference between geometries of the same LoD
 INSTANCE = "GeometryInstance"
-MOST_PLACED = (
-    500_000  # instanced polygons of one file; a template instanced a million times fills any memory
-)
+# instanced polygons of one file; a template instanced a million times fills any memory
+MOST_PLACED = 500_000
 NO_PLACE = "instance with a missing reference point or an invalid matrix"
 UNSOUND = (
     "geometries have semantics that do not match their boundaries; the classes that could be "

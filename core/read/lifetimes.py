@@ -8,9 +8,8 @@ TERMINATION, DEMOLITION = (
     ("terminationDate", "validTo"),
     ("dateOfDemolition", "yearOfDemolition"),
 )  # words of files
-GONE = (
-    "no longer stands, by its date of demolition or termination"  # reason why something is left out
-)
+# reason why something is left out
+GONE = "no longer stands, by its date of demolition or termination"
 
 
 def read_ends(element):

@@ -27,9 +27,8 @@ class HeightGrid:
     crs: str  # WKT
     post: float  # [m] smaller distance between posts
     path: str
-    middle: float | None = (
-        None  # longitude of the site in the raster's degrees, which may go on beyond 180°
-    )
+    # longitude of the site in the raster's degrees, which may go on beyond 180°
+    middle: float | None = None
 
     def places_of(self, latitude, longitude):
         """Columns and rows, not rounded, of places on Earth [°]: (m,) each, not finite where the

@@ -46,9 +46,8 @@ class TerrainHorizon:
     )  # (STEPS,) float64 [°], 0 to 90, at azimuths 0, 0.25°, … clockwise from true north
     source: str = ""  # the file it comes from
     eye: float | None = None  # [m] height from which terrain is seen; None: the file has angles
-    known: np.ndarray | None = (
-        None  # (STEPS,) float64 [m], distance of the last height in each direction
-    )
+    # (STEPS,) float64 [m], distance of the last height in each direction
+    known: np.ndarray | None = None
 
     @property
     def azimuth(self):

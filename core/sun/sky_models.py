@@ -22,9 +22,8 @@ import pvlib
 from .horizon_band import HORIZON
 
 MODELS = ("isotropic", "perez")
-RAYS_SHARE = (
-    4  # hemisphere rays for each ray towards the horizon, which is a small part of the light
-)
+# hemisphere rays for each ray towards the horizon, which is a small part of the light
+RAYS_SHARE = 4
 MOST_SHARE = 16  # the same of a horizon that is next to nothing
 NOISE_SHARE = 0.1  # of the variance of the dome's light: what that of the horizon may add to it
 # [°] zenith angle from which on the circumsolar disc is taken as if it stood there (Eq. 9)

@@ -35,9 +35,8 @@ LOW_SUN, LEAST_LOW = np.sin(np.radians([12.0, 20.0])), 0.5
 SUMMER_TIME, FEWEST_DAYS = 35.0, 15  # of each half-year, whose median is then known to some 9 min
 # Mean air temperature of a year [°C] by latitude [°], 4 K above the warmest places (Dallol, Ahvaz,
 # Athens, Scilly, Shetland, the Norwegian coast, Svalbard).
-LEAST_SPREAD = (
-    1.0  # [K] standard deviation over a year; tables that are made up may have one temperature
-)
+# [K] standard deviation over a year; tables that are made up may have one temperature
+LEAST_SPREAD = 1.0
 WARMEST = (0, 25, 30, 40, 50, 60, 70, 80, 90), (39, 39, 32, 25, 17, 13, 8, 0, -8)
 
 

@@ -74,12 +74,10 @@ class _SunTimes:
     )  # between clear days and the model of a clear sky; None where there is no light
     daylight_residual_shifted: float | None
     daylight_shift: int | None
-    clear_shift: float | None = (
-        None  # of the clearest days: from the middle of the light to solar noon
-    )
-    share_of_climate: object = (
-        None  # ClimateShare; None where there is no climate to hold the year against
-    )
+    # of the clearest days: from the middle of the light to solar noon
+    clear_shift: float | None = None
+    # ClimateShare; None where there is no climate to hold the year against
+    share_of_climate: object = None
     unlikely: list = field(default_factory=list)  # of str: what `check_faults` notes
 
     @property

@@ -38,9 +38,8 @@ from .weather import IRRADIANCES
 DAY = pd.Timedelta(days=1)
 HOUR = pd.Timedelta(hours=1)
 SHORTEST_YEAR = pd.Timedelta(days=350)
-MOST_SHIFT = (
-    90  # [min] beyond which light lies in other hours than the sun, and its middle tells nothing
-)
+# [min] beyond which light lies in other hours than the sun, and its middle tells nothing
+MOST_SHIFT = 90
 LONGEST_REST = pd.Timedelta(
     days=2
 )  # of an adjacent year, when the record's year is that of another time zone

@@ -23,9 +23,8 @@ WIND_SPEED = 1.0  # [ms⁻¹] of the clear sky
 CLEAN_TURBIDITY = 2.0  # Linke turbidity of very clean, dry air
 CLOSEST = 0.97  # largest monthly sum as a share of that of the cleanest sky
 ROUNDING = 3  # decimals of the irradiance [Wm⁻²]: processors differ far below that
-SINE_ROUNDING = (
-    9  # decimals of the sine of the sun's elevation for splitting it, for the same reason
-)
+# decimals of the sine of the sun's elevation for splitting it, for the same reason
+SINE_ROUNDING = 9
 RAYLEIGH = np.sqrt(np.pi / 4)  # mean over root mean square of wind speeds
 # First annual harmonic of air temperature over that of GHI [K/Wm⁻²], for air from the sea and from
 # land.

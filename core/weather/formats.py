@@ -31,9 +31,8 @@ class Format:
     reader: str = ""  # file and function in this room; "": it is named, but not read
     takes: tuple = ()  # what the reader wants beside the path: own, place, lies; see `read_as`
     suffixes: tuple = ()  # of Blender's file dialogue
-    lies: str = (
-        ""  # begins, ends or centred: where its interval lies at a time stamp; "": as `stamp` says
-    )
+    # begins, ends or centred: where its interval lies at a time stamp; "": as `stamp` says
+    lies: str = ""
     stamp: str = ""  # the same in words
     irradiance: str = ""  # columns of irradiance
     place: str = ""  # where the place comes from

@@ -26,9 +26,8 @@ class Reading:
     year: int = 2021  # of the clear sky and the built-in climate
     seed: int = 0  # of the days of the built-in climate
     time_shift: float = 0.0  # [min] added to the times of files
-    place: tuple | None = (
-        None  # latitude and longitude [°] of the weather, instead of the site's and its files'
-    )
+    # latitude and longitude [°] of the weather, instead of the site's and its files'
+    place: tuple | None = None
     without: str = "none"  # column that is not to be used: ghi, dhi or dni
     horizon_cut: str = "measured"  # or neglect: see add_sun
     keep: tuple = ()  # folders of answers of services: see ask_weather

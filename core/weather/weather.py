@@ -37,9 +37,8 @@ class Weather:
     columns: dict = field(
         default_factory=dict
     )  # column of data -> what its file calls it, or what it follows from
-    zone: timezone | None = (
-        None  # offset of the calendar of sums and series; None: the times of data
-    )
+    # offset of the calendar of sums and series; None: the times of data
+    zone: timezone | None = None
 
     # Columns of data, all float64:
     # ghi, dhi, dni [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹], pressure [Pa]

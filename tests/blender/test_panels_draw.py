@@ -92,9 +92,8 @@ def test_results_stand_first_once_there_are_some(addon, city_file):
     assert seen() == ["What if", "Results", "Probe", "Timeline", *steps]
     run("classify")
     assert seen() == steps
-    here()["citypv_preview"] = (
-        "an estimate; exact numbers follow"  # they stay while an edit is computed
-    )
+    # they stay while an edit is computed
+    here()["citypv_preview"] = "an estimate; exact numbers follow"
     assert seen() == ["What if", "Results", "Probe", "Timeline", *steps]
     draw_all()
 

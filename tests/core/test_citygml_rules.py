@@ -203,9 +203,8 @@ def test_installation_shades_and_other_objects_are_named(tmp_path):
     assert city.report.notes == ["1 Bridge left out: not a building."]
 
 
-TURN = (
-    "0 -1 0 10 1 0 0 20 0 0 2 30 0 0 0 1"  # a quarter turn to the left, twice as high, then a step
-)
+# a quarter turn to the left, twice as high, then a step
+TURN = "0 -1 0 10 1 0 0 20 0 0 2 30 0 0 0 1"
 
 
 def installation(shape, matrix=TURN, point="100 200 300"):

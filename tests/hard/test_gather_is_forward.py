@@ -25,9 +25,8 @@ RUNS = 6  # of forward
 PARTS = ("sky", "suns", "reflected sky", "reflected suns")
 ERRORS = 4.0
 BIAS = 0.005  # of the reflected part
-BIAS_ON_ROOFS = (
-    0.015  # what reaches them is little and comes from near by, where light is uneven within cells
-)
+# what reaches them is little and comes from near by, where light is uneven within cells
+BIAS_ON_ROOFS = 0.015
 SMALLEST_SHARE = 0.05  # of the area: smaller groups say little
 
 pytestmark = pytest.mark.slow
