@@ -1,7 +1,9 @@
 """Cures that name an option with a value: taken out of what was said of a city, run, and right."""
 
+import math
 import re
 
+import numpy as np
 import pytest
 from citygml_text import building, model, solid
 from sheds import CLOSED, stand, write_shed
@@ -72,6 +74,60 @@ def test_an_order_that_is_named_puts_the_shed_where_it_stands(tmp_path):
     assert (scene.site.latitude, scene.site.longitude) == pytest.approx((52.2, 21.0), abs=2e-4)
     assert sum(scene.surfaces.area) == pytest.approx(80 + 352, rel=2e-3)  # floor, and the rest
     assert not cures_of(city.report.notes, "--axes")
+
+
+def write_solid(path, corners, faces):
+    """Closed or open solids of the same faces, from a list of corners of each, as OBJ: path."""
+    lines = []
+    for number, points in enumerate(corners):
+        first = 1 + number * len(points)
+        lines += [f"o hall_{number}", *("v {:.4f} {:.4f} {:.4f}".format(*xyz) for xyz in points)]
+        lines += ["f " + " ".join(str(first + corner) for corner in face) for face in faces]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def boxes(turn):
+    """Corners of four boxes of the size of `HOUSE`, 20 m apart, turned by degrees: list."""
+    width, depth, height = HOUSE
+    cos, sin = math.cos(math.radians(turn)), math.sin(math.radians(turn))
+    plan = [(0, 0), (width, 0), (width, depth), (0, depth)]
+    rings = [
+        [(x * cos - y * sin + 20 * number, x * sin + y * cos) for x, y in plan]
+        for number in range(4)
+    ]
+    return [[(x, y, z) for z in (0, height) for x, y in ring] for ring in rings]
+
+
+SIDES = {"floor": (3, 2, 1, 0), "roof": (4, 5, 6, 7), "south": (0, 1, 5, 4)}
+SIDES |= {"east": (1, 2, 6, 5), "north": (2, 3, 7, 6), "west": (3, 0, 4, 7)}
+
+
+def test_an_upward_axis_that_is_named_sets_the_houses_on_their_floors(tmp_path, capsys):
+    """Halls without a north wall are taken to lie on their backs; of boxes turned by 30 degrees,
+    whose y points up, nothing tells it. With the axis that is named, four floors of 80 m² are below
+    and walls of 9 m above them.
+    """
+    open_north = [face for side, face in SIDES.items() if side != "north"]
+    laid = [[(x, z, -y) for x, y, z in points] for points in boxes(30)]
+    for name, corners, drawn, up, walls in (
+        ("halls", boxes(0), open_north, "z", 4 * 9 * (10 + 2 * 8)),
+        ("laid", laid, SIDES.values(), "y", 4 * 9 * 2 * (10 + 8)),
+    ):
+        path = write_solid(tmp_path / f"{name}.obj", corners, drawn)
+        assert np.ptp(read_buildings([path], Request()).points[:, 2]) != pytest.approx(9, abs=0.1)
+        assert main(["inspect", str(path)]) == 0
+        assert cures_of([capsys.readouterr().out], "--up") == [up]
+        assert main(["inspect", str(path), "--up", up]) == 0
+        assert "--up" not in capsys.readouterr().out
+        city, scene = stand(path, up=up)
+        assert np.ptp(city.points[:, 2]) == pytest.approx(9.0)
+        areas = {
+            kind: scene.surfaces.area[scene.surfaces.kind == kind].sum()
+            for kind in ("flat", "facade", "downward", "roof", "steep")
+        }
+        expected = {"flat": 320.0, "facade": walls, "downward": 320.0, "roof": 0.0, "steep": 0.0}
+        assert areas == pytest.approx(expected, rel=1e-4)
 
 
 def test_a_place_that_is_asked_for_is_enough(tmp_path, capsys):
