@@ -56,10 +56,10 @@ def main(arguments=None):
 
 
 def draw_results(*results, **options):
-    """Blender's part, see `operators.picture.draw_results`; imported when pictures are
+    """Blender's part, see `operators.show.draw_results`; imported when pictures are
     asked for.
     """
-    from .operators.picture.draw_results import draw_results as draw
+    from .operators.show.draw_results import draw_results as draw
 
     draw(*results, **options)
 

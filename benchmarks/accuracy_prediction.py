@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 from town import WEATHER, write_town
 
-from citypv.core.accuracy.price_list import list_prices
+from citypv.core.accuracy.cost_curve import list_prices
 from citypv.core.accuracy.yield_errors import split_errors
 from citypv.core.light.prepare_scene import build_tree, prepare_scene
 from citypv.core.settings.presets import PRESETS

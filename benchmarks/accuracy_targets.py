@@ -12,7 +12,7 @@ from functools import partial
 
 import numpy as np
 
-from citypv.core.accuracy.refine import Goal, largest_round, refine
+from citypv.core.accuracy.rounds_to_target import Goal, largest_round, refine
 from citypv.core.accuracy.trace_run import trace_round, trace_run
 from citypv.core.accuracy.yield_errors import LEAST_HOURS, YieldErrors
 from citypv.core.energy.standard_errors import join_own

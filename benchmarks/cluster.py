@@ -29,7 +29,7 @@ from citypv.core.cluster.trace_part import trace_part
 from citypv.core.cluster.trace_tiles import ClusterSettings, make_tasks, plan_tiles, trace_tiles
 from citypv.core.results.write_summary import peak_memory
 from citypv.core.settings.request import Request
-from citypv.core.study import place_city, read_buildings, read_year
+from citypv.core.study import make_located_scene, read_buildings, read_year
 
 CITY = Path(__file__).parent.parent / "examples" / "berlin" / "berlin_3910_5817.gml"
 GAP = 10.0  # [m] between copies
@@ -119,7 +119,7 @@ def grow(city, side, request, options):
     read = lap() * side**2
     whole, area = repeat_city(city, side)
     lap()
-    scene = place_city(whole, request)
+    scene = make_located_scene(whole, request)
     del whole
     place = lap()
     weather = read_year(scene.site, request)
@@ -216,7 +216,7 @@ def run_alone(task):
 
 def measure_efficiency(city, request, options):
     whole, area = repeat_city(city, options.side)
-    scene = place_city(whole, request)
+    scene = make_located_scene(whole, request)
     weather = read_year(scene.site, request)
     seconds = {}
     for count in (1, 2, 1, 2):
@@ -252,7 +252,7 @@ def measure_ground(city, request, options):
 
         lay_ground.build_ground = timed
         try:
-            place_city(whole, request)
+            make_located_scene(whole, request)
         except GroundBuiltError as built:
             print(
                 f"{side**2} tiles: reading {read:.2f} s, ground {built.args[0]:.2f} s", flush=True

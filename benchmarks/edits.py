@@ -27,7 +27,7 @@ from citypv.core.settings.request import Request
 from citypv.core.study import (
     change_scene,
     compute_energy,
-    place_city,
+    make_located_scene,
     read_buildings,
     read_year,
     trace_base,
@@ -131,7 +131,7 @@ def main():
     place = {"latitude": latitude, "longitude": longitude}
     request = Request(weather=["clear-sky"], suns=options.suns, threads=2, **place)
     city = read_buildings(options.city, request)
-    scene = place_city(city, request)
+    scene = make_located_scene(city, request)
     weather, generator = read_year(scene.site, request), np.random.default_rng(options.seed)
     told, stages, full, apart = [], [], [], []
     base = trace_base(scene, weather, request)

@@ -28,7 +28,7 @@ from citypv.core.commands.world import modules_alone
 from citypv.core.energy import compute_energy as module_of_energy
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import MOUNTINGS, build_system
-from citypv.core.light.kept_matrix import keep_matrix
+from citypv.core.light.sun_matrix import keep_matrix
 from citypv.core.light.transfer import take_rows
 from citypv.core.results.write_summary import peak_memory
 from citypv.core.sun.sun_sampling import choose_suns

@@ -8,12 +8,12 @@ import bpy
 
 from .. import operators
 from ..__main__ import main
-from ..operators.check_libraries import check_libraries
+from ..operators.city.check_libraries import check_libraries
 from ..operators.city.read_settings import find_preferences, use_cache_folder
-from ..operators.edits.watch_edits import HANDLERS, TICK, watch
-from ..operators.picture.draw_view import DRAWN
-from ..operators.run_step import Step, leave_step
-from ..operators.session import close_sessions
+from ..operators.city.run_step import Step, leave_step
+from ..operators.city.session import close_sessions
+from ..operators.run.watch_edits import HANDLERS, TICK, watch
+from ..operators.show.draw_view import DRAWN
 from .menus import CityMenu, draw_city_menu, draw_import_menu
 from .panels import PANELS, MaterialPanel
 from .properties import REFLECTION, Preferences, Seeing, Settings

@@ -4,13 +4,13 @@ report.
 
 import textwrap
 
+from ..operators.city.city_design import VARIANT
 from ..operators.city.declare_settings import AUTO
-from ..operators.in_place import AGAINST, IDENTITY
-from ..operators.members import VARIANT
-from ..operators.result.compare_results import find_variants
-from ..operators.result.keep_report import describe_row, read_rows
-from ..operators.run_step import Step
-from ..operators.session import find_city, list_cities
+from ..operators.city.run_step import Step
+from ..operators.city.session import find_city, list_cities
+from ..operators.city.source_objects import AGAINST, IDENTITY
+from ..operators.show.compare_results import find_variants
+from ..operators.show.keep_report import describe_row, read_rows
 
 TITLES = {
     "kind": "Kinds",

@@ -5,9 +5,9 @@ decisions.
 from math import inf, isfinite, isnan
 
 from ..operators.city.declare_settings import name_switch
-from ..operators.light.plan_trace import ITEMS, PRICES, describe_price, find_preset, read_plan
-from ..operators.result.compare_results import percent_of, read_comparison, write_energy, write_row
-from ..operators.result.summarise import COMPARISON
+from ..operators.run.plan_trace import ITEMS, PRICES, describe_price, find_preset, read_plan
+from ..operators.show.compare_results import percent_of, read_comparison, write_energy, write_row
+from ..operators.show.summarise import COMPARISON
 from .draw_steps import draw_numbers, draw_sentence
 
 PAGE = 12  # buildings on a page

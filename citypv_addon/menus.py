@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..operators.city.import_city import IMPORT_LABEL
+from ..operators.run.import_city import IMPORT_LABEL
 
 GROUPS = (  # operators of the menu, between separators
     ("solar_city", "berlin_example", "choose_city", "import_city", "take_meshes", "retrace"),

@@ -2,22 +2,22 @@
 
 import bpy
 
-from ..operators.check_libraries import FAILURES
+from ..operators.city.check_libraries import FAILURES
+from ..operators.city.city_design import describe_edit, is_from_file
 from ..operators.city.declare_settings import ELECTRIC, OF_LIGHT, settings_of_panel
+from ..operators.city.keep_transfer import describe_missing
 from ..operators.city.read_materials import describe_material
 from ..operators.city.read_settings import ASKED_BY_KEY, STEPS, state_of_step
-from ..operators.light.keep_transfer import describe_missing
-from ..operators.members import describe_edit, is_from_file
-from ..operators.picture.build_legend import MOMENT, PREVIEW
-from ..operators.picture.show_result import find_before, has_result
-from ..operators.picture.timeline import FRAMES
-from ..operators.result.compare_results import show_end
-from ..operators.result.compute_energy import read_best
-from ..operators.result.keep_report import REPORT
-from ..operators.result.probe_faces import PROBE, read_charts
-from ..operators.result.summarise import FOUND
-from ..operators.run_step import Step
-from ..operators.session import find_city
+from ..operators.city.run_step import Step
+from ..operators.city.session import find_city
+from ..operators.run.compute_energy import read_best
+from ..operators.show.build_legend import MOMENT, PREVIEW
+from ..operators.show.compare_results import show_end
+from ..operators.show.keep_report import REPORT
+from ..operators.show.probe_faces import PROBE, read_charts
+from ..operators.show.show_result import find_before, has_result
+from ..operators.show.summarise import FOUND
+from ..operators.show.timeline import FRAMES
 from .draw_steps import FOUND as FINDINGS
 from .draw_steps import (
     draw_bar,

@@ -13,13 +13,13 @@ from bpy.props import (
     StringProperty,
 )
 
-from ..operators.attributes import TITLES, VIEWS
+from ..operators.city.attributes import TITLES, VIEWS
 from ..operators.city.declare_settings import build_properties
 from ..operators.city.read_materials import MATERIALS
 from ..operators.city.read_settings import ADDON, ASKED_BY_KEY, FILES_WORDS, use_cache_folder
-from ..operators.light.plan_trace import DAYS
-from ..operators.picture.show_result import follow_choice, follow_side_by_side, follow_switch
-from ..operators.picture.timeline import TIMED, follow_timeline_show
+from ..operators.run.plan_trace import DAYS
+from ..operators.show.show_result import follow_choice, follow_side_by_side, follow_switch
+from ..operators.show.timeline import TIMED, follow_timeline_show
 
 LODS = [
     ("BEST", "Best of 2.x", "The highest 2.x of each building, else 3, else 1"),

@@ -94,7 +94,7 @@ def read_scene(paths, request, progress=silent):
     InputError
         If a file cannot be used, or nothing tells where the scene stands on Earth.
     """
-    return place_city(read_buildings(paths, request, progress), request)
+    return make_located_scene(read_buildings(paths, request, progress), request)
 
 
 def read_buildings(paths, request, progress=silent):
@@ -111,7 +111,7 @@ def read_buildings(paths, request, progress=silent):
     return read_city(paths, lod=request.lod, progress=progress, **how)
 
 
-def place_city(city, request):
+def make_located_scene(city, request):
     """Scene of a city on its ground, at a place on Earth that is known.
 
     Raises
@@ -119,14 +119,14 @@ def place_city(city, request):
     InputError
         Nothing tells where it stands.
     """
-    scene = stand_city(city, request)
+    scene = make_scene(city, request)
     if scene.site.latitude is None or scene.site.longitude is None:
         cure = "give its location with --latitude D --longitude D"
         raise InputError(city.report.files[0], "names no coordinate reference system", cure)
     return scene
 
 
-def stand_city(city, request, report_share=silent):
+def make_scene(city, request, report_share=silent):
     """Scene of a city on its ground: generated, or terrain from a file; with racks where they are
     asked for.
 

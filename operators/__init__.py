@@ -2,6 +2,5 @@
 back.
 
 In: the user's scene, settings and files. Out: results on faces, in tables, pictures, files. Read
-first: `solar_city`. Rooms by what a user does: city, light, result, picture, edits. Beside them
-stands what all of them share.
+first: `run.solar_city`. Three rooms, each of which may use those before it: city, show, run.
 """

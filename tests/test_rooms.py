@@ -42,8 +42,9 @@ LAYERS = (
         "weather",
         "energy",
     ),
-    *("accuracy", "results", "world", "study", "cluster", "commands"),
+    *("accuracy", "results", "world", "study", "cluster", "run", "commands"),
 )
+STEPS = ("city", "show", "run")  # the rooms of operators, likewise
 LONGEST_FILE = 480  # lines
 UNFINISHED = re.compile(r"/(?:home|root|work|Users)/|\b(?:TO" r"DO|FIX" r"ME|XX" r"X)\b")
 
@@ -107,6 +108,17 @@ def test_imports_inside_core_run_one_way():
         for level, target in read_imports(path) if own != "__init__" else ():
             room = target.split(".")[1] if level and target.startswith("core.") else own
             assert LAYERS.index(room) <= LAYERS.index(own), f"{path}: {own} imports {target}"
+
+
+def test_imports_inside_operators_run_one_way():
+    used = set()
+    for path in list_scripts("operators"):
+        for level, target in read_imports(path):
+            if level and target.startswith("operators.") and path.name != "__init__.py":
+                user, room = path.parts[1], target.split(".")[1]
+                assert STEPS.index(room) <= STEPS.index(user), f"{path}: {user} imports {target}"
+                used.add((user, room))
+    assert {("run", "show"), ("run", "city"), ("show", "city")} <= used
 
 
 def test_no_file_imports_itself_by_way_of_others():

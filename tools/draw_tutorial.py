@@ -23,7 +23,7 @@ RUN = (
     "with bpy.context.temp_override(window=window, area=area, region=view): "
     "bpy.ops.citypv.berlin_example()"
 )
-RUNNING = "__import__('importlib').import_module('bl_ext.user_default.citypv.operators.run_step').Step.current"
+RUNNING = "__import__('importlib').import_module('bl_ext.user_default.citypv.operators.city.run_step').Step.current"
 
 
 LOOK = "any(one.get('citypv_interrupted', '').startswith('First look') for one in bpy.data.objects)"

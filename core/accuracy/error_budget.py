@@ -11,7 +11,7 @@ from ..light.trace_gather import SUNS
 from ..light.traced import SKY_DOME
 from ..settings.progress import describe_duration
 from ..sun.sky_models import split_sky
-from .refine import rounds_needed
+from .rounds_to_target import rounds_needed
 from .sun_sampling import name_groups
 from .yield_errors import CURES, SAMPLED, SOURCES, seconds_of_rounds, split_errors
 

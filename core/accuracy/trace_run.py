@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..city.scene import Scene
-from ..light.kept_matrix import keep_columns
 from ..light.merge_transfers import merge_rounds, seed_of_round
 from ..light.prepare_scene import PreparedScene, check_tracing, prepare_scene, reseed
 from ..light.rounds import add_round
+from ..light.sun_matrix import keep_columns
 from ..light.trace_gather import TracedCity, join_seasons, trace_light
 from ..light.transfer import Transfer, scale_direct
 from ..photons.specular_light import specular_of

@@ -19,7 +19,7 @@ from .check_geometry import check_parts, check_patch_size
 from .city import City
 from .find_feet import FOOTPRINT_STEP, find_feet
 from .locate_site import MICROMETRE, bring_to_grid, bring_to_origin
-from .places_in_plan import (
+from .plan_geometry import (
     COINCIDENT,
     draw_triangles,
     find_inside,

@@ -19,8 +19,8 @@ from .grid_cells import split_into_cells
 from .lay_ground import lay_ground
 from .locate_site import bring_to_origin, locate_site, note_outside_use
 from .polygons import measure_polygons, merge_vertices, normals_of, triangulate
-from .refine import refine_triangles
 from .scene import Scene, Site, Surfaces
+from .split_edges import refine_triangles
 from .terrain import Terrain
 
 GROUNDS = ("auto", "feet", "none")

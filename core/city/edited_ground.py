@@ -11,10 +11,10 @@ from ..settings.errors import list_some
 from .build_ground import faces_up
 from .city import starts_of
 from .find_ground import height_below
-from .places_in_plan import draw_triangles
+from .plan_geometry import draw_triangles
 from .polygons import merge_vertices, triangulate
-from .refine import refine_triangles
 from .scene import append_triangles, corners_of
+from .split_edges import refine_triangles
 from .written_scene import owner_of_triangles
 
 HANGING = 0.5  # [m] above the ground from which on a footprint has light from below

@@ -11,7 +11,7 @@ import shapely
 
 from .city import number_names
 from .find_twins import draw_outlines
-from .places_in_plan import find_in_boxes, plant_tree
+from .plan_geometry import find_in_boxes, plant_tree
 from .polygons import next_in_ring, polygon_bounds
 from .slope_filter import find_standing
 

@@ -8,7 +8,7 @@ counts, else the one in front.
 import numpy as np
 import shapely
 
-from .places_in_plan import list_runs
+from .plan_geometry import list_runs
 from .polygons import plane_axes, polygon_bounds
 
 ACCURACY = 0.01  # [m] coordinates come in millimetres or centimetres

@@ -17,10 +17,10 @@ from .city import append_shape, whole_of_cell
 from .classify import classify, measure_tilt
 from .locate_site import MICROMETRE, bring_to_grid, bring_to_origin
 from .place_rows import THICKNESS, frame_roof, free_area, place_rows
-from .places_in_plan import draw_triangles
+from .plan_geometry import draw_triangles
 from .polygons import measure_polygons
-from .refine import refine_triangles
 from .scene import Surfaces, append_triangles, join_surfaces
+from .split_edges import refine_triangles
 
 RACK = "rack"  # the kind
 LEVEL = 1e-6  # [°] of tilt, up to which a rack faces nowhere

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from .places_in_plan import COINCIDENT, find_in_boxes, merge_places, pair_keys, plant_tree
+from .plan_geometry import COINCIDENT, find_in_boxes, merge_places, pair_keys, plant_tree
 
 NEIGHBOURS = 32
 NEAR = 10.0  # [m] within which feet are compared with whole edges, further away with their ends

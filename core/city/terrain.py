@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 
 from ..settings.errors import check_array
-from .places_in_plan import draw_triangles, find_inside
+from .plan_geometry import draw_triangles, find_inside
 from .triangulate_feet import heights_on
 
 # [m] feet this close to the edge of the terrain take its height: TINs are often cut out at

@@ -10,7 +10,7 @@ from scipy.spatial import Delaunay, QhullError
 
 from ..rays.random_numbers import are_among
 from ..settings.errors import InputError
-from .places_in_plan import draw_triangles, find_inside, merge_places, pair_keys, unique_pairs
+from .plan_geometry import draw_triangles, find_inside, merge_places, pair_keys, unique_pairs
 from .polygons import edges_of
 from .slope_filter import highest_foot
 

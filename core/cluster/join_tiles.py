@@ -4,8 +4,8 @@ from dataclasses import asdict, replace
 
 import numpy as np
 
-from ..light.kept_matrix import keep_matrix
 from ..light.merge_transfers import MATRICES
+from ..light.sun_matrix import keep_matrix
 from ..light.transfer import take_rows
 from ..patches.read_albedo import materials_of_surfaces
 

@@ -14,6 +14,7 @@ import traceback
 from dataclasses import asdict, fields
 from functools import partial
 
+from ..run.run_log import RunLog, print_output
 from ..settings.errors import InputError, show_signs
 from ..settings.memory import GB, check_memory
 from ..settings.progress import CancelledError, TerminalProgress
@@ -21,7 +22,6 @@ from ..settings.version import __version__
 from . import command_options
 from .add_options import join_pairs, settings_of_options
 from .choose_settings import cluster_settings, request_of_settings
-from .run_log import RunLog, print_output
 
 EPILOGUE = "docs/guide/command_line.md shows how to go on, docs/reference/files.md what is written."
 
@@ -152,8 +152,8 @@ def _run_simulate(options):
                 f"--{name}", "needs Blender's Python module", "type: pip install '.[blender]'"
             )
     with _compile_beside(request := read_request(options)):
-        from .simulate import simulate
-        from .write_run import Output
+        from ..run.simulate import simulate
+        from ..run.write_run import Output
 
         draw = partial(options.draw, pictures=pictures) if pictures else None
         output = Output(overwrite=options.overwrite, exports=options.exports, draw=draw)
@@ -169,7 +169,7 @@ def _run_simulate(options):
 
 def _run_yield(options):
     """`citypv yield`."""
-    from .simulate import recompute
+    from ..run.simulate import recompute
 
     told = {"overwrite": options.overwrite, "log": options.log}
     recompute(options.transfer, options.out, read_request(options), **told)
@@ -191,8 +191,8 @@ def _run_world(options):
 
 def _run_variant(options):
     """`citypv variant`."""
-    from .variant import Wish, make_variant
-    from .write_run import Output
+    from ..run.variant import Wish, make_variant
+    from ..run.write_run import Output
 
     move, raised, albedo_of = (
         join_pairs(option, getattr(options, name))
@@ -209,7 +209,7 @@ def _run_variant(options):
 
 def _run_compare(options):
     """`citypv compare`."""
-    from .compare import compare, describe_comparison
+    from ..run.compare import compare, describe_comparison
 
     found = compare(options.before, options.after, options.out, overwrite=options.overwrite)
     options.log.write("\n".join([*describe_comparison(found), f"Written to {options.out}"]))
@@ -254,7 +254,7 @@ def _run_effects(options):
 def _run_accuracy(options):
     """`citypv accuracy`."""
     with _compile_beside(request := read_request(options)):
-        from ..accuracy.price_list import describe_prices
+        from ..accuracy.cost_curve import describe_prices
         from ..accuracy.yield_errors import SOURCES
         from .show import show_accuracy
 

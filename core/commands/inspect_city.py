@@ -12,7 +12,7 @@ from ..patches.materials import describe_finish, named_material
 from ..results.list_findings import list_findings
 from ..settings.errors import list_some, show_number
 from ..settings.progress import silent
-from ..study import read_buildings, stand_city
+from ..study import make_scene, read_buildings
 
 AXES = {"xy": ", east first", "yx": ", north first"}
 NOTES = {"eligible": " (before tracing, which leaves out walls that neighbours cover)"}
@@ -39,7 +39,7 @@ def inspect_city(paths, request, progress=silent):
         If a file is invalid.
     """
     city = read_buildings(paths, request, progress)
-    scene = stand_city(city, replace(request, patch_size=None))
+    scene = make_scene(city, replace(request, patch_size=None))
     surfaces, crowns, trees = scene.surfaces, scene.trees, {"count": 0}
     if crowns is not None:
         trees = {

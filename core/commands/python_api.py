@@ -109,8 +109,8 @@ class Result:
             There is no transfer.nc, or a setting cannot be used.
         """
         from ..energy.pv_system import ELECTRIC
-        from .run_log import RunLog
-        from .simulate import recompute
+        from ..run.run_log import RunLog
+        from ..run.simulate import recompute
 
         path, before = self.folder / "transfer.nc", self.summary["settings"]
         if not path.exists():
@@ -142,9 +142,9 @@ class Result:
         InputError
             The run was not made with exports=("editable",), or the change cannot be used.
         """
-        from .run_log import RunLog
-        from .variant import Wish, make_variant
-        from .write_run import Output
+        from ..run.run_log import RunLog
+        from ..run.variant import Wish, make_variant
+        from ..run.write_run import Output
 
         unknown = set(change) - {one.name for one in fields(Wish)}
         if unknown:
@@ -259,9 +259,9 @@ def simulate(
     KeyboardInterrupt, CancelledError
         Interrupted before there was anything to keep.
     """
-    from .run_log import RunLog
-    from .simulate import simulate as run
-    from .write_run import Output
+    from ..run.run_log import RunLog
+    from ..run.simulate import simulate as run
+    from ..run.write_run import Output
 
     exports, paths = take_exports(exports), take_paths(city)
     others = "out", "overwrite", "exports", "cluster", "tile", "progress"
@@ -299,7 +299,7 @@ def compare(before, after, *, out=None, overwrite=False):
     overwrite : bool
     """
     from ..results.compare_runs import compare_folders
-    from .compare import compare as write_comparison
+    from ..run.compare import compare as write_comparison
 
     folders = [one.folder if isinstance(one, Result) else one for one in (before, after)]
     if out is not None:
@@ -337,7 +337,7 @@ def world(environments, *, out=None, overwrite=False, cluster=None, progress=sil
     """
     import xarray
 
-    from .run_log import RunLog
+    from ..run.run_log import RunLog
     from .world import WorldSettings, make_world
 
     own = {one.name for one in fields(WorldSettings)}

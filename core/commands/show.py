@@ -6,8 +6,8 @@ import importlib.util
 import time
 from pathlib import Path
 
+from ..accuracy.cost_curve import list_prices
 from ..accuracy.measure_effects import measure_effects, shares_of_effects
-from ..accuracy.price_list import list_prices
 from ..accuracy.sun_sampling import CityYear
 from ..energy.pv_system import build_system
 from ..light.prepare_scene import build_tree

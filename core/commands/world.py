@@ -8,6 +8,7 @@ from ..cluster.run_tasks import check_cluster, drop_kept, kept_beside
 from ..energy.pv_system import build_system
 from ..results.output_folder import whole_folder
 from ..results.write_summary import peak_memory, versions, write_summary
+from ..run.run_log import RunLog
 from ..settings.errors import InputError
 from ..settings.presets import METHODS
 from ..settings.progress import describe_duration
@@ -20,7 +21,6 @@ from ..world.merge_surfaces import merge_surfaces
 from ..world.write_world import write_world
 from .add_options import NOT_FOR_WORLDS
 from .find_source import MODELS, STATIONS_ONLY, find_source, refuse_settings
-from .run_log import RunLog
 from .world_tasks import compute_in_tasks
 
 FEWEST = 50  # merged surfaces of an environment

@@ -44,7 +44,7 @@ from .trace_gather import (
     choose_bounces,
     make_transfer,
     solve_skies,
-    tell_work,
+    trace_statistics,
 )
 from .trace_hemisphere import trace_rows
 from .traced import SKY_DOME, empty_traced, no_light
@@ -131,8 +131,8 @@ def _make_city(edit, prepared, suns, clock, change):
     """
     context, room = edit.context, _measure_room(edit, prepared.scene)
     city = TracedCity(prepared, context, edit.task, [], room)
-    counts = edit.traced[0].ray_count, edit.looked * context.points
-    common = tell_work(context, counts, clock, 0.0) | {"interrupted": None}
+    counts = edit.traced[0].ray_count, edit.traced_pairs * context.points
+    common = trace_statistics(context, counts, clock, 0.0) | {"interrupted": None}
     for state, parts in enumerate(zip(edit.traced, edit.lights, edit.direct, strict=True)):
         made, before = TracedState(*parts, transfer=None), edit.state_before(state)
         if any(edit.hooks):
@@ -286,7 +286,7 @@ def _look_again(edit, suns, change):
     rows = np.flatnonzero(looking[:first] & ~anew[:first])
     for state in range(states):
         touched[rows] |= (bits[state, rows] != edit.bits_before(state)[rows]).any(axis=(1, 2))
-    edit.task, edit.touched, edit.looked = task, touched, int(asked.sum())
+    edit.task, edit.touched, edit.traced_pairs = task, touched, int(asked.sum())
 
 
 def _extend_points(known, patches, watch, counts, wanted):

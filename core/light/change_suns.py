@@ -16,9 +16,9 @@ from scipy import sparse
 from .form_factor_loops import link_patches
 from .form_factor_products import multiply_visible, scales_of
 from .form_factors import FormFactors, leave_rows
-from .kept_matrix import LIMIT
 from .solve_suns import solve_suns
 from .sun_blocks import FIRST_SUNS, block_of_suns
+from .sun_matrix import LIMIT
 from .sun_visibility import Shadows, count_visible, weigh_points
 
 SMALL = 4e6  # patches times suns, up to which all suns are solved: half a second
@@ -39,7 +39,7 @@ class Edit:
     anew: np.ndarray  # (p,) bool, patches whose rows were traced anew
     task: object = None  # SunTask with the bits of all suns
     touched: np.ndarray | None = None  # (p,) bool, patches of which a bit changed
-    looked: int = 0  # pairs of a patch and a sun that were looked at
+    traced_pairs: int = 0  # pairs of a patch and a sun whose shadows were traced again
     lights: list = field(default_factory=list)  # of the lights of each state
     direct: list = field(default_factory=list)  # of SunLight of each state
     hooks: list = field(default_factory=list)  # of light by way of mirrors in each state, or None
@@ -117,14 +117,14 @@ def with_first_days(task):
 def _with_known(task, blocks):
     """A SunTask that knows from its bits which points see the suns of some blocks."""
     weight, points = weigh_points(task.watch), task.watch.points
-    looked = {
+    shadows = {
         block.start: [
             Shadows(np.ascontiguousarray(bits[:, :, block]), points, weight, 0)
             for bits in task.bits
         ]
         for block in blocks
     }
-    return replace(task, looked=looked)
+    return replace(task, traced_shadows=shadows)
 
 
 def _grow(matrix, count):

@@ -9,7 +9,14 @@ from .annual_light import solve_annual
 from .change_suns import solve_known_suns
 from .editable_city import EditableCity, prepare_decided, trace_editable
 from .sun_blocks import SunProgress
-from .trace_gather import SUNS, TracedCity, TracedState, make_transfer, solve_skies, tell_work
+from .trace_gather import (
+    SUNS,
+    TracedCity,
+    TracedState,
+    make_transfer,
+    solve_skies,
+    trace_statistics,
+)
 from .transfer import variance_of_mean
 
 
@@ -54,7 +61,7 @@ def with_reflections(base, bounces, progress=silent):
     direct = solve_known_suns(context, traced, task, hooks)
     clock.lap("suns")
     city, record = TracedCity(prepared, context, task, [], old.room), old.transfer.record
-    common = tell_work(context, (traced[0].ray_count, record.shadow_rays), clock, 0.0) | {
+    common = trace_statistics(context, (traced[0].ray_count, record.shadow_rays), clock, 0.0) | {
         "interrupted": None
     }
     for state, hook in zip(

@@ -21,7 +21,7 @@ from ..rays.hemisphere_rays import CELL_DIVISIONS, points_of_patches
 from ..settings.progress import silent
 from ..settings.system_settings import CLEARANCES
 from ..settings.threads import map_in_order, usable_threads
-from .kept_matrix import area_means, cover_of_surfaces
+from .sun_matrix import area_means, cover_of_surfaces
 
 COVER_STAGE = "finding interior surfaces"
 PATCHES_PER_TASK = 1 << 11

@@ -21,13 +21,13 @@ from ..sun.horizon import without_hidden
 from ..sun.sky_models import RAYS_SHARE
 from .annual_light import add_points, solve_annual
 from .form_factors import leave_rows
-from .kept_matrix import keep_matrix, row_blocks
 from .merge_transfers import add_columns, merge_records
 from .shadow_points import points_above
 from .solve_radiosity import element_factors
 from .solve_suns import prepare_suns, solve_suns
+from .sun_matrix import keep_matrix, row_blocks
 from .trace_all import STAGE, fill_closed_forms
-from .trace_gather import SUNS, light_of_surfaces, shares_of_record, solve_skies, tell_work
+from .trace_gather import SUNS, light_of_surfaces, shares_of_record, solve_skies, trace_statistics
 from .trace_hemisphere import trace_rows
 
 
@@ -76,7 +76,7 @@ def add_round(city, size, progress, folder=None):
         found.reflected = _scale_reflected(context, state, found.annual, light[SUNS], folder)
     clock.lap("suns")
     rays = {name: count - counted[name] for name, count in traced[0].ray_count.items()}
-    work, states = tell_work(context, (rays, direct[0].ray_count), clock, seconds), []
+    work, states = trace_statistics(context, (rays, direct[0].ray_count), clock, seconds), []
     for state, light, found in zip(city.states, lights, direct, strict=True):
         states.append(_with_round(context, state, (light, found), size, work))
         work |= {"seconds": {}, "processor_seconds": {}}

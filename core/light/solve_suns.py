@@ -10,7 +10,6 @@ from ..settings.progress import CancelledError
 from ..sun.suns import end_of_days
 from .annual_light import Annual, sum_suns
 from .form_factor_products import multiply_visible
-from .kept_matrix import keep_columns, keep_matrix
 from .solve_radiosity import radiosity_factor, reflection_of, sum_reflections
 from .sun_blocks import (
     FIRST_SUNS,
@@ -20,6 +19,7 @@ from .sun_blocks import (
     count_kept,
     cut_into_blocks,
 )
+from .sun_matrix import keep_columns, keep_matrix
 from .sun_visibility import WORD, SunWatch, projection_in_front, sun_visibility
 
 CLEAR_AIR, AIR_POWER = (
@@ -55,7 +55,7 @@ class SunTask:
     watch: SunWatch
     blocks: list  # of slice
     progress: SunProgress
-    looked: dict = field(
+    traced_shadows: dict = field(
         default_factory=dict
     )  # start of a block -> list of Shadows, traced but not solved yet
     # (states, p, words, s) uint16, of Shadows for all suns looked at; None: not kept
@@ -87,13 +87,13 @@ def prepare_suns(context, traced, suns):
     return task
 
 
-def _look_at_block(context, task, block, report):
+def _trace_shadows(context, task, block, report):
     """Which points see the suns of a block: list of Shadows, in each state of trees.
 
     `report(share, rays)` is told of its rays.
     """
-    if block.start in task.looked:
-        return task.looked.pop(block.start)
+    if block.start in task.traced_shadows:
+        return task.traced_shadows.pop(block.start)
     part = block_of_suns(task.suns, block)
     lit = context.plan.lit(part.directions)
     few = SunBlock(part.directions[lit], part.weights[lit])
@@ -129,7 +129,9 @@ def light_of_first_days(context, traced, task):
     for block in task.blocks:
         if block.start < last:
             task.progress.rays_before = task.progress.rays
-            found, *_ = task.looked[block.start] = _look_at_block(context, task, block, report)
+            found, *_ = task.traced_shadows[block.start] = _trace_shadows(
+                context, task, block, report
+            )
             directions, weights = block_of_suns(
                 task.suns, slice(block.start, min(block.stop, last))
             )
@@ -196,8 +198,8 @@ def solve_suns(context, traced, task, hooks, *, folder=None):
     try:
         for block in task.blocks:
             progress.begin(block)
-            looked, added = _look_at_block(context, task, block, progress.report_rays), []
-            for state, shadows in enumerate(looked):
+            states, added = _trace_shadows(context, task, block, progress.report_rays), []
+            for state, shadows in enumerate(states):
                 progress.bounces_before = state * context.bounces
                 hook, light = hooks[state], found[state]
                 added.append(
@@ -208,11 +210,11 @@ def solve_suns(context, traced, task, hooks, *, folder=None):
             part = block_of_suns(suns, block)
             sums += [
                 shadows.light_of_points(context.patches.normal, part, context.threads)
-                for shadows in looked
+                for shadows in states
             ]
             for light, weighted in zip(found, added, strict=True):
                 light.specular = light.specular + weighted
-            found[0].ray_count += looked[0].ray_count
+            found[0].ray_count += states[0].ray_count
             done.append(block)
             progress.end()
     except CancelledError:

@@ -20,10 +20,10 @@ from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.request import Request
 from ..settings.threads import usable_threads
 from .form_factors import FEWEST_RAYS, LARGEST_KEY
-from .kept_matrix import area_means
 from .prepare_scene import build_tree
 from .shadow_points import count_elements, points_above
 from .solve_radiosity import element_factors
+from .sun_matrix import area_means
 from .trace_hemisphere import trace_rows
 from .traced import SKY_DOME, RayCity, empty_traced
 

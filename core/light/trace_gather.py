@@ -15,13 +15,13 @@ from ..sun.horizon import without_hidden
 from ..sun.suns import interrupted_suns
 from .annual_light import solve_annual
 from .form_factor_products import multiply, multiply_elements
-from .kept_matrix import cover_of_surfaces
 from .measure_cover import average_room, list_clearances, measure_room_of_patches
 from .prepare_scene import PreparedScene, check_tracing, prepare_scene
 from .solve_light import solve_light
 from .solve_radiosity import covariance_of_replicates, find_bounces, radiosity_factor
 from .solve_suns import SunLight, SunTask, light_of_first_days, prepare_suns, solve_suns
 from .sun_blocks import check_room
+from .sun_matrix import cover_of_surfaces
 from .trace_all import GatherContext, prepare_gather, trace_all
 from .traced import SKY_DOME, Traced
 from .transfer import (
@@ -147,7 +147,9 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     )
     clock.lap("room for modules")
     found = TracedCity(prepared, context, task, [], room)
-    common = tell_work(context, (traced[0].ray_count, direct[0].ray_count), clock, traced_before)
+    common = trace_statistics(
+        context, (traced[0].ray_count, direct[0].ray_count), clock, traced_before
+    )
     common["interrupted"] = note_interruption(direct[0].kept, len(suns))
     suns = suns if direct[0].kept == len(suns) else interrupted_suns(suns, direct[0].kept)
     for state in map(TracedState, traced, lights, direct, [None] * len(traced)):
@@ -161,7 +163,7 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     return found
 
 
-def tell_work(context, counts, clock, before):
+def trace_statistics(context, counts, clock, before):
     """What a run or a round traced in all states of trees: dict, fields of TraceRecord.
 
     `counts` are rays towards the sky and its sources, a dict, and towards the suns; Embree had

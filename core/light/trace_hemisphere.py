@@ -12,7 +12,8 @@ import numpy as np
 from numba import njit
 
 from ..patches.cover_cells import enclosed_cells
-from ..patches.fates_of_rays import (
+from ..patches.find_covered import cells_near_cover, find_covered_cells, lie_in_earth
+from ..patches.hit_kinds import (
     BACK,
     DARK,
     FAR_GROUND,
@@ -22,7 +23,6 @@ from ..patches.fates_of_rays import (
     classify_rays,
     stop_in_crowns,
 )
-from ..patches.find_covered import cells_near_cover, find_covered_cells, lie_in_earth
 from ..rays.hemisphere_rays import (
     CELL_DIVISIONS,
     hemisphere_rays,

@@ -28,7 +28,7 @@ from .cover_cells import (
     settled_cells,
     share_verdicts,
 )
-from .fates_of_rays import BACK, DARK, FRONT, SKY, classify_rays, meets_back
+from .hit_kinds import BACK, DARK, FRONT, SKY, classify_rays, meets_back
 from .inside_test import (
     CONTACT,
     MANY_TURNS,

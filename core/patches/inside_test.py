@@ -17,7 +17,7 @@ from numba import njit
 
 from ..rays.hemisphere_rays import rays_from_patches
 from ..rays.random_numbers import GOLDEN, mix, uniform_of
-from .fates_of_rays import meets_back
+from .hit_kinds import meets_back
 
 RAYS = 8  # from each point
 STRAY_RAYS = 1  # of them that may reach the sky through a hole from inside an open shell

@@ -12,8 +12,8 @@ from functools import cached_property
 import numpy as np
 
 from ..patches.facing_scene import FacingScene
-from ..patches.fates_of_rays import meets_back, stop_in_crowns
 from ..patches.find_covered import lie_in_earth
+from ..patches.hit_kinds import meets_back, stop_in_crowns
 from ..patches.patches import Patches
 from ..patches.read_albedo import TriangleBrdfs
 from ..rays.hemisphere_rays import CELL_DIVISIONS, points_of_patches

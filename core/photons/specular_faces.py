@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..patches.fates_of_rays import meets_back
+from ..patches.hit_kinds import meets_back
 from ..rays.hemisphere_rays import CELL_DIVISIONS
 from ..rays.ray_scene import HitPlaces
 from ..rays.sample_points import barycentric_of_square, cell_of_point, cosine_direction

@@ -15,9 +15,9 @@ import numpy as np
 
 from ..effects.effect import Measured, judge_effects
 from ..effects.rays import count_surely
-from ..light.kept_matrix import area_means, cover_of_surfaces, keep_columns, keep_matrix
 from ..light.measure_cover import average_room, find_cover, list_clearances, measure_room_of_patches
 from ..light.prepare_scene import build_tree, check_tracing, prepare_scene
+from ..light.sun_matrix import area_means, cover_of_surfaces, keep_columns, keep_matrix
 from ..light.sun_visibility import projection_in_front
 from ..light.transfer import SourceLight, TraceRecord, Transfer, note_interruption
 from ..patches.read_albedo import brdfs_of_triangles, materials_of_surfaces

@@ -17,7 +17,7 @@ import numpy as np
 
 from ..city.grid_cells import Outlines
 from ..city.scene import Site, Surfaces
-from ..light.kept_matrix import row_blocks
+from ..light.sun_matrix import row_blocks
 from ..light.transfer import ErrorParts, SourceLight, Transfer, record_of_dict
 from ..read.open_netcdf import open_netcdf
 from ..settings.errors import InputError, blame_file, build_from, parsing

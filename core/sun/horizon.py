@@ -194,7 +194,9 @@ def horizon_of_terrain(grids, place, start, reach, refraction=REFRACTION, *, oth
     radius = EARTH_RADIUS / (1 - refraction)
     for grid in grids:
         lines = tuple(part.reshape(STEPS, -1) for part in grid.places_of(latitudes, longitudes))
-        _march(grid.heights, lines, (start, reach, grid.post / 2), (eye, radius), steepest, known)
+        _raise_horizon(
+            grid.heights, lines, (start, reach, grid.post / 2), (eye, radius), steepest, known
+        )
     return TerrainHorizon(np.degrees(np.arctan(steepest)), str(grids[0].path), float(eye), known)
 
 
@@ -224,7 +226,7 @@ def bilinear(heights, column, row):
 
 
 @njit(nogil=True, cache=True)
-def _march(heights, lines, extent, eye_of, steepest, known):  # noqa: PLR0917
+def _raise_horizon(heights, lines, extent, eye_of, steepest, known):  # noqa: PLR0917
     """Raise the greatest tangent of elevation along each line of sight, in place.
 
     Parameters

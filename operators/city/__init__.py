@@ -1,6 +1,6 @@
-"""City: from files to a classified scene in Blender.
+"""City: what a city is in Blender: objects, their face attributes, its session, the settings; and
+how a step runs beside the window.
 
-In: building files, the settings of the panel, materials of faces.
-Out: objects with face attributes, a Session with City and Scene, a Request.
-Read first: `import_city`.
+In: objects and settings of the Blender scene. Out: a Session with City, Scene and Transfer, a
+Request, marks on cities whose results are stale. Read first: `session`, `run_step`.
 """

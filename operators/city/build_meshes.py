@@ -4,8 +4,8 @@ import bpy
 import numpy as np
 
 from ...core.city.scene import Site, surface_of_triangles
-from ..attributes import PREFIX, read_array, write_face_attribute
-from ..session import find_city
+from .attributes import PREFIX, read_array, write_face_attribute
+from .session import find_city
 
 COLLECTION = "CityPV"
 BUILDINGS = PREFIX + "buildings"  # property of a city: names of its buildings, in file order

@@ -7,7 +7,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, St
 
 from ...core.effects.table import TABLE
 from ...core.settings.request import declared_settings
-from ..run_step import Action
+from .run_step import Action
 
 LARGEST = 2**31 - 1  # Blender keeps whole numbers in 32 bits
 AUTO = "auto_"  # + setting: switch of one that may be left to the program

@@ -16,7 +16,7 @@ from ...core.patches.materials import (
     shader_material,
 )
 from ...core.settings.errors import InputError
-from ..attributes import PREFIX, read_array, read_face_attribute
+from .attributes import PREFIX, read_array, read_face_attribute
 
 CHOICE = PREFIX + "material"  # property of a material with the user's choice
 MATERIALS = (*DIFFUSE, *CLEAR, "mirror", "glossy:0.1")  # suggestions, with an example

@@ -14,11 +14,11 @@ from ...core.settings.errors import InputError
 from ...core.settings.request import Request
 from ...core.weather.formats import FORMATS, suffixes_of_weather
 from ...core.weather.sources import ASKED_BY_KEY
-from ..attributes import PREFIX
-from ..in_place import is_in_place
-from ..job import threads_beside_window
-from ..members import describe_edit
+from .attributes import PREFIX
+from .city_design import describe_edit
 from .declare_settings import ELECTRIC, OF_LIGHT, name_switch, read_properties, settings_of_panel
+from .job import threads_beside_window
+from .source_objects import is_in_place
 
 FILES_WORDS = (
     f"One of {len(FORMATS)} formats, told by their content: {', '.join(suffixes_of_weather())}"

@@ -9,7 +9,7 @@ import pytest
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.light.editable_city import prepare_decided
 from citypv.core.study import trace_scene
-from citypv.operators.session import find_city, find_session
+from citypv.operators.city.session import find_city, find_session
 
 
 def run(*steps, **settings):

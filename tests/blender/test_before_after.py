@@ -8,11 +8,11 @@ from steps import colours_of, refuse, run
 from street import describe_house
 
 from citypv.core.results.colour_map import DIVERGING, MISSING, srgb_colour
-from citypv.operators.attributes import read_face_attribute, write_face_attribute
-from citypv.operators.picture.colour_faces import colour_faces, colours_of_values, read_scale
-from citypv.operators.picture.show_result import find_before
-from citypv.operators.result.compare_results import percent_of, read_comparison
-from citypv.operators.session import find_city, find_session, list_cities
+from citypv.operators.city.attributes import read_face_attribute, write_face_attribute
+from citypv.operators.city.session import find_city, find_session, list_cities
+from citypv.operators.show.colour_faces import colour_faces, colours_of_values, read_scale
+from citypv.operators.show.compare_results import percent_of, read_comparison
+from citypv.operators.show.show_result import find_before
 
 HOURS, CHANGE = "full_load_hours", "change_of_full_load_hours"
 

@@ -15,16 +15,16 @@ from citypv.core.light import sun_blocks
 from citypv.core.read.read_city import READING
 from citypv.core.results.transfer_file import write_transfer
 from citypv.core.settings.progress import CancelledError, silent
-from citypv.operators import run_step
-from citypv.operators.attributes import read_face_attribute
+from citypv.operators.city import run_step
+from citypv.operators.city.attributes import read_face_attribute
 from citypv.operators.city.build_meshes import hold_cities
+from citypv.operators.city.job import Job
 from citypv.operators.city.read_settings import read_settings
-from citypv.operators.job import Job
-from citypv.operators.picture.timeline import StartTimeline
-from citypv.operators.result.compute_energy import WeighEnergy
-from citypv.operators.result.export_results import ExportResults
-from citypv.operators.run_step import Step
-from citypv.operators.session import find_session
+from citypv.operators.city.run_step import Step
+from citypv.operators.city.session import find_session
+from citypv.operators.run.compute_energy import WeighEnergy
+from citypv.operators.run.export_results import ExportResults
+from citypv.operators.show.timeline import StartTimeline
 
 
 def cancel_at(stage, share):

@@ -9,11 +9,11 @@ from test_obj_materials import MTL, write_cube
 
 from citypv.core.patches.materials import MaterialSpec, named_material
 from citypv.core.read.read_city import read_city
-from citypv.operators.attributes import read_face_attribute
+from citypv.operators.city.attributes import read_face_attribute
 from citypv.operators.city.read_materials import read_finish
-from citypv.operators.result.keep_report import find_row
-from citypv.operators.result.summarise import summarise_albedo
-from citypv.operators.session import find_city, find_session
+from citypv.operators.city.session import find_city, find_session
+from citypv.operators.show.keep_report import find_row
+from citypv.operators.show.summarise import summarise_albedo
 
 
 def give(item, material, chosen):

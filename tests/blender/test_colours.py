@@ -18,7 +18,7 @@ from citypv.core.results.colour_map import (
     srgb_colour,
 )
 from citypv.core.settings.errors import InputError
-from citypv.operators.attributes import (
+from citypv.operators.city.attributes import (
     KIND_CODES,
     TITLES,
     VIEWS,
@@ -26,17 +26,17 @@ from citypv.operators.attributes import (
     write_face_attribute,
     write_results,
 )
-from citypv.operators.picture import draw_results as rendering
-from citypv.operators.picture.build_legend import BAR_BOTTOM, BAR_HEIGHT, BAR_WIDTH, LEFT
-from citypv.operators.picture.colour_faces import (
+from citypv.operators.show import draw_results as rendering
+from citypv.operators.show.build_legend import BAR_BOTTOM, BAR_HEIGHT, BAR_WIDTH, LEFT
+from citypv.operators.show.colour_faces import (
     CLASS_COLOURS,
     build_scale,
     colour_faces,
     colours_of_values,
     read_scale,
 )
-from citypv.operators.picture.draw_results import draw_results
-from citypv.operators.picture.show_city import FORWARD, RIGHT, UP, place_camera
+from citypv.operators.show.draw_results import draw_results
+from citypv.operators.show.show_city import FORWARD, RIGHT, UP, place_camera
 
 
 @pytest.mark.parametrize(

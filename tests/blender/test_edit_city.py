@@ -27,13 +27,13 @@ from citypv.core.light.change_light import trace_change
 from citypv.core.light.match_light import match_light
 from citypv.core.settings.progress import silent
 from citypv.core.study import change_scene, compute_energy
-from citypv.operators.attributes import CHANGE, read_corners, read_face_attribute
-from citypv.operators.edits import update_city
-from citypv.operators.edits.update_city import UpdateCity, estimate_hours
-from citypv.operators.members import describe_edit, list_members
-from citypv.operators.picture.build_legend import note_of
-from citypv.operators.picture.show_result import find_before
-from citypv.operators.session import find_session, list_cities
+from citypv.operators.city.attributes import CHANGE, read_corners, read_face_attribute
+from citypv.operators.city.city_design import describe_edit, list_members
+from citypv.operators.city.session import find_session, list_cities
+from citypv.operators.run import update_city
+from citypv.operators.run.update_city import UpdateCity, estimate_hours
+from citypv.operators.show.build_legend import note_of
+from citypv.operators.show.show_result import find_before
 
 
 def hours_of(session):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from citypv.core.settings.errors import InputError
-from citypv.operators.attributes import (
+from citypv.operators.city.attributes import (
     KIND_CODES,
     ORIENTATION_CODES,
     QUANTITIES,
@@ -16,7 +16,7 @@ from citypv.operators.attributes import (
     write_results,
 )
 from citypv.operators.city.build_meshes import build_meshes, read_vertices
-from citypv.operators.picture.draw_results import draw_results
+from citypv.operators.show.draw_results import draw_results
 
 SHARES = "sky_view_factor", "diffuse_relative", "direct_relative_annual"
 HOURS = "poa_global_annual", "full_load_hours", "full_load_hours_standard_error"

@@ -10,8 +10,8 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from citypv.core.settings.threads import usable_threads
-from citypv.operators.job import LARGEST, NICENESS, threads_beside_window
-from citypv.operators.run_step import Job
+from citypv.operators.city.job import LARGEST, NICENESS, threads_beside_window
+from citypv.operators.city.run_step import Job
 
 
 @pytest.mark.skipif(

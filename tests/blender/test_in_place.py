@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from steps import add_box, colours_of, here, refuse, run
 
-from citypv.operators.attributes import read_face_attribute
+from citypv.operators.city.attributes import read_face_attribute
 from citypv.operators.city.build_meshes import read_vertices
+from citypv.operators.city.city_design import describe_edit
 from citypv.operators.city.read_settings import state_of_step
-from citypv.operators.edits.watch_edits import follow_undo
-from citypv.operators.in_place import is_seen, list_taken
-from citypv.operators.members import describe_edit
-from citypv.operators.picture.build_legend import note_of
-from citypv.operators.result.probe_faces import hit_face
-from citypv.operators.session import find_session, list_cities
+from citypv.operators.city.session import find_session, list_cities
+from citypv.operators.city.source_objects import is_seen, list_taken
+from citypv.operators.run.watch_edits import follow_undo
+from citypv.operators.show.build_legend import note_of
+from citypv.operators.show.probe_faces import hit_face
 
 
 @pytest.fixture
@@ -254,7 +254,7 @@ def test_other_selected_objects_are_another_city_and_the_same_ones_replace_it(ad
 
 
 def test_a_picture_shows_the_city_that_is_hidden_itself(addon, town):
-    from citypv.operators.picture.draw_results import stage_picture
+    from citypv.operators.show.draw_results import stage_picture
 
     city = run("take_meshes", "classify")
     for _ in range(2):

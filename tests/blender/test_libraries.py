@@ -9,7 +9,7 @@ from steps import forget_module, refuse
 from test_panels_draw import draw_all
 
 import citypv
-from citypv.operators import check_libraries
+from citypv.operators.city import check_libraries
 
 AGAIN = ("lxml.", "citypv.core.read", "citypv.core.study")  # modules that a step imports anew
 ENDINGS = {

@@ -8,8 +8,8 @@ from steps import add_mesh, here, refuse, run, session_here
 
 from citypv.core.patches.materials import MaterialSpec
 from citypv.operators.city.read_materials import describe_material, name_face_materials, read_finish
-from citypv.operators.picture.colour_faces import start_emission
-from citypv.operators.result.keep_report import find_row
+from citypv.operators.show.colour_faces import start_emission
+from citypv.operators.show.keep_report import find_row
 
 RED = (0.5, 0.2, 0.1)
 SIDE = 2000.0  # [m] of a quarter of the ground

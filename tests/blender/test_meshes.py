@@ -11,8 +11,8 @@ from citypv.core.city.build_scene import build_scene
 from citypv.core.city.crowns import volume_of_crowns
 from citypv.core.city.join_contents import join_contents
 from citypv.core.settings.errors import InputError
-from citypv.operators.attributes import read_face_attribute
-from citypv.operators.edits.take_meshes import read_meshes
+from citypv.operators.city.attributes import read_face_attribute
+from citypv.operators.run.take_meshes import read_meshes
 
 
 def take(items):

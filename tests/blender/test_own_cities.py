@@ -7,10 +7,10 @@ import pytest
 from steps import add_box, here, run
 
 from citypv.citypv_addon import CLASSES
-from citypv.operators import shapes
-from citypv.operators.edits.take_meshes import read_meshes
-from citypv.operators.edits.watch_edits import remove_left_grounds
-from citypv.operators.members import describe_edit
+from citypv.operators.city import shapes
+from citypv.operators.city.city_design import describe_edit
+from citypv.operators.run.take_meshes import read_meshes
+from citypv.operators.run.watch_edits import remove_left_grounds
 
 
 def test_letters_and_curves_are_no_buildings():
@@ -53,7 +53,7 @@ def test_of_a_city_only_the_object_that_was_moved_is_read_again(town, monkeypatc
         read.append(item.name)
         return describe(city, item)
 
-    monkeypatch.setattr("citypv.operators.members.describe_object", note)
+    monkeypatch.setattr("citypv.operators.city.city_design.describe_object", note)
     for step, edited in ((5, True), (-5, False)):
         town[7].location.x += step
         bpy.context.view_layer.update()

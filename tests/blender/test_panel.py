@@ -8,10 +8,10 @@ import bpy
 import numpy as np
 from steps import here, refuse, run
 
-from citypv.operators.attributes import read_face_attribute
+from citypv.operators.city.attributes import read_face_attribute
 from citypv.operators.city.read_settings import STEPS, state_of_step
-from citypv.operators.picture.draw_results import copy_view, stage_picture
-from citypv.operators.session import close_sessions, list_cities
+from citypv.operators.city.session import close_sessions, list_cities
+from citypv.operators.show.draw_results import copy_view, stage_picture
 
 
 def run_steps(path, *steps):

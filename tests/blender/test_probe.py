@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from steps import refuse, run
 
-from citypv.operators.attributes import read_face_attribute
-from citypv.operators.result.probe_faces import read_charts
-from citypv.operators.session import find_session
+from citypv.operators.city.attributes import read_face_attribute
+from citypv.operators.city.session import find_session
+from citypv.operators.show.probe_faces import read_charts
 
 
 def told(city):

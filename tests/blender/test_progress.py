@@ -13,14 +13,14 @@ from citypv.core.rays import hemisphere_rays
 from citypv.core.rays.compile_ahead import read_loops
 from citypv.core.read.read_city import READING
 from citypv.core.settings.progress import SUN_STAGE
-from citypv.operators import job as jobs
-from citypv.operators import run_step
-from citypv.operators.city import classify_city
-from citypv.operators.city.classify_city import ClassifyCity
-from citypv.operators.city.import_city import ImportCity
-from citypv.operators.job import COMPILING, Job, describe_left, share_of_step
-from citypv.operators.light.trace_city import TraceCity
-from citypv.operators.result.compute_energy import WeighEnergy
+from citypv.operators.city import job as jobs
+from citypv.operators.city import run_step
+from citypv.operators.city.job import COMPILING, Job, describe_left, share_of_step
+from citypv.operators.run import classify_city
+from citypv.operators.run.classify_city import ClassifyCity
+from citypv.operators.run.compute_energy import WeighEnergy
+from citypv.operators.run.import_city import ImportCity
+from citypv.operators.run.trace_city import TraceCity
 
 STAGES = {"sky": 3.0, "suns": 1.0}
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from steps import here, run, session_here
 
-from citypv.core.commands.simulate import simulate
 from citypv.core.results.transfer_file import read_transfer
+from citypv.core.run.simulate import simulate
 from citypv.core.settings.progress import CancelledError
 from citypv.core.settings.request import Request
-from citypv.operators.attributes import read_face_attribute
-from citypv.operators.light.trace_city import TraceCity, show_round
+from citypv.operators.city.attributes import read_face_attribute
+from citypv.operators.run.trace_city import TraceCity, show_round
 
 
 @pytest.fixture

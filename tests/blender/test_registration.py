@@ -81,7 +81,7 @@ def test_disabling_leaves_nothing_in_blender():
 EXAMPLE = Path(__file__).parents[2] / "examples" / "headless.py"
 # The example as a script, with two rays per pixel instead of sixteen.
 RUN = (
-    "import runpy, sys; from citypv.operators.picture import draw_results; draw_results.SAMPLES = "
+    "import runpy, sys; from citypv.operators.show import draw_results; draw_results.SAMPLES = "
     "2; "
     "sys.argv = sys.argv[1:]; runpy.run_path(sys.argv[0], run_name='__main__')"
 )

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from steps import here, refuse, run
 
-from citypv.operators.attributes import read_face_attribute
-from citypv.operators.light.keep_transfer import describe_missing, find_kept
-from citypv.operators.session import find_session
+from citypv.operators.city.attributes import read_face_attribute
+from citypv.operators.city.keep_transfer import describe_missing, find_kept
+from citypv.operators.city.session import find_session
 
 
 @pytest.fixture

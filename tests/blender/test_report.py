@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from steps import refuse, run
 
-from citypv.operators.attributes import read_face_attribute
-from citypv.operators.result.keep_report import read_rows
-from citypv.operators.result.select_faces import read_selection
-from citypv.operators.session import find_city, find_session
+from citypv.operators.city.attributes import read_face_attribute
+from citypv.operators.city.session import find_city, find_session
+from citypv.operators.show.keep_report import read_rows
+from citypv.operators.show.select_faces import read_selection
 
 TURNED = "repaired/flipped: faced inwards in a watertight shell"
 

@@ -13,12 +13,12 @@ import pandas as pd
 import pytest
 from steps import forget_module, refuse, run
 
-from citypv.operators.attributes import read_face_attribute
-from citypv.operators.result.compute_energy import read_best
-from citypv.operators.result.export_results import FILES, FORMATS
-from citypv.operators.result.probe_faces import read_charts
-from citypv.operators.result.select_faces import read_selection
-from citypv.operators.session import find_session
+from citypv.operators.city.attributes import read_face_attribute
+from citypv.operators.city.session import find_session
+from citypv.operators.run.compute_energy import read_best
+from citypv.operators.run.export_results import FILES, FORMATS
+from citypv.operators.show.probe_faces import read_charts
+from citypv.operators.show.select_faces import read_selection
 
 
 def test_exports_best_buildings_and_charts_agree(city, tmp_path, monkeypatch):

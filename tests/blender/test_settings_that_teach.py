@@ -16,8 +16,8 @@ from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import declared_settings
 from citypv.operators.city import read_settings as read_settings_module
 from citypv.operators.city.read_settings import folder_of_answers, read_settings, state_of_step
-from citypv.operators.light.plan_trace import PRICES, find_preset, read_plan
-from citypv.operators.run_step import in_panel_words
+from citypv.operators.city.run_step import in_panel_words
+from citypv.operators.run.plan_trace import PRICES, find_preset, read_plan
 
 # Operators of a row.
 INNER = {

@@ -15,14 +15,14 @@ from citypv.core.results.write_buildings import sum_buildings
 from citypv.core.results.write_summary import sum_totals
 from citypv.core.settings.progress import CancelledError
 from citypv.core.settings.request import Request
-from citypv.operators.attributes import read_face_attribute
+from citypv.operators.city.attributes import read_face_attribute
 from citypv.operators.city.read_settings import STEPS, read_settings, state_of_step
-from citypv.operators.result.compute_energy import read_best
-from citypv.operators.result.probe_faces import describe_surfaces
-from citypv.operators.result.summarise import summarise_energy
-from citypv.operators.run_step import Step
-from citypv.operators.session import find_city, find_session
-from citypv.operators.solar_city import TOLD, SolarCity, settings_of_look
+from citypv.operators.city.run_step import Step
+from citypv.operators.city.session import find_city, find_session
+from citypv.operators.run.compute_energy import read_best
+from citypv.operators.run.solar_city import TOLD, SolarCity, settings_of_look
+from citypv.operators.show.probe_faces import describe_surfaces
+from citypv.operators.show.summarise import summarise_energy
 
 WEATHER = Path(__file__).parents[1] / "data" / "weather"
 

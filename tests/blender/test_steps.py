@@ -11,11 +11,11 @@ from street import STREET
 
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
-from citypv.operators.attributes import read_face_attribute
+from citypv.operators.city.attributes import read_face_attribute
 from citypv.operators.city.build_meshes import read_vertices
 from citypv.operators.city.read_settings import read_settings
-from citypv.operators.result.keep_report import read_rows
-from citypv.operators.session import find_city, find_own_city, find_session
+from citypv.operators.city.session import find_city, find_own_city, find_session
+from citypv.operators.show.keep_report import read_rows
 
 
 def run_steps(path, *steps):

@@ -9,9 +9,9 @@ import pvlib
 import pytest
 from steps import colours_of, here, run
 
-from citypv.operators.attributes import read_face_attribute
-from citypv.operators.picture.timeline import SKY, SUN, timeline_of
-from citypv.operators.session import close_sessions, find_session
+from citypv.operators.city.attributes import read_face_attribute
+from citypv.operators.city.session import close_sessions, find_session
+from citypv.operators.show.timeline import SKY, SUN, timeline_of
 
 NOON_IN_JUNE = 5 * 24 + 13  # frame of 12 to 13 h
 

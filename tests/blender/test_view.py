@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from mathutils import Quaternion, Vector
 
-from citypv.operators.picture.show_city import look_at
+from citypv.operators.show.show_city import look_at
 
 LENS, SENSOR = 50.0, 36.0  # [mm]; a 3D view shows twice the sensor's width along its longer side
 

@@ -9,10 +9,10 @@ import bpy
 import pytest
 from steps import add_tower, assert_full_run, here, refuse, run, session_here
 
-from citypv.operators.attributes import read_face_attribute
-from citypv.operators.members import describe_edit
-from citypv.operators.picture.build_legend import note_of
-from citypv.operators.result.compute_energy import read_best
+from citypv.operators.city.attributes import read_face_attribute
+from citypv.operators.city.city_design import describe_edit
+from citypv.operators.run.compute_energy import read_best
+from citypv.operators.show.build_legend import note_of
 
 
 def test_what_a_deleted_part_of_the_mesh_yielded_is_told(traced):

@@ -14,7 +14,7 @@ from window_files import press_step, three_clicks, undo_to_import
 from window_steps import PREPARE, RUNNING, find_on_screen, keep_picture, press, read_reports
 from window_stops import edit_at_moments, undo, undo_first_city, wait_until_settled
 
-from citypv.operators.attributes import KIND_CODES
+from citypv.operators.city.attributes import KIND_CODES
 
 ROOT = os.environ.get("CITYPV_BLENDER")
 REPOSITORY = Path(__file__).parents[2]

@@ -6,7 +6,7 @@ PREPARE = """
 area = next(a for a in bpy.context.window_manager.windows[0].screen.areas if a.type == "VIEW_3D")
 sidebar = next(r for r in area.regions if r.type == "UI")
 """
-RUNNING = "__import__('importlib').import_module('bl_ext.user_default.citypv.operators.run_step').Step.current"
+RUNNING = "__import__('importlib').import_module('bl_ext.user_default.citypv.operators.city.run_step').Step.current"
 
 
 # Run once in the window: F8 notes which command the button under the mouse has.

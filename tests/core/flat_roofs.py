@@ -4,7 +4,7 @@ import numpy as np
 from cities import make_city
 
 from citypv.core.settings.request import Request
-from citypv.core.study import stand_city
+from citypv.core.study import make_scene
 
 BERLIN = 52.5, 13.4
 
@@ -17,7 +17,7 @@ def scene_with(racks, polygons, **more):
         "ground": "none",
         "patch_size": 10.0,
     } | more
-    return stand_city(make_city(polygons), Request(racks=racks, **settings))
+    return make_scene(make_city(polygons), Request(racks=racks, **settings))
 
 
 def roof(*outline, holes=(), height=10.0):

@@ -9,7 +9,7 @@ import pytest
 from citygml_text import HEAD, building, members, polygon, surface
 
 from citypv.core.settings.request import Request
-from citypv.core.study import read_buildings, stand_city
+from citypv.core.study import make_scene, read_buildings
 
 SHED = {  # corners by name: east, north, up [m]; outwards
     "GroundSurface": [(0, 0, 0), (0, 8, 0), (10, 8, 0), (10, 0, 0)],
@@ -78,7 +78,7 @@ def stand(path, **settings):
     """City and scene of a file."""
     request = Request(patch_size=None, ground="none", **settings)
     city = read_buildings([path], request)
-    return city, stand_city(city, request)
+    return city, make_scene(city, request)
 
 
 def check_shed(scene, latitude, longitude, rel=2e-4):

@@ -17,7 +17,7 @@ from weathers import BERLIN, HOUR, year_of
 
 from citypv.core import study
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.light import kept_matrix, sun_blocks
+from citypv.core.light import sun_blocks, sun_matrix
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.settings.progress import CancelledError, Interruption, silent
@@ -68,7 +68,7 @@ def test_kept_suns_are_those_of_the_whole_run(estimator, way, share, on_disk, mo
     whole = trace(estimator, suns)
     assert whole.record.interrupted is None
     if on_disk:
-        monkeypatch.setattr(kept_matrix, "LIMIT", 0)
+        monkeypatch.setattr(sun_matrix, "LIMIT", 0)
     part = trace(estimator, suns, cancel_at("suns", share))
     count = len(part.suns)
     assert (

@@ -12,8 +12,8 @@ from small_city import TABLES
 from weathers import ERA5
 
 from citypv.__main__ import main
-from citypv.core.commands import simulate, write_run
 from citypv.core.light import sun_blocks
+from citypv.core.run import simulate, write_run
 
 
 @pytest.fixture(autouse=True)

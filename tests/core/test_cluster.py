@@ -28,10 +28,16 @@ from citypv.core.cluster.run_tasks import finish_task, read_task, read_told, wri
 from citypv.core.cluster.tiles import assign_tiles, find_centres
 from citypv.core.cluster.trace_part import bound_hours
 from citypv.core.cluster.trace_tiles import ClusterSettings
-from citypv.core.commands.write_run import describe_bound
+from citypv.core.run.write_run import describe_bound
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
-from citypv.core.study import place_city, prepare_study, read_buildings, read_year, trace_scene
+from citypv.core.study import (
+    make_located_scene,
+    prepare_study,
+    read_buildings,
+    read_year,
+    trace_scene,
+)
 
 SETTINGS = [
     "--weather",
@@ -78,7 +84,7 @@ def inputs(city):
         max_bounces=2,
         threads=1,
     )
-    scene = place_city(read_buildings([city], request), request)
+    scene = make_located_scene(read_buildings([city], request), request)
     weather = read_year(scene.site, request)
     return prepare_study(scene, weather, request), weather, request
 

@@ -13,13 +13,19 @@ from citypv.core.city.city import Tree
 from citypv.core.city.edit_city import Change, edit_city
 from citypv.core.city.terrain import Layer, Terrain
 from citypv.core.light.change_light import trace_change
-from citypv.core.light.difference import errors_of_difference
 from citypv.core.light.editable_city import prepare_decided, trace_editable
+from citypv.core.light.errors_of_change import errors_of_difference
 from citypv.core.light.sun_visibility import projection_in_front
 from citypv.core.photons.specular_light import specular_of
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
-from citypv.core.study import change_scene, compute_energy, place_city, read_year, trace_base
+from citypv.core.study import (
+    change_scene,
+    compute_energy,
+    make_located_scene,
+    read_year,
+    trace_base,
+)
 
 pytestmark = pytest.mark.once
 
@@ -115,7 +121,7 @@ def make_base(name, folder):
         path = folder / "mirror.csv"
         path.write_text("surface,albedo,material\nfacade,0.6,mirror\n")
         request = replace(request, albedo_file=str(path))
-    scene = place_city(city, request)
+    scene = make_located_scene(city, request)
     return city, trace_base(scene, read_year(scene.site, request), request)
 
 

@@ -6,7 +6,7 @@ from scenes import run_forward, run_gather, scene_of_triangles, suns_towards
 from test_closed_forms import direct_relative
 from test_tracing import three_houses
 
-from citypv.core.city.refine import refine_triangles
+from citypv.core.city.split_edges import refine_triangles
 
 pytestmark = pytest.mark.once
 

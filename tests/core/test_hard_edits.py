@@ -11,9 +11,15 @@ from test_edit_light import REQUEST, annual_light, check_law, make, trace_wholly
 
 from citypv.core.city.edit_city import Change, edit_city
 from citypv.core.light.change_light import trace_change
-from citypv.core.light.difference import errors_of_difference
+from citypv.core.light.errors_of_change import errors_of_difference
 from citypv.core.settings.progress import CancelledError
-from citypv.core.study import change_scene, compute_energy, place_city, read_year, trace_base
+from citypv.core.study import (
+    change_scene,
+    compute_energy,
+    make_located_scene,
+    read_year,
+    trace_base,
+)
 
 pytestmark = pytest.mark.once
 
@@ -110,7 +116,7 @@ def test_the_error_of_a_difference_is_its_scatter():
     city, _ = make("houses")
     change = Change(added=(make_city(box("tower", 13, -8, 5, 5, 0, 30)),))
     request = replace(REQUEST, max_bounces=2, suns="days:4")
-    after, scene = edit_city(city, change), place_city(city, request)
+    after, scene = edit_city(city, change), make_located_scene(city, request)
     weather, differences, stated, apart = read_year(scene.site, request), [], [], []
     for seed in range(16):
         base = trace_base(scene, weather, replace(request, seed=seed))
@@ -135,7 +141,7 @@ def test_the_error_of_a_difference_is_the_same_both_ways():
     to its error.
     """
     city, request = make("row")
-    scene = place_city(city, request)
+    scene = make_located_scene(city, request)
     base = trace_base(scene, read_year(scene.site, request), request)
     after = edit_city(city, Change(raised={"b3": 9.0}))
     edited = trace_change(base, change_scene(base, city, after, base.request))

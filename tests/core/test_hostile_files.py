@@ -14,13 +14,13 @@ from memory_of_reading import memory_of_refusal
 from weathers import ERA5
 
 from citypv.__main__ import main
-from citypv.core.commands.run_log import print_output
 from citypv.core.read.open_geotiff import open_geotiff, unpack_bits
 from citypv.core.read.open_input import open_input
 from citypv.core.read.open_netcdf import open_netcdf, refuse_links
 from citypv.core.read.open_raster import open_raster, read_posts
 from citypv.core.results.columns import write_table
 from citypv.core.results.read_results import read_table
+from citypv.core.run.run_log import print_output
 from citypv.core.settings.errors import InputError, cell_of_id, id_of_cell
 from citypv.core.settings.memory import check_memory, free_memory
 from citypv.core.weather.read_era5 import read_era5

@@ -22,7 +22,7 @@ from citypv.core.read import parse_xml
 from citypv.core.read.read_city import read_city
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
-from citypv.core.study import stand_city
+from citypv.core.study import make_scene
 
 ORIGIN = np.array([EAST, NORTH, UP])
 
@@ -75,11 +75,11 @@ def test_the_scene_is_that_of_the_same_relief_given_as_a_file(tmp_path):
     bare = write_gml(tmp_path / "bare.gml", HOUSES)
     apart = write_gml(tmp_path / "relief.gml", relief(points, triangles))
     first, *others = (
-        stand_city(read_city(city), Request(terrain=terrain))
+        make_scene(read_city(city), Request(terrain=terrain))
         for city, terrain in ((own, None), (bare, str(apart)), (own, str(own)))
     )
     assert all(same_scene(first, other) for other in others)
-    assert not same_scene(first, stand_city(read_city(bare), Request()))
+    assert not same_scene(first, make_scene(read_city(bare), Request()))
     assert told(others[1], "not used") and not told(others[1], "Ground: terrain of the file")
 
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 from small_city import write_small_city
 
+from citypv.core.accuracy.cost_curve import PricedCity
 from citypv.core.accuracy.pilot import count_patches, run_pilot
-from citypv.core.accuracy.price_list import PricedCity
 from citypv.core.accuracy.sun_sampling import CityYear
 from citypv.core.light.prepare_scene import build_tree, prepare_scene
 from citypv.core.settings.request import Request

@@ -259,7 +259,7 @@ def test_without_shapes_there_is_no_plan_and_that_is_said(folder, tmp_path):
 
 
 def test_runs_too_large_for_a_transfer_have_their_shapes(folder, tmp_path, monkeypatch):
-    monkeypatch.setattr("citypv.core.commands.write_run.is_on_disk", lambda matrix: True)
+    monkeypatch.setattr("citypv.core.run.write_run.is_on_disk", lambda matrix: True)
     out = tmp_path / "large"
     assert main(["simulate", str(folder.parent / "city.gml"), "--out", str(out), *FAST]) == 0
     assert not (out / "transfer.nc").exists()

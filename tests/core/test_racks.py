@@ -11,7 +11,7 @@ from citypv.core.city.racks import Racks, city_with_racks, parse_racks
 from citypv.core.city.scene import surface_of_triangles
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
-from citypv.core.study import stand_city
+from citypv.core.study import make_scene
 
 # -- geometry --
 
@@ -165,7 +165,7 @@ def test_cells_of_a_grid_leave_the_rows_whole():
 def test_a_city_with_its_racks_has_a_polygon_for_each_surface():
     city = make_city([*rectangle(20, 10)], crs="EPSG:25833")
     city.points += [390_000.0, 5_818_000.0, 30.0]
-    scene = stand_city(city, Request(racks="tilt=10", ground="none"))
+    scene = make_scene(city, Request(racks="tilt=10", ground="none"))
     drawn = city_with_racks(city, scene)
     assert drawn.surface_id == scene.surfaces.surface_id
     fronts = drawn.points[len(city.points) :].reshape(-1, 4, 3) - [390_000.0, 5_818_000.0, 30.0]

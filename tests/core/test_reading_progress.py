@@ -23,7 +23,7 @@ from citypv.core.city.join_contents import JOINING
 from citypv.core.effects.table import PLANNING, TABLE
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import dc_system
-from citypv.core.light import kept_matrix
+from citypv.core.light import sun_matrix
 from citypv.core.read.open_input import BUFFER
 from citypv.core.read.read_city import READING, read_city
 from citypv.core.results.transfer_file import write_transfer
@@ -32,7 +32,7 @@ from citypv.core.results.write_gltf import write_gltf
 from citypv.core.settings import progress
 from citypv.core.settings.progress import CancelledError, TerminalProgress
 from citypv.core.settings.request import Request
-from citypv.core.study import prepare_study, read_year, stand_city
+from citypv.core.study import make_scene, prepare_study, read_year
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
@@ -193,7 +193,7 @@ def results():
 def test_writing_is_told(results, tmp_path, monkeypatch):
     city, scene, transfer, energy, weather = results
     monkeypatch.setattr(
-        kept_matrix, "LIMIT", 16 * 4 * len(transfer.suns) * 7
+        sun_matrix, "LIMIT", 16 * 4 * len(transfer.suns) * 7
     )  # blocks of 7 surfaces
     kept = Kept()
     write_transfer(tmp_path / "transfer.nc", transfer, kept)
@@ -216,7 +216,7 @@ def test_writing_is_told(results, tmp_path, monkeypatch):
 
 def test_classifying_tells_many_shares_and_the_plan_each_effect():
     shares, told, request = [], [], Request(weather="clear-sky", suns="days:2")
-    scene = stand_city(
+    scene = make_scene(
         read_city(DATA / "citygml/berlin_opendata_part_v1.gml.gz"), request, shares.append
     )
     assert_whole(np.array(shares))

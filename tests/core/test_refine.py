@@ -5,7 +5,7 @@ import pytest
 from scenes import join, strip
 from test_triangulate import vectors
 
-from citypv.core.city.refine import refine_triangles
+from citypv.core.city.split_edges import refine_triangles
 
 HEIGHT, WIDTH, LENGTH = (
     20.0,

@@ -9,7 +9,7 @@ from scipy import stats
 from test_closed_forms import SUNS, direct_relative
 from test_tracing import box, three_houses
 
-from citypv.core.city.refine import refine_triangles
+from citypv.core.city.split_edges import refine_triangles
 from citypv.core.light.direct_errors import variance_of_neighbours
 from citypv.core.light.shadow_points import place_points
 from citypv.core.light.trace_gather import trace_gather

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from citypv.__main__ import main
-from citypv.core.accuracy.refine import (
+from citypv.core.accuracy.rounds_to_target import (
     Goal,
     decide_stop,
     largest_round,
@@ -20,9 +20,9 @@ from citypv.core.accuracy.refine import (
     unreachable,
 )
 from citypv.core.accuracy.yield_errors import SAMPLED, YieldErrors
-from citypv.core.commands import refine_run
 from citypv.core.commands.command_line import build_parser, read_request
 from citypv.core.results.transfer_file import read_transfer
+from citypv.core.run import rounds as further_rounds
 from citypv.core.settings.presets import PRESETS
 from citypv.core.settings.request import Request
 
@@ -167,14 +167,14 @@ def test_a_target_is_met_twice_with_the_same_bits(city, tmp_path, capfd):
 @pytest.mark.once
 def test_ctrl_c_keeps_the_finished_rounds(city, tmp_path, monkeypatch, capfd):
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    trace = refine_run.trace_round
+    trace = further_rounds.trace_round
 
     def interrupted_in_the_third(run, *given):
         if run.transfer.record.rounds == 2:
             signal.raise_signal(signal.SIGINT)
         return trace(run, *given)
 
-    monkeypatch.setattr(refine_run, "trace_round", interrupted_in_the_third)
+    monkeypatch.setattr(further_rounds, "trace_round", interrupted_in_the_third)
     try:
         status = main(
             ["simulate", str(city), "--out", str(tmp_path / "b"), *COARSE, "--target-error", "0.13"]

@@ -8,7 +8,7 @@ import shapely
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay, cKDTree
 
-from citypv.core.city.places_in_plan import COINCIDENT, merge_places
+from citypv.core.city.plan_geometry import COINCIDENT, merge_places
 from citypv.core.city.slope_filter import NEAR, find_standing
 from citypv.core.city.triangulate_feet import drop_on_triangles, triangulate_plan
 from citypv.core.settings.errors import InputError

@@ -21,7 +21,7 @@ from citypv.core.city.find_feet import find_feet
 from citypv.core.city.grid_cells import split_into_cells
 from citypv.core.city.locate_site import AS_IN_FILES
 from citypv.core.city.polygons import triangulate
-from citypv.core.city.refine import refine_triangles
+from citypv.core.city.split_edges import refine_triangles
 from citypv.core.city.terrain import Layer, Terrain, measure_heights
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system

@@ -13,11 +13,11 @@ from test_tracing import box, join, strip, three_houses
 from thorough import draw_count
 from weathers import ERA5
 
-from citypv.core.accuracy.refine import Goal, largest_round, refine
+from citypv.core.accuracy.rounds_to_target import Goal, largest_round, refine
 from citypv.core.accuracy.sun_sampling import CityYear, measure_ways
 from citypv.core.accuracy.trace_run import trace_round, trace_run
 from citypv.core.accuracy.yield_errors import find_lit, split_errors
-from citypv.core.city.refine import refine_triangles
+from citypv.core.city.split_edges import refine_triangles
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.prepare_scene import build_tree, prepare_scene
 from citypv.core.light.trace_gather import trace_gather

@@ -10,7 +10,7 @@ from test_laws import law as law_of_gather
 from thorough import draw_count
 from towns import spun
 
-from citypv.core.city.refine import refine_triangles
+from citypv.core.city.split_edges import refine_triangles
 from citypv.core.commands.plain_scenes import room
 from citypv.core.photons import trace_sources
 

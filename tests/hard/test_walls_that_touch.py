@@ -19,8 +19,8 @@ from test_gather_is_forward import SAMPLES, light_of
 from citypv.core.light.measure_cover import find_cover
 from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.trace_all import prepare_gather
-from citypv.core.patches.fates_of_rays import meets_back
 from citypv.core.patches.find_covered import lie_in_earth
+from citypv.core.patches.hit_kinds import meets_back
 from citypv.core.photons.follow_photons import leave_patches
 from citypv.core.rays.sample_points import cell_of_point, cosine_direction
 from citypv.core.settings.progress import silent

@@ -1,0 +1,73 @@
+"""Whether `--target-error` and `--time-budget` can be kept, by a pilot, before the first round is
+traced.
+"""
+
+import math
+import time
+from dataclasses import replace
+
+from ..accuracy.cost_curve import price_city
+from ..accuracy.rounds_to_target import CELLS, CERTAIN
+from ..accuracy.sun_sampling import CityYear
+from ..accuracy.yield_errors import SOURCES
+from ..light.prepare_scene import build_tree, prepare_scene
+from ..settings.errors import InputError
+from ..settings.progress import describe_duration
+from .rounds import MOMENT
+
+
+def check_goal(scene, weather, request, log):
+    """Refuse a target below what the choice of suns leaves, and a time in which not even the first
+    round is traced.
+
+    Photons have no prices: with them nothing is refused.
+
+    Parameters
+    ----------
+    scene : Scene
+    weather : Weather
+    request : Request
+        With a target, a time budget or both.
+    log : RunLog
+
+    Raises
+    ------
+    InputError
+    """
+    if request.estimator == "forward":
+        return
+    request = replace(request, shadow_samples=max(request.shadow_samples, CELLS))
+    prepared = build_tree(prepare_scene(scene, request, weather=weather), request)
+    city = price_city(CityYear(scene, prepared, weather, request), (request.suns,), log.progress)
+    errors = city.predict_errors(request)
+    # Rounds lower what rays and points leave, but not what the suns do, which is itself an
+    # estimate.
+    of_suns = errors.at_share(without=[source for source in SOURCES if source != "suns"])
+    if request.target_error is not None and CERTAIN * of_suns > request.target_error:
+        cure = "hourly" if request.suns == "days:52" else "days:52"
+        problem = (
+            f"{request.target_error:g} % is below the {of_suns:.2f} % that --suns {request.suns} "
+            "leaves"
+        )
+        raise InputError(
+            "--target-error", problem, f"give --suns {cure}, or a target above {of_suns:.2f}"
+        )
+    if request.time_budget is None:
+        return
+    tracing, _, writing = city.predict_seconds(request)
+    first = tracing + writing + city.checking + 2 * city.pilot.electricity + MOMENT
+    spent = time.monotonic() - log.started
+    if spent + first > request.time_budget:
+        parts = (
+            f"the pilot ends after {describe_duration(spent)}, the first round takes "
+            f"{describe_duration(first)}"
+        )
+        # Speeds differ from one run to the next.
+        least = math.ceil(1.25 * (spent + first))
+        cure = f"give --time-budget {least} at least, or --suns with fewer days"
+        raise InputError("--time-budget", f"{request.time_budget:g} s are too few: {parts}", cure)
+    told = (
+        f"{describe_duration(first)} of {describe_duration(request.time_budget - spent)} for the "
+        "first round"
+    )
+    log.write(f"--samples {request.samples} --shadow-samples {request.shadow_samples}: {told}")

@@ -1,0 +1,63 @@
+"""Further rounds of a run for `--target-error` and `--time-budget`."""
+
+import time
+
+from ..accuracy.cost_curve import WRITING
+from ..accuracy.rounds_to_target import Goal, largest_round, refine, unreachable
+from ..accuracy.trace_run import trace_round
+from ..accuracy.yield_errors import split_errors
+from ..settings.progress import TerminalProgress
+from ..study import compute_energy
+
+MOMENT = 1.0  # [s] for the rest of writing
+
+
+def refine_run(run, log, progress, folder):
+    """Trace rounds until the target is met or the time is up.
+
+    Parameters
+    ----------
+    run : Run
+        Of the first round, with its error of sun sampling.
+    log : RunLog
+    progress : Interruption
+    folder : path-like
+        As in `trace_scene`.
+
+    Returns
+    -------
+    Transfer
+    """
+    weather, request, transfer = run.weather, run.request, run.transfer
+    started = time.monotonic()
+    energy = compute_energy(transfer, weather, request)
+    finishing = time.monotonic() - started + 2 * transfer.visible_share.nbytes / WRITING + MOMENT
+    deadline = (
+        None if request.time_budget is None else log.started + request.time_budget - finishing
+    )
+
+    def judge(one):
+        nonlocal energy
+        log.show(one)
+        errors = split_errors(one, weather, energy)
+        if (
+            one is not transfer
+            and request.target_error is not None
+            and errors.at_share() <= request.target_error
+        ):
+            energy = compute_energy(
+                one, weather, request
+            )  # hours have changed as well since they were computed
+            errors = split_errors(one, weather, energy)
+        return errors
+
+    # The stages of every round would be many lines.
+    progress.progress = TerminalProgress(log.stream, lasting=False) if log.stream else log.progress
+    target = request.target_error
+    if target is not None and (words := unreachable(judge(transfer), target)):
+        log.write(words)
+
+    goal = Goal(target, deadline, largest_round(request))
+    return refine(
+        run, judge, goal, lambda run, size: trace_round(run, size, progress, folder), log.write
+    )

@@ -1,0 +1,258 @@
+"""The commands that write results: trace a city and compute its energy, or recompute energy from a
+Transfer.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+from ..accuracy.error_budget import suggest_more
+from ..accuracy.rounds_to_target import CELLS
+from ..accuracy.trace_run import trace_run
+from ..cluster.run_tasks import drop_kept, keeping, kept_beside
+from ..cluster.trace_tiles import check_cluster_settings, plan_tiles, trace_tiles
+from ..effects.plan_effects import describe_plan
+from ..energy.counted_area import classify_again
+from ..energy.pv_system import ELECTRIC
+from ..light.prepare_scene import build_tree
+from ..rays.hemisphere_rays import is_compiled
+from ..results.output_folder import ASKED, whole_folder
+from ..results.rays_file import NAME as RAYS
+from ..results.rays_file import write_rays
+from ..results.transfer_file import read_transfer
+from ..settings.errors import InputError
+from ..settings.presets import METHODS
+from ..settings.progress import CancelledError, Interruption
+from ..study import (
+    check_settings,
+    check_tracing,
+    find_surfaces,
+    make_located_scene,
+    measure_sun_sampling,
+    prepare_study,
+    read_buildings,
+    read_year,
+    trace_base,
+)
+from .check_goal import check_goal
+from .rounds import refine_run
+from .run_log import (
+    RunLog,
+    describe_extent,
+    describe_interruption,
+    describe_overrun,
+    describe_scene,
+    describe_weather,
+    report_outcome,
+)
+from .write_run import Output, Results, write_energy, write_exports, write_results, write_run
+
+
+def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
+    """Trace a city and write its full load hours.
+
+    Parameters
+    ----------
+    paths : list of path-like
+        Files or folders with buildings.
+    folder : path-like
+        Folder for the results, written completely or not at all.
+    request : Request
+    output : Output, optional
+    log : RunLog, optional
+        Receives progress and messages.
+    cluster : ClusterSettings, optional
+        Trace in tiles.
+
+    Returns
+    -------
+    str
+        After Ctrl-C while suns were traced: the suns on which the results are based. Else "".
+
+    Raises
+    ------
+    InputError
+        Before anything is written.
+    KeyboardInterrupt, CancelledError
+        Ctrl-C at any other time: nothing is written.
+    """
+    log, output = log or RunLog(None), output or Output()
+    log.clock.lap("start")
+    check_tracing(request)
+    check_cluster_settings(cluster, request)
+    if cluster and "editable" in output.exports:
+        raise InputError(
+            "--editable", "is for runs without tiles", "leave it out, or leave out --cluster"
+        )
+    if request.wants_rounds and "editable" in output.exports:
+        raise InputError(
+            "--editable",
+            "an editable run has one round",
+            "leave out --target-error and --time-budget",
+        )
+    with whole_folder(folder, output.overwrite) as work:
+        log.write(f"Reading {', '.join(str(path) for path in paths)}")
+        city = read_buildings(paths, request, log.progress)
+        for line in describe_extent(city):
+            log.write(f"  {line}")
+        scene = make_located_scene(city, request)
+        log.clock.lap("read city")
+        find_surfaces(
+            scene.surfaces.surface_id, request.series
+        )  # refuses unknown names before anything takes long
+        log.write("\n".join(f"  {line}" for line in describe_scene(scene)))
+        weather = read_year(scene.site, request, keep=(work / ASKED, Path(folder) / ASKED))
+        log.write(describe_weather(weather, scene.site))
+        log.clock.lap("read weather")
+        if request.wants_rounds:
+            check_goal(scene, weather, request, log)
+        log.write("Effects included for this scene:")
+        if cluster:
+            prepared = plan_tiles(scene, weather, request, cluster, log.write)
+        else:
+            prepared = prepare_study(scene, weather, request)
+        log.write("\n".join(f"  {line}" for line in describe_plan(prepared.plan)))
+        log.write(
+            "Tracing"
+            if is_compiled()
+            else "Tracing; compiling first, which this machine needs once"
+        )
+        tiles = None
+        if cluster:
+            with keeping(kept := kept_beside(folder), log.write):
+                told = {"progress": log.progress, "tell": lambda line: log.write(f"  {line}")}
+                transfer, tiles = trace_tiles(prepared, weather, request, cluster, kept, **told)
+        elif "editable" in output.exports:
+            base = _trace_to_edit(scene, weather, request, log, prepared=prepared)
+            transfer = base.transfer
+            write_rays(work / RAYS, base, city)
+        else:
+            transfer = trace_until_interrupted(
+                scene, weather, request, log, work.parent.parent, prepared=prepared
+            )
+        log.clock.lap("trace")
+        results = write_results(
+            work, Results(city, scene, transfer, None, weather), request, output, log
+        )
+        totals = write_run(work, results, request, log, tiles)
+        write_exports(work, results, request, output.exports, log.progress)
+    transfer, energy = results.transfer, results.energy
+    drop_kept(folder, cluster)
+    report_outcome(log, folder, energy, totals, scene.report)
+    log.write("\n".join([suggest_more(transfer, weather, energy), *describe_overrun(request, log)]))
+    return describe_interruption(transfer.record)
+
+
+def _trace_to_edit(scene, weather, request, log, *, prepared):
+    """Trace a city so that `citypv variant` can edit it: EditableCity, with its error of sun
+    sampling.
+    """
+    base = trace_base(scene, weather, request, log.progress, prepared=prepared)
+    transfer = base.transfer
+    sampling = measure_sun_sampling(
+        scene, weather, transfer, request, log.progress, prepared=prepared
+    )
+    leaf = base.city.states[0]
+    leaf.transfer = replace(leaf.transfer, record=replace(transfer.record, sun_sampling=sampling))
+    return base
+
+
+def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
+    """Transfer of a scene with its error of sun sampling; after Ctrl-C, of the suns that were
+    traced until then.
+
+    Parameters
+    ----------
+    scene : Scene
+    weather : Weather
+    request : Request
+    log : RunLog
+    folder : path-like
+        As in `trace_scene`.
+    prepared : PreparedScene
+
+    Returns
+    -------
+    Transfer
+
+    Raises
+    ------
+    KeyboardInterrupt, CancelledError
+        Before any usable set of suns was traced, or after a second Ctrl-C.
+    """
+    with Interruption(log.progress, log.stream) as heard:
+        if request.wants_rounds:
+            if request.shadow_samples < CELLS:
+                log.write(
+                    f"Rounds have {CELLS} shadow points, so that light on patches is resolved "
+                    "finely enough"
+                )
+                request = replace(request, shadow_samples=CELLS)
+            prepared = replace(build_tree(prepared, request), rounds=True)
+        run = trace_run(scene, weather, request, heard, folder, prepared=prepared)
+        transfer = run.transfer
+        # This takes seconds: after an interruption it is the only estimate of the error from
+        # missing suns.
+        progress = log.progress if heard.asked else heard
+        try:
+            sampling = measure_sun_sampling(
+                scene, weather, transfer, request, progress, prepared=prepared
+            )
+            transfer = replace(transfer, record=replace(transfer.record, sun_sampling=sampling))
+        except CancelledError:
+            log.write("The error of sun sampling was not measured")
+        if request.wants_rounds and not heard.asked:
+            transfer = refine_run(replace(run, transfer=transfer), log, heard, folder)
+    if heard.asked:
+        count = len(transfer.suns)
+        noted = transfer.record.interrupted or {"suns_traced": count, "of": count}
+        transfer = replace(transfer, record=replace(transfer.record, interrupted=noted))
+    return transfer
+
+
+def recompute(transfer_path, folder, request, *, overwrite=False, log=None):
+    """Compute the energy of an earlier Transfer with another weather or module.
+
+    `transfer_path` is the file, or the result folder that holds it; further parameters and errors
+    as in `simulate`.
+    """
+    if Path(transfer_path).is_dir():
+        transfer_path = Path(transfer_path) / "transfer.nc"
+        if not transfer_path.is_file():
+            raise InputError(
+                transfer_path, "the run wrote no light to weigh again", "simulate with --transfer"
+            )
+    log = log or RunLog(None)
+    check_settings(request)
+    implied = METHODS.get(request.method, {}).get(
+        "effects", {}
+    )  # as other settings of light, without effect here
+    for key in request.effects:
+        if key not in (*ELECTRIC, *implied):
+            raise InputError(
+                "--effects",
+                f"{key} was decided when the city was traced",
+                f"use {', '.join(ELECTRIC)}",
+            )
+    with whole_folder(folder, overwrite) as work:
+        stored = read_transfer(transfer_path)
+        transfer = classify_again(stored, request.sectors)
+        if transfer is not stored:
+            log.write(
+                f"Surfaces are classified again for --sectors {request.sectors}. Those that did "
+                "not count when"
+            )
+            log.write("  they were traced may have a quarter of the rays, and larger errors")
+        for note in transfer.notes:
+            log.write(f"{transfer_path}: {note}")
+        if transfer.record and transfer.record.interrupted:
+            log.write(
+                f"{transfer_path} is from an interrupted run. "
+                f"{describe_interruption(transfer.record)}"
+            )
+        kept = work / ASKED, Path(folder) / ASKED, Path(transfer_path).parent / ASKED
+        weather = read_year(transfer.site, request, transfer.suns, kept)
+        log.write(describe_weather(weather, transfer.site))
+        log.clock.lap("read")
+        energy = write_energy(work, transfer, weather, request, log)
+        totals = write_run(work, Results(None, None, transfer, energy, weather), request, log)
+    report_outcome(log, folder, energy, totals)

@@ -1,0 +1,202 @@
+"""`citypv variant`: an edited city from what is known of the city before, in seconds."""
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pandas as pd
+
+from ..city.axis_order import PlaceHints
+from ..city.edge_distance import measure_edge_distance
+from ..city.edit_city import Change, edit_city, place_local, system_of
+from ..city.written_scene import written_scene
+from ..light.change_light import trace_change
+from ..light.editable_city import restore_editable
+from ..light.errors_of_change import errors_of_difference
+from ..photons.specular_light import specular_of
+from ..read.read_city import read_city
+from ..results.columns import write_table
+from ..results.compare_runs import CHANGE, describe_light, mark_of
+from ..results.output_folder import ASKED, whole_folder
+from ..results.rays_file import NAME, read_rays, write_rays
+from ..results.transfer_file import read_transfer
+from ..settings.errors import InputError, id_of_cell
+from ..study import ELSEWHERE, change_scene, compute_energy, conventions_of, read_year
+from ..weather.climate_grid import is_land
+from .run_log import RunLog, describe_weather, report_outcome
+from .write_run import Output, Results, write_exports, write_results, write_run
+
+
+@dataclass
+class Wish:
+    """What is to change, as `citypv variant` is told."""
+
+    add: list = field(default_factory=list)  # files of buildings or trees
+    remove: list = field(default_factory=list)  # ids of buildings, names of trees
+    move: dict = field(default_factory=dict)  # id -> [m] to true east and north
+    raised: dict = field(default_factory=dict)  # id -> [m] by which all above its foot goes up
+    albedo_of: dict = field(default_factory=dict)  # id -> albedo of the building
+    local: bool = False  # whether files are in metres from the base's local origin
+
+
+def make_variant(base_folder, folder, wish, *, output=None, log=None):
+    """Trace an edited city from a result folder that keeps its rays, and write results like any
+    other.
+
+    Parameters
+    ----------
+    base_folder : path-like
+        Of `citypv simulate --editable`, or of an editable variant.
+    folder : path-like
+        Written completely or not at all.
+    wish : Wish
+    output : Output, optional
+    log : RunLog, optional
+
+    Raises
+    ------
+    InputError
+        The base cannot be edited, an id is unknown, or a file cannot be used.
+    """
+    log, output = log or RunLog(), output or Output()
+    with whole_folder(folder, output.overwrite) as work, TemporaryDirectory() as place:
+        kept = read_rays(base_folder)
+        known = {
+            "decisions": kept.decisions,
+            "kept": kept.traced,
+            "specular": specular_of,
+            "drift": kept.drift,
+        }
+        transfer = read_transfer(Path(base_folder) / "transfer.nc")
+        base = restore_editable(kept.scene, kept.request, transfer, **known)
+        weather = read_year(
+            kept.scene.site, kept.request, keep=(work / ASKED, Path(base_folder) / ASKED)
+        )
+        log.write(describe_weather(weather, kept.scene.site))
+        log.clock.lap("read base")
+        city, request = (
+            edit_city(kept.city, _read_change(wish, kept), kept.scene.site.convergence),
+            kept.request,
+        )
+        if wish.albedo_of:
+            path = _write_albedos(Path(place), request.albedo_file, city, wish.albedo_of)
+            request = replace(request, albedo_file=path)
+        change = change_scene(base, kept.city, city, request, log.progress)
+        scene = written_scene(change.scene, change.rows)
+        if scene.surfaces.edge_distance is not None:  # a new building may be at the rim
+            change.scene.surfaces.edge_distance[change.rows] = measure_edge_distance(scene)
+        edited = trace_change(base, change, request, log.progress)
+        log.clock.lap("trace")
+        # Files are named as they were given, and the choice of suns is the base's.
+        named = replace(request, **kept.names)
+        changes = {"request": named.as_dict(), "sun_sampling": base.transfer.record.sun_sampling}
+        transfer = replace(edited.transfer, record=replace(edited.transfer.record, **changes))
+        told = {"base_crc32": mark_of(base_folder)}
+        if edited.before is not None:
+            # What the edit changes is told against the base with as much light as the edited city
+            # asks for.
+            light, kept_record = edited.before.transfer, base.transfer.record
+            record = replace(
+                light.record, request=kept_record.request, sun_sampling=kept_record.sun_sampling
+            )
+            transfer = replace(transfer, base=replace(light, record=record))
+            told["base_light"] = _tell_light(edited.before)
+            log.write(
+                "The edited city asks for more than its base has: "
+                f"{describe_light(told['base_light'])}"
+            )
+            log.write(
+                "  The light of the base is solved with these too; compare takes it as before"
+            )
+        if "editable" in output.exports:
+            write_rays(work / NAME, edited, city, kept.names)
+        found = write_results(
+            work, Results(city, scene, transfer, None, weather), named, output, log
+        )
+        # The standard errors of the changes that surfaces of both cities see.
+        both, _ = errors_of_difference(edited.before or base, edited)
+        errors = compute_energy(
+            both, weather, replace(named, series=())
+        ).full_load_hours_standard_error
+        table = {
+            "surface_id": both.surfaces.surface_id,
+            "full_load_hours_change_standard_error": errors,
+        }
+        write_table(work / CHANGE, pd.DataFrame(table))
+        totals = write_run(work, found, named, log, beside={"variant": told})
+        write_exports(work, found, named, output.exports, log.progress)
+    report_outcome(log, folder, found.energy, totals)
+
+
+def _tell_light(base):
+    """What light of a base was solved with, for the summary of its variant: dict."""
+    return {"max_bounces": base.decisions.bounces, "sky": base.decisions.plan["sky"]}
+
+
+def _read_change(wish, kept):
+    """The change, with the cities of the files that are added: Change."""
+    added = []
+    for path in wish.add:
+        request, conventions = kept.request, conventions_of(kept.city, kept.request)
+        like = None if wish.local or kept.city.crs is None else kept.city
+        hints = PlaceHints(request.axes, request.latitude, request.longitude, is_land, like)
+        city = read_city(
+            [path], unit=conventions[0], up=conventions[1], orient=request.orient, hints=hints
+        )
+        if wish.local:
+            city = place_local(city, kept.scene.site, *system_of(kept.city))
+        _check_distance(path, city, kept.city)
+        added.append(city)
+    return Change(wish.remove, wish.move, wish.raised, tuple(added))
+
+
+def _check_distance(path, city, base):
+    """Raise an error if a city to be added stands far from the other one."""
+    low, high = (
+        base.points[:, :2].min(axis=0) - ELSEWHERE,
+        base.points[:, :2].max(axis=0) + ELSEWHERE,
+    )
+    places = [
+        city.points[:, :2],
+        *(tree.place[None, :2] for tree in city.trees if tree.place is not None),
+    ]
+    middle = np.median(np.concatenate(places), axis=0)
+    if not ((middle >= low) & (middle <= high)).all():
+        away = np.hypot(*(middle - 0.5 * (low + high))) / 1000
+        cure = "add --local if it is in metres from the local origin of the base"
+        raise InputError(
+            path,
+            f"stands {away:,.0f} km from the base, or names no coordinate reference system",
+            cure,
+        )
+
+
+def _write_albedos(place, source, city, albedo_of):
+    """Write an albedo file with the lines of another one, and the albedos of some buildings: its
+    path.
+
+    Raises
+    ------
+    InputError
+        A building is unknown.
+    """
+    unknown = [name for name in albedo_of if name not in set(city.building_id)]
+    if unknown:
+        raise InputError(
+            unknown[0],
+            "no building of the city has this id",
+            "take ids from the column building_id",
+        )
+    own = pd.DataFrame(
+        {"surface": city.surface_id, "albedo": pd.Series(city.building_id).map(albedo_of)}
+    ).dropna()
+    tables = [own]
+    if source is not None:
+        given = pd.read_csv(source, dtype=str, encoding="utf-8-sig")
+        tables = [given.assign(surface=given["surface"].map(id_of_cell, na_action="ignore")), own]
+    path = place / "albedo.csv"
+    pd.concat(tables).drop_duplicates("surface", keep="last").to_csv(
+        path, index=False, encoding="utf-8"
+    )
+    return str(path)

@@ -1,0 +1,191 @@
+"""What a run writes: tables, pictures, summary, and files for other programs."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from ..accuracy.measure_effects import state_effects
+from ..city.grid_cells import outline_surfaces, split_into_cells
+from ..city.racks import city_with_racks
+from ..cluster.trace_part import bound_hours
+from ..energy.pv_system import build_system
+from ..light.sun_matrix import is_on_disk
+from ..results.columns import write_table
+from ..results.compare_runs import BEFORE, BEFORE_COLUMNS
+from ..results.describe_run import describe_edge
+from ..results.transfer_file import write_transfer
+from ..results.write_cityjson import write_cityjson
+from ..results.write_geopackage import write_geopackage
+from ..results.write_gltf import write_gltf
+from ..results.write_summary import summarise, write_summary
+from ..results.write_tables import write_tables
+from ..settings.errors import show_number
+from ..settings.progress import silent
+from ..study import compute_energy
+
+
+@dataclass
+class Output:
+    """What a run writes beside its tables."""
+
+    overwrite: bool = False  # replace the results in a folder that is not empty
+    exports: tuple = ()  # of choose_settings.EXPORTS
+    # `draw(folder, scene, transfer, energy, note)` writes pictures of the results
+    draw: Callable | None = None
+
+
+class Results(NamedTuple):
+    """What a run has found."""
+
+    city: Any  # City of `draw_city`, and
+    scene: Any  # Scene; None of a Transfer that was read from a file
+    transfer: Any  # Transfer
+    energy: Any  # Energy
+    weather: Any  # Weather
+
+
+def write_results(work, found, request, output, log):
+    """Compute the Energy of a run, and write its tables and pictures: Results, with the city as its
+    surfaces are cut.
+
+    Parameters
+    ----------
+    work : Path
+    found : Results
+        Without energy, with the City as it was read.
+    request : Request
+    output : Output
+    log : RunLog
+    """
+    city, scene, transfer, _, weather = found
+    city = draw_city(city, scene, request)
+    transfer = replace(transfer, outlines=outline_surfaces(city, scene.surfaces, scene.site))
+    keep = not is_on_disk(transfer.visible_share) or bool(
+        {"transfer", "editable"} & set(output.exports)
+    )
+    energy = write_energy(work, transfer, weather, request, log, keep=keep)
+    if output.draw:
+        log.write("Blender")
+        output.draw(work, scene, transfer, energy, weather.label)
+        log.clock.lap("Blender")
+    return Results(city, scene, transfer, energy, weather)
+
+
+def write_energy(work, transfer, weather, request, log, *, keep=True):
+    """Compute the Energy of a Transfer and write its tables, and transfer.nc if `keep`: Energy."""
+    log.write("Electricity")
+    energy = compute_energy(transfer, weather, request, log.progress)
+    log.clock.lap("electricity")
+    write_tables(work, transfer, energy, weather, request, progress=log.progress)
+    if transfer.base is not None:
+        _write_before(work / BEFORE, transfer.base, weather, request)
+    if keep:
+        write_transfer(work / "transfer.nc", transfer, log.progress)
+    else:
+        log.write(
+            f"transfer.nc would have {transfer.visible_share.shape[1]:,} suns for each surface: "
+            "not written"
+        )
+        log.write("  (--transfer writes it)")
+    log.clock.lap("write tables")
+    return energy
+
+
+def _write_before(path, transfer, weather, request):
+    """Write the hours of a city before its edit, by light that was solved again, with their
+    errors.
+    """
+    energy = compute_energy(transfer, weather, replace(request, series=()))
+    columns = {name: np.asarray(getattr(energy, name)) for name in BEFORE_COLUMNS}
+    write_table(path, pd.DataFrame({"surface_id": transfer.surfaces.surface_id} | columns))
+
+
+def write_run(work, results, request, log, tiles=None, *, beside=None):
+    """Measure what effects of the modules and the sky's model change, and write summary.json: its
+    totals.
+
+    `beside` are further sections of it.
+    """
+    _, scene, transfer, energy, weather = results
+    summary = summarise(transfer, energy, weather, request, scene=scene, seconds=log.clock.seconds)
+    chosen = {"sky": energy.sky, "threads": request.threads}
+    shares = state_effects(summary, transfer, weather, build_system(request), **chosen)
+    if shares:
+        told = (
+            f"{key} {show_number(100 * share, 1, plus=True)} %" for key, share in shares.items()
+        )
+        log.write(f"  in full load hours: {', '.join(told)}")
+    if words := describe_edge(summary):
+        log.write(f"  {words}")
+    log.clock.lap("shares of effects")
+    if tiles:
+        summary["tiles"] = _state_bound(tiles, transfer, energy, weather)
+        log.write(f"  {describe_bound(summary['tiles'])}")
+    write_summary(work / "summary.json", summary | (beside or {}))
+    return summary["totals"]
+
+
+def write_exports(work, results, request, exports, progress=silent):
+    """Write files for other programs: `city.city.json`, `city.glb`, `city.gpkg`.
+
+    Parameters
+    ----------
+    work : Path
+    results : Results
+    request : Request
+    exports : collection of str
+    progress : callable, optional
+        See `core.settings.progress`.
+    """
+    city, scene, transfer, energy, weather = results
+    told = {"system": build_system(request), "progress": progress}
+    if "cityjson" in exports:
+        write_cityjson(work / "city.city.json", city, transfer, energy, weather=weather, **told)
+    if "geopackage" in exports:
+        write_geopackage(work / "city.gpkg", city, transfer, energy, weather=weather, **told)
+    if "gltf" in exports:
+        write_gltf(work / "city.glb", scene, energy, label=weather.label, progress=progress)
+
+
+def draw_city(city, scene, request):
+    """City whose polygons are the surfaces of its scene: cells of the grid, and racks."""
+    cells = city if request.grid_size is None else split_into_cells(city, request.grid_size)[0]
+    return city_with_racks(cells, scene)
+
+
+def _state_bound(tiles, transfer, energy, weather):
+    """Figures of the tiles with what they leave out at most, in percent of the eligible surfaces'
+    irradiation: dict.
+    """
+    chosen = energy.eligible & np.isfinite(energy.poa_global_annual)
+    area = transfer.surfaces.area[chosen]
+    hours = len(weather.data) / energy.years
+    mean = (
+        1000 * float(np.average(energy.poa_global_annual[chosen], weights=area)) / hours
+        if area.any()
+        else 0.0
+    )
+    mean /= weather.interval.total_seconds() / 3600
+    bound = bound_hours(
+        tiles["left_out"], transfer.record.brightest_albedo, weather, energy.sky, mean
+    )
+    return tiles | {
+        "bound": bound,
+        "unit": f"{tiles['unit']}; bound in percent of the eligible surfaces' irradiation",
+    }
+
+
+def describe_bound(tiles):
+    """What the tiles leave out, as a line of text."""
+    if tiles["bound"] is None:
+        beyond = "no bound is known for what lies beyond"
+    else:
+        beyond = f"what lies beyond changes at most {tiles['bound']:.2f} % of the irradiation"
+    reach = (
+        f"up to {tiles['near']:,.0f} m in full, and what rises above 2° up to "
+        f"{tiles['farthest']:,.0f} m"
+    )
+    return f"surroundings of the tiles: {reach}; {beyond}"

@@ -1,0 +1,338 @@
+"""What a city consists of as it is seen: its own mesh, objects of the user that are part of it,
+buildings left out.
+
+Each change of these is an edit: the results are those of the city seen as long as its design is the
+one they were computed for.
+"""
+
+import hashlib
+import uuid
+
+import bpy
+
+from ...core.settings.errors import InputError
+from .attributes import PREFIX
+from .run_step import redraw_panels
+from .session import find_session
+from .shapes import describe_ground, describe_mesh, describe_object
+from .source_objects import (
+    ADDED,
+    BESIDE,
+    IDENTITY,
+    OF_OBJECTS,
+    OWNER,
+    TAKEN_FROM,
+    is_in_place,
+    is_seen,
+    list_beside,
+    list_taken,
+)
+
+# Properties of a city.
+LINEAGE = (
+    PREFIX + "lineage"
+)  # names the polygons of the files, with what was edited in the city's own mesh
+REMOVED = PREFIX + "removed"  # ids of buildings of the files that are left out, one per line
+MESH, RESHAPED = (
+    PREFIX + "shape",
+    PREFIX + "edited",
+)  # digest of its own mesh, and whether that is another one now
+GROUND, RELAID = PREFIX + "ground_shape", PREFIX + "ground_edited"  # the same of its ground
+FAMILY, VARIANT = (
+    PREFIX + "family",
+    PREFIX + "variant",
+)  # shared by all variants; what this one is called
+DESIGN, REDESIGNED = (
+    PREFIX + "design",
+    PREFIX + "redesigned",
+)  # the same of all else that it consists of
+OF_CITY = (*OF_OBJECTS, IDENTITY, FAMILY, VARIANT, LINEAGE, REMOVED, DESIGN, REDESIGNED, RESHAPED)
+# Properties of an object of the user.
+PUT_AWAY = PREFIX + "put_away"  # hidden with its variant
+BUILDING = PREFIX + "building_id"  # what its building is called, where not as the object
+ORIGINAL = (
+    PREFIX + "original"
+)  # digest of the shape in which it was made of a building of the files
+_known = {}  # (`session_uid`, place of its city) of objects -> digest, until they are edited
+# `session_uid` of a city -> list of (key of `_known`, name, of `_read_original`) of all that is
+# seen of it
+_parts = {}
+COLLECTION = "CityPV"  # what is put into it joins the city that is seen
+
+
+def begin_design(city, earlier=None):
+    """Note on a new city what it consists of; what was added to an `earlier` one of the same files
+    is an edit of it.
+    """
+    city[IDENTITY] = city.get(IDENTITY) or earlier or uuid.uuid4().hex
+    city[LINEAGE] = uuid.uuid4().hex
+    city[REMOVED] = "\n".join(
+        sorted({item[BUILDING] for item in list_members(city) if ORIGINAL in item})
+    )
+    remember_design(city, describe_design(city, seen=None if is_in_place(city) else {}))
+
+
+def remember_design(city, design):
+    """Store on a city of what design its results are, with the shape of its own mesh and of its
+    ground.
+    """
+    city[MESH], city[RESHAPED] = describe_mesh(city), False
+    city[GROUND], city[RELAID] = describe_ground(city), False
+    city[DESIGN], city[REDESIGNED] = design, design != describe_design(city)
+
+
+def note_edits(city, *, own=True):
+    """Note on a city that is seen whether its results are of it; `own`: its own mesh or its ground
+    may have changed.
+    """
+    if city is None or DESIGN not in city or not is_seen(city):
+        return
+    # Objects in the collection CityPV are part of a city of files; those in that of a city of
+    # meshes, of this one.
+    groups = [scene.collection.children.get(COLLECTION) for scene in city.users_scene]
+    taken = {item for _, item, _ in list_taken(city)}
+    for group in filter(None, [city.get(TAKEN_FROM)] if is_in_place(city) else groups):
+        for item in set(group.all_objects) - taken:
+            if PREFIX + "part" not in item and OWNER not in item and item.type in ("MESH", "EMPTY"):
+                item[OWNER] = city[IDENTITY]
+    # What was put beside it since it was imported or taken, and is not part of it.
+    added = sorted(set(list_beside(city)) - set(city[BESIDE])) if BESIDE in city else []
+    more = f" and {len(added) - 1} more are" if len(added) > 1 else " is"
+    _note_change(city, ADDED, f"{added[0]}{more} not part of the city" if added else "")
+    if any(
+        item.mode == "EDIT"
+        for item in filter(None, (city, city.get(PREFIX + "ground"), *list_members(city)))
+    ):
+        return
+    if own:
+        _note_change(city, RESHAPED, describe_mesh(city) != city[MESH])
+        now, laid = describe_ground(city), city.get(GROUND)
+        _note_change(city, RELAID, bool(now and laid and now not in laid))
+    seen, place = list_seen(city), _place_of(city)
+    _note_change(city, REDESIGNED, describe_design(city, seen=seen, known=_known) != city[DESIGN])
+    if not any(item.instance_collection for item in seen):
+        _parts[city.session_uid] = [
+            ((i.session_uid, place), name, _read_original(i, name)) for i, name in seen.items()
+        ]
+
+
+def note_touched(city, touched):
+    """Note edits of single objects, where nothing else has changed: as `note_edits`, without
+    looking at all others.
+
+    Parameters
+    ----------
+    city : bpy.types.Object
+    touched : set of bpy.types.ID
+        Moved, or with another shape.
+
+    Returns
+    -------
+    bool
+        Whether that was enough.
+    """
+    if not is_seen(city):
+        return True
+    objects = [one for one in touched if one.id_type == "OBJECT"]
+    ground, parts = city.get(PREFIX + "ground"), _parts.get(city.session_uid)
+    if (
+        parts is None
+        or city in objects
+        or ground in objects
+        or any(item.mode == "EDIT" for item in objects)
+    ):
+        return False
+    place, keys = _place_of(city), {key for key, *_ in parts}
+    for item in objects:
+        if (item.session_uid, place) in keys:
+            _known[item.session_uid, place] = describe_object(city, item)
+    if not all(key in _known for key in keys):
+        return False
+    known = [(name, _known[key], original) for key, name, original in parts]
+    _note_change(city, REDESIGNED, _digest_parts(city, None, known) != city[DESIGN])
+    return True
+
+
+def _note_change(city, key, value):
+    """Store on a city what was edited, where that is news; panels and legend tell it."""
+    if value != city.get(key, type(value)()):
+        city[key] = value
+        redraw_panels(bpy.context, views=True)
+
+
+def has_edits(city):
+    """Whether a city is seen in another shape than its results are of."""
+    return bool(city.get(RESHAPED) or city.get(REDESIGNED))
+
+
+def list_members(city):
+    """Objects of the user that are part of a city, seen or not, by name: those it was taken from,
+    and those added.
+    """
+    identity, scenes = city.get(IDENTITY), city.users_scene
+    added = {
+        item
+        for scene in scenes
+        for item in scene.objects
+        if identity and item.get(OWNER) == identity
+    }
+    taken = {item for _, item, _ in list_taken(city)} if is_in_place(city) else set()
+    return sorted(added | taken, key=lambda item: item.name)
+
+
+def list_seen(city):
+    """Of these, those that are seen, with the names of their buildings: dict of object to str."""
+    layer, names, used = city.users_scene[0].view_layers[0] if city.users_scene else None, {}, set()
+    for item in list_members(city):
+        if not item.visible_get(view_layer=layer):
+            continue
+        name = item.get(BUILDING, item.name)
+        names[item] = item.name if name in used else name  # a copy of it is another building
+        used.add(names[item])
+    return names
+
+
+def describe_design(city, lineage=None, seen=None, *, known=None):
+    """Digest of all that a city consists of: polygons of the files, objects of the user, buildings
+    left out: str.
+
+    Parameters
+    ----------
+    city : bpy.types.Object
+    lineage : str, optional
+        Of its polygons; by default that which it has.
+    seen : dict, optional
+        Of `list_seen`.
+    known : dict, optional
+        Digests of objects that were not edited since, of `describe_object`; gets the others.
+    """
+    parts, place = [], _place_of(city)
+    for item, name in (list_seen(city) if seen is None else seen).items():
+        key = item.session_uid, place
+        if known is None or item.instance_collection or key not in known:
+            described = describe_object(city, item)
+        else:
+            described = known[key]
+        if known is not None:
+            known[key] = described
+        parts.append((name, described, _read_original(item, name)))
+    return _digest_parts(city, lineage, parts)
+
+
+def _place_of(city):
+    """Place that its objects are described from: tuple; empty for a city of meshes."""
+    return () if is_in_place(city) else tuple(city.location)
+
+
+def _read_original(item, name):
+    """Digest that an object had as a building of the files: str; "" if it is called otherwise, or
+    none of them.
+    """
+    return item.get(ORIGINAL, "") if item.get(BUILDING) == name else ""
+
+
+def _digest_parts(city, lineage, parts):
+    """Digest of a city from its parts, a list of (name, bytes of `describe_object`, str of
+    `_read_original`): str.
+    """
+    digest = hashlib.sha256((lineage or city.get(LINEAGE, "")).encode())
+    originals = {
+        name for name, described, original in parts if original and original == described.hex()
+    }
+    for name, described, _ in parts:
+        if name not in originals:
+            digest.update(name.encode() + described)
+    digest.update(repr(sorted(removed_of(city) - originals)).encode())
+    return digest.hexdigest()
+
+
+def describe_edited(city):
+    """Digest of a city as it is seen at the moment, with what was edited in its own mesh: str."""
+    return describe_design(city, next_lineage(city) if city.get(RESHAPED) else None, known=_known)
+
+
+def forget_edited(touched=None):
+    """Forget the digests of the objects that were touched, given as a set of them and their data;
+    without, of all.
+    """
+    if touched is None:
+        _known.clear()
+        _parts.clear()
+        return
+    uids = {one.session_uid for one in touched}
+    data = {one.session_uid for one in touched if one.id_type == "MESH"}
+    if data:
+        uids |= {
+            item.session_uid
+            for item in bpy.data.objects
+            if item.data and item.data.session_uid in data
+        }
+    for key in [key for key in _known if key[0] in uids]:
+        del _known[key]
+
+
+def removed_of(city):
+    """Ids of the buildings of the files that are left out: set of str."""
+    return set(filter(None, city.get(REMOVED, "").split("\n")))
+
+
+def originals_of(city, seen):
+    """Ids of the buildings that are objects of their own, and as in the files: set of str."""
+    pairs = [(item, name) for item, name in seen.items() if item.get(BUILDING) == name]
+    return {name for item, name in pairs if item.get(ORIGINAL) == describe_object(city, item).hex()}
+
+
+def next_lineage(city):
+    """Name of the polygons of a city with what was edited in its own mesh: str."""
+    return hashlib.sha256((city.get(LINEAGE, "") + describe_mesh(city)).encode()).hexdigest()
+
+
+def describe_edit(city):
+    """What makes a city another one than what is seen, and the cure, in words: (str, str); "" if
+    nothing.
+    """
+    if city.get(ADDED):
+        return city[ADDED], "add it to the city, or hide it"
+    if city.get(RELAID):
+        return (
+            "its ground was edited",
+            "undo that, or classify again, which lays it anew (other terrain: a file)",
+        )
+    cure = "press Update" if can_update(city) else "classify and trace the city again"
+    if is_from_file(city):
+        cure = "press Import and trace again, which goes on from its files"
+    if city.get(RESHAPED):
+        return "its mesh was edited", cure
+    return ("objects of it were edited", cure) if city.get(REDESIGNED) else ("", "")
+
+
+def can_update(city):
+    """Whether a city has light that can be edited, so that only the edit has to be traced."""
+    return getattr(find_session(city), "base", None) is not None
+
+
+def is_from_file(city):
+    """Whether the .blend was opened since the city was read: its buildings are known from its files
+    again.
+    """
+    return getattr(find_session(city), "city", None) is None
+
+
+def hinders_update(city):
+    """Whether something has to be done about a city before it can be updated: to what is beside it,
+    or its ground.
+    """
+    return bool(city.get(ADDED) or city.get(RELAID))
+
+
+def check_unedited(city):
+    """Refuse to compute on another geometry than what is seen.
+
+    Raises
+    ------
+    InputError
+        The city was edited, or an object came beside it.
+    """
+    problem, cure = describe_edit(city)
+    if problem:
+        raise InputError(city.name, problem, cure)

@@ -1,0 +1,179 @@
+"""Keep traced light beside the .blend: written when the file is saved, found again when it is
+opened.
+"""
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import bpy
+from bpy.app.handlers import persistent
+
+from ...core.settings.errors import InputError
+from ...core.settings.progress import silent
+from .attributes import PREFIX
+from .city_design import check_unedited
+from .read_settings import folder_of_answers, read_settings, state_of_step
+from .session import KEPT, Session, find_city, find_session, list_cities, open_session
+
+HOME, PROBLEM = PREFIX + "transfer_folder", PREFIX + "transfer_problem"
+SUFFIX = ".citypv.nc"
+
+
+@persistent
+def keep_transfers(path, *_):
+    """Write the traced light of all cities beside a .blend that is about to be saved.
+
+    Each object remembers its file, relative to the .blend. Light that is still in an earlier file
+    only (of a .blend that was opened and is saved elsewhere) is copied.
+
+    Parameters
+    ----------
+    path : str
+        The .blend file; "" where none is written.
+    """
+    from ...core.results.transfer_file import write_transfer
+
+    for city in {item for scene in bpy.data.scenes if path for item in list_cities(scene)}:
+        name = f"{Path(path).stem}.{bpy.path.clean_name(city.name)}{SUFFIX}"
+        target, session, kept = Path(path).with_name(name), find_session(city), find_kept(city)
+        try:
+            if session is not None and session.transfer is not None:
+                write_transfer(target, session.transfer)
+            elif kept is None or not kept.is_file():
+                continue
+            elif kept.resolve() != target.resolve():
+                shutil.copyfile(kept, target)
+            city[KEPT], city[HOME], city[PROBLEM] = (
+                "//" + name,
+                str(Path(path).absolute().parent),
+                "",
+            )
+        except (InputError, OSError) as error:
+            # The .blend itself is saved; the panel shows what is missing.
+            city[PROBLEM] = f"The traced light could not be kept: {error}"
+
+
+def find_kept(city):
+    """File with the traced light of a city: Path, or None if none was kept. It may be missing by
+    now.
+
+    It is beside this .blend, or beside the one that the city was appended from.
+    """
+    if city is None or not city.get(KEPT):
+        return None
+    beside, home = (
+        Path(bpy.path.abspath(city[KEPT])),
+        Path(city.get(HOME, ""), city[KEPT].removeprefix("//")),
+    )
+    return home if not beside.is_file() and city.get(HOME) and home.is_file() else beside
+
+
+def _has_transfer(city):
+    """Whether the light of a city is traced: in this session, or in a file that is there."""
+    session, kept = find_session(city), find_kept(city)
+    return (session is not None and session.transfer is not None) or (
+        kept is not None and kept.is_file()
+    )
+
+
+def describe_missing(city):
+    """What the panel says of a city whose traced light was kept and is gone; "" for others."""
+    if not city or city.get(PROBLEM):
+        return city.get(PROBLEM, "") if city else ""
+    kept = find_kept(city)
+    if _has_transfer(city) or (
+        kept is None and PREFIX + "diffuse_relative" not in city.data.attributes
+    ):
+        return ""
+    if kept is None:
+        return (
+            "A copy keeps its results, but has no traced light of its own: for others select the city itself, or \
+import and trace again"
+        )
+    return (
+        f"{kept.name} with the traced light is not beside this file: put it there, or import and "
+        "trace again"
+    )
+
+
+def weigh(session, path, request, progress=silent):
+    """Light of a session, read from its file where that was opened since, and its weather and
+    energy.
+
+    Returns
+    -------
+    transfer : core.light.transfer.Transfer
+    weather : core.weather.weather.Weather
+    energy : core.energy.energy.Energy
+
+    Raises
+    ------
+    InputError
+        The file with the light is missing or damaged, or the weather cannot be read.
+    """
+    from ...core.results.transfer_file import read_transfer
+    from ...core.study import check_settings, compute_energy, read_year
+
+    check_settings(request)
+    transfer = read_transfer(path) if session.transfer is None else session.transfer
+    progress("reading weather", 0, 1, "years")
+    weather = read_year(transfer.site, request, transfer.suns, (folder_of_answers(),))
+    return transfer, weather, compute_energy(transfer, weather, request, progress)
+
+
+def with_energy(session, path, request, progress=silent):
+    """A session as it is if it has its energy, else a copy that has it, as of `weigh`;
+    `keep_energy` keeps it.
+    """
+    if session.energy is not None:
+        return session
+    transfer, weather, energy = weigh(session, path, request, progress)
+    return replace(session, transfer=transfer, weather=weather, energy=energy, request=request)
+
+
+def keep_energy(session, weighed):
+    """Keep in a session, in Blender's thread, what a copy of it has of `with_energy`."""
+    if weighed is not session:
+        for name in ("transfer", "weather", "energy", "request"):
+            setattr(session, name, getattr(weighed, name))
+
+
+class OfTransfer:
+    """Base of operators that need a city with traced light."""
+
+    @classmethod
+    def poll(cls, context):
+        """The city has been traced, in this session or before the file was saved."""
+        city, _ = find_city(context.scene)
+        cls.poll_message_set(describe_missing(city) or "Trace the light first")
+        return city is not None and _has_transfer(city)
+
+    def prepare(self, context):
+        """Take the session, a new one if the file was opened since, the file with the transfer, and
+        the settings.
+        """
+        city, _ = find_city(context.scene)
+        check_unedited(city)
+        if find_session(city) is None:
+            open_session(city, Session())
+        return find_session(city), find_kept(city), read_settings(context.scene.citypv)
+
+
+class OfEnergy(OfTransfer):
+    """Base of operators that need a city with its energy, of this session or of before the file was
+    saved.
+    """
+
+    @classmethod
+    def poll(cls, context):
+        """The energy is known, or can be computed again with the settings that it had."""
+        city, settings = find_city(context.scene)[0], context.scene.citypv
+        cls.poll_message_set(describe_missing(city) or "Compute the energy first")
+        if getattr(find_session(city), "energy", None) is not None:
+            return True
+        return (
+            city is not None
+            and _has_transfer(city)
+            and state_of_step(city, "energy", settings) == "done"
+        )

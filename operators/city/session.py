@@ -1,0 +1,153 @@
+"""Session data of a city: objects of core that are not saved in a .blend file."""
+
+import uuid
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+from bpy.app.handlers import persistent
+
+from ...core.settings.errors import InputError
+from .attributes import PREFIX
+from .source_objects import is_seen
+
+KEY = PREFIX + "session"
+KEPT = PREFIX + "transfer_file"  # with the traced light, relative to the .blend
+MOST = 12  # sessions of cities that are gone, for undo
+_sessions = {}  # key -> (session, session_uid of the object)
+
+
+@dataclass
+class Session:
+    """Results of the steps; None for steps that were not run."""
+
+    city: Any = None  # core.city.city.City
+    # City of the files, with what was edited in its own mesh; None for a city of meshes
+    imported: Any = None
+    scene: Any = None  # core.city.scene.Scene
+    weather: Any = None  # core.weather.weather.Weather
+    transfer: Any = None  # core.light.transfer.Transfer
+    energy: Any = None  # core.energy.energy.Energy
+    request: Any = None  # core.settings.request.Request that the energy was computed with
+    base: Any = None  # core.light.editable_city.EditableCity, for edits of the city
+    # City that `base` was traced of, where it is another one: while an estimate is shown
+    base_city: Any = None
+    told: Any = None  # of an edit: what was found, to be shown again without tracing
+    # of an edit: design of the city and settings of the energy that it was found for
+    state: Any = None
+    change: Any = None  # of an edit: (EditableCity before, errors of the change [h] by surface_id)
+    timeline: Any = None  # (Energy, core.energy.timeline.Timeline made of it)
+    ground_material: str = ""  # name of the material that the user assigned to the generated ground
+
+
+def open_session(item, session):
+    """Associate a session with an object, by a key that survives renaming and undo; copies of the
+    object have none.
+    """
+    item[KEY] = uuid.uuid4().hex
+    _sessions[item[KEY]] = session, item.session_uid
+    there = {one.session_uid for one in bpy.data.objects}
+    gone = [key for key, (_, owner) in _sessions.items() if owner not in there]
+    for key in gone[:-MOST]:
+        del _sessions[key]
+
+
+def find_state(state):
+    """Session of an edit that was traced before, which undo or redo comes back to, or None."""
+    return next(
+        (
+            one
+            for one, _ in reversed(_sessions.values())
+            if one.told is not None and one.state == state
+        ),
+        None,
+    )
+
+
+def find_session(item):
+    """Return the session of an object, or None if there is none (as after opening a file)."""
+    session, owner = (
+        _sessions.get(item.get(KEY), (None, None)) if item is not None else (None, None)
+    )
+    return session if owner is not None and owner == item.session_uid else None
+
+
+def part_sessions(cities):
+    """Give cities that were duplicated or appended keys of their own: results of one are not those
+    of the other.
+
+    Parameters
+    ----------
+    cities : list of bpy.types.Object
+        In the order in which they came; two do not share a file with traced light either.
+    """
+    for key in (KEY, KEPT):
+        seen = set()
+        for city in cities:
+            if city.get(key) and city[key] in seen:
+                del city[key]
+            seen.add(city.get(key))
+
+
+@persistent
+def close_sessions(*_):
+    """Discard all sessions: when the add-on is disabled, or another file opened, which may have the
+    same keys.
+    """
+    _sessions.clear()
+
+
+def find_objects(uids):
+    """Objects of the open file by their `session_uid`, which undo keeps: dict; those that are gone
+    are left out.
+
+    Work that goes on between two calls of Blender keeps these numbers: undo, deleting and opening a
+    file free objects.
+    """
+    wanted = set(uids)
+    return {item.session_uid: item for item in bpy.data.objects if item.session_uid in wanted}
+
+
+def find_city(scene):
+    """Find the city that the panel works on, and its ground.
+
+    Parameters
+    ----------
+    scene : bpy.types.Scene
+
+    Returns
+    -------
+    city, ground : bpy.types.Object or None
+        The selected city first, else the first that is to be seen, else the scene's first; its own
+        ground beside it.
+    """
+    cities = list_cities(scene)
+    chosen = (
+        [item for item in cities if item.select_get()]
+        or [item for item in cities if is_seen(item)]
+        or cities
+    )
+    return (chosen[0], chosen[0].get(PREFIX + "ground")) if chosen else (None, None)
+
+
+def list_cities(scene):
+    """All cities of a Blender scene: list of bpy.types.Object."""
+    return [item for item in scene.objects if item.get(PREFIX + "part") == "city"]
+
+
+def find_own_city(scene, session):
+    """Find the city and its ground that a session belongs to.
+
+    Raises
+    ------
+    InputError
+        They are gone: the user deleted or replaced them while a step ran.
+    """
+    for city in list_cities(scene) if session is not None else ():
+        if find_session(city) is session:
+            return city, city.get(PREFIX + "ground")
+    raise InputError(
+        "City",
+        "it was deleted or replaced while the step ran",
+        "select the city and run the step again",
+    )

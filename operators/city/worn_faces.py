@@ -1,0 +1,66 @@
+"""Which face of which object of the user shows a surface of a city: names of faces, and the objects
+it is shown by.
+"""
+
+from collections import Counter
+
+import numpy as np
+
+from ...core.city.city import whole_of_cell
+from .attributes import PREFIX, read_face_attribute, write_face_attribute
+from .city_design import BUILDING
+from .source_objects import BUILDINGS, FACE, OBJECT, TAKEN, WEARERS, is_in_place, list_taken
+
+POLYGONS = (
+    PREFIX + "polygons"
+)  # of an object: ids of the polygons that it was made of; a face attribute numbers them
+POLYGON = "polygon"
+
+
+def name_faces(item, building):
+    """Ids of the surfaces that the faces of an object are: list of str.
+
+    Ids that they had in the files, where it was made of a building of them.
+    """
+    names = [f"{building}/{face}" for face in range(len(item.data.polygons))]
+    numbers = read_face_attribute(item.data, POLYGON)
+    if numbers is None or item.get(BUILDING) != building or len(numbers) != len(names):
+        return names
+    kept, count = item.get(POLYGONS, "").split("\n"), Counter()
+    for face, number in enumerate(numbers.tolist()):
+        if 0 <= number < len(kept):
+            count[number] += 1
+            names[face] = kept[number] + (f"~{count[number]}" if count[number] > 1 else "")
+    return names
+
+
+def remember_wearers(city, taken):
+    """Store on a city which objects show it: a list of (object, building), "" for those without
+    faces of their own.
+    """
+    city[TAKEN if is_in_place(city) else WEARERS] = {
+        str(place): item for place, (item, _) in enumerate(taken)
+    }
+    city[BUILDINGS] = [name for _, name in taken]
+
+
+def write_sources(city, surface_id):
+    """Write to the city's faces which face of which object they are: -1 where they are none of an
+    own mesh.
+
+    Parameters
+    ----------
+    city : bpy.types.Object
+    surface_id : list of str
+        Ids of the surfaces, cells and racks included.
+    """
+    place = {}
+    for number, item, building in list_taken(city):
+        if building:
+            place |= {name: (number, face) for face, name in enumerate(name_faces(item, building))}
+    sources = np.array(
+        [place.get(whole_of_cell(name), (-1, -1)) for name in surface_id], np.int32
+    ).reshape(-1, 2)
+    own = sources[read_face_attribute(city.data, "surface")]
+    write_face_attribute(city.data, OBJECT, own[:, 0])
+    write_face_attribute(city.data, FACE, own[:, 1])

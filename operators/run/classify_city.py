@@ -1,0 +1,152 @@
+"""Classify: build the Scene of a City on its ground, with kind and orientation on every face."""
+
+from functools import partial
+
+import bpy
+import numpy as np
+
+from ...core.settings.errors import InputError, count_of
+from ...core.settings.progress import report_polygons
+from ..city.attributes import write_classes
+from ..city.build_meshes import build_meshes, remove_objects, show_objects
+from ..city.city_design import (
+    DESIGN,
+    LINEAGE,
+    OF_CITY,
+    check_unedited,
+    describe_design,
+    has_edits,
+    remember_design,
+)
+from ..city.job import COMPILING, compile_loops
+from ..city.read_materials import remember_materials
+from ..city.read_settings import ASKED, STEPS, read_settings, remember_step
+from ..city.run_step import OfCity, Step, leave_edit_mode
+from ..city.session import (
+    Session,
+    find_city,
+    find_objects,
+    find_own_city,
+    find_session,
+    open_session,
+)
+from ..city.source_objects import ADDED, TAKEN, WEARERS, is_in_place, put_in_place
+from ..city.worn_faces import remember_wearers, write_sources
+from ..show.colour_user_meshes import uncolour_user_meshes
+from ..show.keep_report import keep_report
+from ..show.show_result import show_result
+from .edited_city import read_edited_city
+
+CLASSIFYING = "classifying"  # name of the stage
+
+
+class ClassifyCity(OfCity, Step, bpy.types.Operator):
+    """Classify surfaces as facades, roofs and others by shape, and put the city on its ground"""
+
+    bl_idname, bl_label = "citypv.classify", "Classify surfaces"
+    needs = "city"
+    lacking = "Import a city or take meshes first (a city of an opened file must be imported again)"
+    stages = {CLASSIFYING: 2, COMPILING: 1, "finding interior surfaces": 1}
+
+    def prepare(self, context):
+        """Take the city as it is seen, and the settings."""
+        city, ground = find_city(context.scene)
+        if city.get(ADDED):
+            check_unedited(city)
+        session, request = find_session(city), read_settings(context.scene.citypv)
+        leave_edit_mode(context)
+        remember_materials(city, ground, session)
+        return (
+            session,
+            read_edited_city(context, city, session) if has_edits(city) else None,
+            request,
+        )
+
+    @staticmethod
+    def work(task, progress):
+        """Put the city on its ground, once its place on Earth is known: axes, triangles, kinds,
+        covered surfaces.
+        """
+        from ...core.results.list_findings import list_findings
+        from ...core.study import make_scene
+
+        session, seen, request = task
+        if session.city.crs is None and (request.latitude is None or request.longitude is None):
+            cure = "enable Own location in step Classify, and give latitude and longitude"
+            raise InputError("City", "its location on Earth is unknown", cure)
+        imported, city = seen.make() if seen else (session.imported, session.city)
+        scene = make_scene(
+            city, request, partial(report_polygons, progress, CLASSIFYING, len(city))
+        )
+        compile_loops(progress)
+        return (
+            session,
+            Session(city, imported, scene),
+            seen,
+            list_findings(scene, progress=progress),
+        )
+
+    def finish(self, context, result):
+        """Show the scene in place of the imported mesh, coloured by kind."""
+        before, session, seen, findings = result
+        show_kinds(context, before, session, findings, seen)
+        remember_step(find_own_city(context.scene, session)[0], "classify", context.scene.citypv)
+        surfaces = session.scene.surfaces
+        return (
+            f"{count_of(len(surfaces), 'surface')}, {surfaces.eligible.sum()} of them eligible for "
+            "photovoltaics"
+        )
+
+
+def show_kinds(context, before, session, findings, seen=None):
+    """Show a scene in place of the city that it was made of, coloured by kind.
+
+    Parameters
+    ----------
+    context : bpy.types.Context
+    before : Session
+        Of the city that is replaced.
+    session : Session
+        With the scene; the new city gets it.
+    findings : list of core.list_findings.Finding
+    seen : Seen, optional
+        What the city was read from, if from what is seen.
+    """
+    from ...core.city.locate_site import turn_to_true_north
+
+    scene, (old, old_ground) = session.scene, find_own_city(context.scene, before)
+    item, ground = build_meshes(scene)
+    same = (
+        seen is not None and describe_design(old, seen.lineage) == seen.design
+    )  # not edited meanwhile
+    uncolour_user_meshes(old)
+    earlier = scene.site if seen is None else seen.site
+    shift = turn_to_true_north(
+        np.subtract([scene.site.origin], [earlier.origin]), earlier.convergence
+    )[0]  # [m]
+    item.location = np.array(old.location) + shift
+    for key in (*OF_CITY, *(ASKED + step for step in STEPS)):
+        if key in old:
+            item[key] = old[key].to_dict() if key in (TAKEN, WEARERS) else old[key]
+    names = old.name, old_ground.name if old_ground else "Ground"
+    remove_objects(old, old_ground)
+    for new, name in zip((item, ground), names, strict=True):
+        if new is not None:
+            new.name = new.data.name = name
+    write_classes(item, ground, scene.surfaces)
+    show_objects(context.scene, item, ground)
+    if seen is not None:
+        item[LINEAGE] = seen.lineage
+        item[DESIGN] = describe_design(item) if same else seen.design
+        there = find_objects(uid for uid, _ in seen.taken)
+        remember_wearers(
+            item, [(there[uid], building) for uid, building in seen.taken if uid in there]
+        )
+    if is_in_place(item):
+        put_in_place(item, scene.site)
+    write_sources(item, scene.surfaces.surface_id)
+    remember_design(item, item[DESIGN])
+    session.ground_material = before.ground_material
+    open_session(item, session)
+    keep_report(item, scene, findings)
+    show_result(context, item, ground, "kind")

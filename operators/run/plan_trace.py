@@ -1,0 +1,213 @@
+"""What a trace will simulate and cost: the plan of effects with its reasons, and the prices of the
+presets.
+"""
+
+from dataclasses import asdict
+from math import isfinite
+
+import bpy
+
+from ...core.settings.errors import InputError, show_number
+from ...core.settings.presets import PRESET_WORDS, PRESETS
+from ...core.settings.progress import describe_duration
+from ...core.settings.request import Request
+from ..city.attributes import PREFIX
+from ..city.city_design import check_unedited
+from ..city.declare_settings import UNSET
+from ..city.job import compile_loops
+from ..city.read_settings import folder_of_answers, read_settings
+from ..city.run_step import Action, OfCity, Step
+from ..city.session import find_city, find_own_city, find_session
+
+PLAN = PREFIX + "planned"  # of a city: effect -> state, sentence
+PRICES = PREFIX + "predicted"  # of a city: preset -> seconds, error [%]
+NUMBERS = {
+    "days": "days",
+    "typical-days": "typical_days",
+    "sky-grid": "sky_grid",
+}  # way -> property with its number
+DAYS = int(Request.suns.partition(":")[2])  # traced by default
+ITEMS = [(name, name.capitalize(), words) for name, words in PRESET_WORDS.items()]
+
+
+class OfScene(OfCity):
+    """Base of steps that need a classified city of this session."""
+
+    needs, lacking = "scene", "Classify the city first"
+
+    def prepare(self, context):
+        """Take the scene and the settings."""
+        city, _ = find_city(context.scene)
+        check_unedited(city)
+        return find_session(city), read_settings(context.scene.citypv)
+
+
+def prepare_weather(session, request, progress):
+    """Weather of a session's place in a year, once settings are checked and loops are compiled:
+    Weather.
+    """
+    from ...core.study import check_settings, read_year
+
+    check_settings(request)
+    compile_loops(progress)
+    progress("reading weather", 0, 1, "years")
+    return read_year(session.scene.site, request, keep=(folder_of_answers(),))
+
+
+class PlanEffects(OfScene, Step, bpy.types.Operator):
+    """Decide which effects this city calls for: reasons, what each leaves out, seconds"""
+
+    bl_idname, bl_label = "citypv.plan_effects", "Plan effects"
+
+    @staticmethod
+    def work(task, progress):
+        """Decide, with a pilot where a decision depends on it."""
+        from ...core.study import prepare_study
+
+        session, request = task
+        weather = prepare_weather(session, request, progress)
+        prepared = prepare_study(session.scene, weather, request, progress=progress)
+        return session, [asdict(effect) for effect in prepared.plan.effects]
+
+    def finish(self, context, result):
+        """Store the decisions on the city."""
+        session, decisions = result
+        city, _ = find_own_city(context.scene, session)
+        keep_plan(city, decisions)
+        return f"{sum(one['on'] for one in decisions)} of {len(decisions)} effects are on"
+
+
+class ExplainEffect(OfCity, Action, bpy.types.Operator):
+    """Why an effect is on or off"""
+
+    bl_idname, bl_label = "citypv.explain_effect", "Explain effect"
+    bl_options = {"REGISTER", "INTERNAL"}
+    needs, lacking = PLAN, "Plan the effects first"
+
+    effect: bpy.props.StringProperty(name="Effect", description="Its key")
+
+    @classmethod
+    def description(cls, context, properties):
+        """Tooltip: the decision."""
+        return read_plan(find_city(context.scene)[0] or {}).get(
+            properties.effect, ("", cls.__doc__)
+        )[1]
+
+    def act(self, context, city, ground):
+        """Tell the decision."""
+        plan = read_plan(city)
+        if self.effect not in plan:
+            raise InputError(
+                "Effect", f"{self.effect!r} is no effect", f"give one of {', '.join(plan)}"
+            )
+        return f"{self.effect}: {plan[self.effect][1]}"
+
+
+def keep_plan(city, decisions):
+    """Store decisions on a city: for each effect on or off with its extent, and a sentence.
+
+    Parameters
+    ----------
+    city : bpy.types.Object
+    decisions : list of dict
+        Of `core.effects.effect.Effect.as_dict`.
+    """
+    from ...core.effects.plan_effects import describe_bound
+
+    plan = {}
+    for one in decisions:
+        parts = [f"{one['extent']}: {one['reason']}", describe_bound(one["bound"], one["on"])]
+        if one["share"] is not None:
+            parts.append(
+                f"makes {show_number(100 * one['share'], 1, plus=True)} % of full load hours"
+            )
+        if one["seconds"] is not None:
+            parts.append(f"takes {describe_duration(one['seconds'])}")
+        plan[one["key"]] = [f"{'on' if one['on'] else 'off'}: {one['extent']}", "; ".join(parts)]
+    city[PLAN] = plan
+
+
+def read_plan(city):
+    """Decisions on the effects of a city: mapping of key to (state, sentence); empty without a
+    plan.
+    """
+    return city.get(PLAN) or {}
+
+
+class UsePreset(Action, bpy.types.Operator):
+    """Set rays, suns and patches for a purpose"""
+
+    bl_idname, bl_label = "citypv.use_preset", "Use preset"
+
+    preset: bpy.props.EnumProperty(
+        name="Preset", description="Settings of Trace", items=ITEMS, default="standard"
+    )
+
+    @classmethod
+    def description(cls, context, properties):
+        """Tooltip: what the preset is for."""
+        return PRESET_WORDS[properties.preset]
+
+    def act(self, context, city, ground):
+        """Set them."""
+        for name, value in _properties_of_preset(self.preset).items():
+            setattr(context.scene.citypv, name, value)
+        return f"{self.preset.capitalize()}: {PRESET_WORDS[self.preset]}"
+
+
+class PredictPrices(OfScene, Step, bpy.types.Operator):
+    """Predict seconds and error of each preset on this city, from a pilot of some seconds"""
+
+    bl_idname, bl_label = "citypv.predict", "Predict time and error"
+
+    @staticmethod
+    def work(task, progress):
+        """Trace the pilot."""
+        from ...core.accuracy.cost_curve import list_prices
+
+        session, request = task
+        weather = prepare_weather(session, request, progress)
+        listed = list_prices(session.scene, weather, request, progress=progress)
+        return session, {
+            one.name: [one.seconds, one.error] for one in listed.prices if one.name in PRESETS
+        }
+
+    def finish(self, context, result):
+        """Store the predictions on the city."""
+        session, prices = result
+        city, _ = find_own_city(context.scene, session)
+        city[PRICES] = prices
+        return "; ".join(
+            f"{name.capitalize()}: {describe_price(price)}" for name, price in prices.items()
+        )
+
+
+def _properties_of_preset(preset):
+    """Values of the panel's properties of a preset: dict; what it does not name is the program's
+    default.
+    """
+    named = sorted({name for settings in PRESETS.values() for name in settings})
+    chosen = {name: PRESETS[preset].get(name, getattr(Request(), name)) for name in named}
+    way, _, number = chosen.pop("suns").partition(":")
+    found = {name: UNSET if value is None else value for name, value in chosen.items()}
+    return found | {"suns": way, NUMBERS[way]: int(number)}
+
+
+def find_preset(settings):
+    """Preset that the panel's settings are those of: str, "" if of none."""
+    shown = {name: _properties_of_preset(name).items() for name in PRESETS}
+    return next(
+        (
+            name
+            for name, row in shown.items()
+            if all(getattr(settings, key) == one for key, one in row)
+        ),
+        "",
+    )
+
+
+def describe_price(price):
+    """Seconds and error in a few words."""
+    seconds, error = price
+    time = describe_duration(seconds)
+    return f"{time}, ± {error:.2g} %" if isfinite(error) else time  # NaN where nothing is eligible

@@ -1,0 +1,287 @@
+"""Update: compute an edited city from what is known of it before the edit, and show who gains and
+who loses.
+"""
+
+from dataclasses import replace
+from queue import SimpleQueue
+
+import bpy
+import numpy as np
+
+from ..city.attributes import CHANGE, PREFIX, write_results, write_surface_values
+from ..city.city_design import (
+    REDESIGNED,
+    can_update,
+    check_unedited,
+    describe_edited,
+    has_edits,
+    hinders_update,
+)
+from ..city.read_settings import read_settings
+from ..city.run_step import OfCity, Step, leave_edit_mode, redraw_panels
+from ..city.session import Session, find_city, find_own_city, find_session, find_state, list_cities
+from ..show.build_legend import PREVIEW
+from ..show.compare_results import KeepBefore, values_of_surfaces
+from ..show.show_result import BEFORE, find_before, show_result
+from .classify_city import show_kinds
+from .compute_energy import WeighEnergy
+from .edited_city import read_edited_city
+from .trace_city import keep_light
+
+BUSY = ("TRANSFORM_OT_", "OBJECT_OT_", "MESH_OT_")  # operators that end with the mouse released
+HOURS = "full_load_hours"
+
+
+class UpdateCity(OfCity, Step, bpy.types.Operator):
+    """Compute the city as it is seen now: only what the edit changes is traced"""
+
+    bl_idname, bl_label = "citypv.update", "Update"
+    bl_options = set()  # it is no step of undo: undo takes back the edit
+    stages = {
+        "building the scene": 1,
+        "what the change reaches": 8,
+        "reflections of the sky": 4,
+        "suns": 2,
+    }
+    stages |= {"electricity": 3}
+    # state of the city that was asked for last, until it is computed or the city is another one
+    tried = None
+
+    @classmethod
+    def poll(cls, context):
+        """There is an edit, and light to start from."""
+        city, _ = find_city(context.scene)
+        cls.poll_message_set("Trace the light of a city first; then edit it")
+        return can_update(city) and has_edits(city)
+
+    def prepare(self, context):
+        """Read the city as it is seen."""
+        city, _ = find_city(context.scene)
+        session = find_session(city)
+        if hinders_update(city):
+            check_unedited(city)
+        leave_edit_mode(context)
+        seen, request = (
+            read_edited_city(context, city, session),
+            read_settings(context.scene.citypv),
+        )
+        UpdateCity.tried = state = seen.design, repr(request)
+        before = find_session(find_before(context.scene, city)) or session
+        self._found, self._shown, self._asked = SimpleQueue(), session, seen.design
+        return session, seen, request, state, find_state(state), before, self._found
+
+    @staticmethod
+    def work(task, progress):
+        """Put the city on its ground; trace what the edit changes; weigh it with the weather."""
+        from ...core.city.written_scene import written_scene
+        from ...core.light.change_light import trace_change
+        from ...core.patches.read_albedo import describe_albedo
+        from ...core.results.list_findings import list_findings
+        from ...core.study import change_scene
+
+        session, seen, request, state, known, before, found = task
+        solved = None
+        if known is None:
+            base = session.base
+            imported, city = seen.make()
+            traced = session.base_city or session.city
+            change = change_scene(base, traced, city, base.request, progress)
+            scene = written_scene(change.scene, change.rows)
+
+            def preview(*light):
+                if session.energy is not None and found.empty():
+                    draft = Session(
+                        city=city, imported=imported, scene=scene, base=base, base_city=traced
+                    )
+                    found.put((draft, seen, estimate_hours(session, scene, light)))
+
+            edited = trace_change(base, change, progress=progress, preview=preview)
+            solved = edited.before if before.base is base else None
+            edited = replace(edited, before=None)
+            known = Session(
+                city, imported, scene, transfer=edited.transfer, base=edited, state=state
+            )
+            findings = list_findings(scene, edited.transfer.covered_share)
+            light = known, known, findings, (describe_albedo(scene, base.request), [])
+            known.told = light, WeighEnergy.work((known, None, request), progress)
+        earlier = _match_before(before, known, solved, progress)
+        return (
+            seen,
+            known,
+            earlier,
+            tell_errors((earlier or before).base, known, known.told[1][2], request),
+        )
+
+    def modal(self, context, event):
+        """Wait until the user has finished a newer edit: it may need nothing of this one."""
+        ended = event.type == "TIMER" and not self._job.is_alive()
+        return {"PASS_THROUGH"} if ended and is_editing(context) else super().modal(context, event)
+
+    def is_wanted(self, context):
+        """Whether the city is seen as it was asked for: an edit that was undone, or a newer one,
+        asks for another.
+        """
+        if is_editing(context):  # it may come back to what it was
+            return True
+        own = [city for city in list_cities(context.scene) if find_session(city) is self._shown]
+        return bool(own) and describe_edited(own[0]) == self._asked
+
+    def drop(self):
+        """Forget that it was tried: redo may ask for it again."""
+        UpdateCity.tried = None
+
+    def refine(self, context):
+        """Show the hours estimated from the annual light."""
+        switched = find_session(find_city(context.scene)[0]) is not self._shown
+        if self._found.empty() or switched or is_editing(context):
+            return
+        draft, seen, hours = self._found.get()
+        city, ground = find_own_city(context.scene, self._shown)
+        self._keep_before(context, city, ground)
+        ids, known = (
+            self._shown.transfer.surfaces.surface_id,
+            np.asarray(self._shown.energy.full_load_hours),
+        )
+        earlier = known - values_of_surfaces(city, CHANGE + HOURS, len(ids), missing=0.0)
+        show_kinds(context, self._shown, draft, [], seen)
+        self._shown = draft
+        city, ground = find_own_city(context.scene, draft)
+        before = dict(zip(ids, earlier.tolist(), strict=True))
+        change = hours - [before.get(name, np.nan) for name in draft.scene.surfaces.surface_id]
+        city[REDESIGNED], city[PREVIEW] = True, "an estimate; exact numbers follow"
+        write_surface_values(city, ground, HOURS, hours)
+        write_surface_values(city, ground, CHANGE + HOURS, change)
+        show_result(context, city, ground, CHANGE + HOURS)
+        redraw_panels(context, views=True)
+
+    def _keep_before(self, context, city, ground):
+        if find_before(context.scene, city) is None and find_session(city).energy is not None:
+            KeepBefore.act(self, context, city, ground)
+
+    def finish(self, context, result):
+        """Keep the result before the first edit, and show the edited city with what it gains or
+        loses.
+        """
+        seen, known, earlier, known.change = result
+        city, ground = find_own_city(context.scene, self._shown)
+        self._keep_before(context, city, ground)
+        again = _renew_before(find_before(context.scene, city), earlier) if earlier else ""
+        traced, (_, *energy) = known.told
+        show_kinds(context, self._shown, known, traced[2], seen)
+        keep_light(context, *traced)
+        UpdateCity.tried = None
+        text = WeighEnergy.finish(self, context, (known, *energy))
+        find_city(context.scene)[0].pop(PREVIEW, None)
+        return text + again
+
+
+def estimate_hours(session, scene, light):
+    """Full load hours of an edited city before its suns are solved, from light under the sky and
+    all suns together.
+
+    Hours follow light closely: those of before, and the change of light by what light is worth in
+    this city.
+
+    Parameters
+    ----------
+    session : Session
+        Before the edit, with its energy.
+    scene : core.city.scene.Scene
+        n surfaces of the edited city.
+    light : tuple of two (n,) float64
+        Of its surfaces, per DHI and per DNI, of `core.light.change_light`.
+
+    Returns
+    -------
+    (n,) float64 [h]
+        NaN for surfaces that carry no modules.
+    """
+    hours = np.array(session.energy.full_load_hours)
+    before = session.base.city.states[0].of_surfaces[session.base.rows]
+    known = np.isfinite(hours)
+    worth = np.linalg.lstsq(before[known], hours[known], rcond=None)[0]
+    row = {name: place for place, name in enumerate(session.transfer.surfaces.surface_id)}
+    rows = np.array([row.get(name, -1) for name in scene.surfaces.surface_id])
+    rest = np.append(hours - before @ worth, 0.0)[rows]
+    guess = np.column_stack(light) @ worth + rest
+    return np.where((rows < 0) & ~scene.surfaces.eligible, np.nan, np.maximum(guess, 0.0))
+
+
+def _match_before(before, after, solved, progress):
+    """What is kept as before with the reflections and the sky of an edited city, and its energy, if
+    it has others.
+
+    Parameters
+    ----------
+    before, after : Session
+        The latter with what was found of it.
+    solved : EditableCity or None
+        The city before with these, if it is known already.
+    progress : callable
+
+    Returns
+    -------
+    Session or None
+    """
+    from ...core.light.match_light import match_light
+    from ...core.study import compute_energy
+
+    if before.base is None or after.base is None:
+        return None
+    wanted = after.base.decisions
+    base = solved or match_light(before.base, wanted.plan["sky"], wanted.bounces, progress)
+    if base is before.base:
+        return None
+    _, _, weather, _, request, _ = after.told[1]
+    energy = compute_energy(base.transfer, weather, request)
+    return replace(before, base=base, transfer=base.transfer, energy=energy)
+
+
+def _renew_before(item, earlier):
+    """Show on what was kept as before, and keep in its session, the hours of its city with other
+    light: what to say.
+    """
+    from ...core.results.compare_runs import describe_light
+
+    session = find_session(item)
+    if item is None or session is None or item.get(PREFIX + "part") != BEFORE:
+        return ""  # a variant that is shown itself keeps its hours
+    write_results(item, None, earlier.transfer, earlier.energy)
+    session.base, session.transfer, session.energy = earlier.base, earlier.transfer, earlier.energy
+    light = {
+        "max_bounces": earlier.base.decisions.bounces,
+        "sky": earlier.base.decisions.plan["sky"],
+    }
+    return f"; before has the light that this city asks for: {describe_light(light)}"
+
+
+def is_editing(context):
+    """Whether the user is in the middle of an edit: moving something, or in edit mode."""
+    busy = any(own.bl_idname.startswith(BUSY) for own in context.window.modal_operators)
+    return busy or context.mode not in ("OBJECT", "POSE")
+
+
+def tell_errors(before, after, weather, request):
+    """Standard errors of the change of full load hours, whose noise before and after cancels.
+
+    Parameters
+    ----------
+    before : EditableCity or None
+    after : Session
+        Of an edit of it.
+    weather : core.weather.weather.Weather
+    request : core.settings.request.Request
+
+    Returns
+    -------
+    tuple of EditableCity, dict, or None
+        As `before`, and the errors [h] by surface_id.
+    """
+    from ...core.light.errors_of_change import errors_of_difference
+    from ...core.study import compute_energy
+
+    if before is None or after.base is None or before is after.base:
+        return None
+    transfer, _ = errors_of_difference(before, after.base)
+    errors = compute_energy(transfer, weather, request).full_load_hours_standard_error
+    return before, dict(zip(transfer.surfaces.surface_id, np.asarray(errors).tolist(), strict=True))

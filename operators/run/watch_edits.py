@@ -1,0 +1,160 @@
+"""Handlers of Blender: notice edits of cities, whose results are of before then; follow undo,
+saving and opening.
+
+With *Live* an edit is computed as soon as it is finished: the mouse released, edit mode left.
+"""
+
+import bpy
+from bpy.app.handlers import persistent
+
+from ...core.settings.errors import InputError
+from ..city.attributes import PREFIX
+from ..city.build_meshes import remove_objects, renew_holders
+from ..city.city_design import (
+    can_update,
+    describe_edited,
+    forget_edited,
+    has_edits,
+    hinders_update,
+    note_edits,
+    note_touched,
+)
+from ..city.keep_transfer import keep_transfers
+from ..city.read_settings import read_settings
+from ..city.run_step import Step
+from ..city.session import (
+    close_sessions,
+    find_city,
+    find_objects,
+    find_state,
+    list_cities,
+    part_sessions,
+)
+from ..city.source_objects import is_seen
+from ..show.show_city import match_view
+from ..show.timeline import follow_frame
+from .update_city import UpdateCity, is_editing
+
+TICK = 0.1  # [s]
+_cities = {}  # `session_uid` of a scene: names of its cities, as long as it was not updated
+_grounds = {}  # `session_uid` of each city that has a ground: that of the ground
+
+
+@persistent
+def follow_undo(scene, *_):
+    """Show the shape or the colours: an undo changes the city, but not the shading of a view."""
+    forget_edited()
+    match_view(bpy.context)
+    bpy.context.view_layer.update()
+    for city in list_cities(scene):
+        note_edits(city)
+
+
+@persistent
+def _follow_edits(scene, graph):
+    """Mark the cities that were edited, and unmark those whose edit was undone."""
+    renew_holders()
+    updates = [
+        update
+        for update in graph.updates
+        if update.is_updated_geometry or update.is_updated_transform
+    ]
+    touched = {update.id.original for update in updates}
+    # Where an object comes, goes, is hidden or selected, the scene is updated, too, and one that is
+    # renamed is neither moved nor reshaped; else cities have the same parts.
+    same = not graph.id_type_updated("SCENE") and len(updates) == len(graph.updates)
+    cities = (
+        [bpy.data.objects.get(name) for name in _cities.get(scene.session_uid, [""])]
+        if same
+        else [None]
+    )
+    if all(cities) and all(note_touched(city, touched) for city in cities):
+        return
+    forget_edited(touched)
+    if graph.id_type_updated("OBJECT"):
+        # A copy of a whole scene has copies of its cities, too.
+        every = {city for one in bpy.data.scenes for city in list_cities(one)}
+        part_sessions(sorted(every, key=lambda city: city.session_uid))
+    cities = list_cities(scene)
+    _cities[scene.session_uid] = [city.name for city in cities]
+    for city in cities:
+        ground = city.get(PREFIX + "ground")
+        note_edits(city, own=bool(touched & {city, city.data, ground, ground and ground.data}))
+
+
+def remove_left_grounds():
+    """Remove the grounds of cities that the user deleted since this was called last."""
+    cities = {city.session_uid: city for scene in bpy.data.scenes for city in list_cities(scene)}
+    found = find_objects(ground for city, ground in _grounds.items() if city not in cities)
+    laid = {city: city.get(PREFIX + "ground") for city in cities.values()}
+    left = set(found.values()) - set(laid.values())
+    if left:
+        remove_objects(*left)
+    _grounds.clear()
+    _grounds.update(
+        {
+            city.session_uid: ground.session_uid
+            for city, ground in laid.items()
+            if ground is not None
+        }
+    )
+
+
+def _find_work():
+    """Window with a city that is to be updated, and its state: (bpy.types.Window, tuple),
+    or None.
+    """
+    for window in bpy.context.window_manager.windows:
+        scene = window.scene
+        city, _ = find_city(scene)
+        if (
+            city is None
+            or not is_seen(city)
+            or not has_edits(city)
+            or hinders_update(city)
+            or not can_update(city)
+        ):
+            continue
+        with bpy.context.temp_override(window=window):
+            if is_editing(bpy.context):
+                continue
+        try:
+            settings = read_settings(scene.citypv)
+        except InputError:  # a file of the settings is missing: the step that needs it tells
+            continue
+        state = describe_edited(city), repr(settings)
+        if scene.citypv_seeing.live or find_state(state) is not None:
+            return window, state
+    return None
+
+
+@persistent
+def watch():
+    """Update what was edited once the edit is finished; a newer edit cancels the computation of an
+    older one.
+    """
+    renew_holders()
+    remove_left_grounds()
+    found = _find_work()
+    if found is None and Step.current is None:  # undone: the same edit, made again, is tried again
+        UpdateCity.tried = None
+    if found is None or UpdateCity.tried == found[1]:
+        return TICK
+    window, _ = found
+    if Step.current is None:
+        for area in [area for area in window.screen.areas if area.type == "VIEW_3D"][:1]:
+            with bpy.context.temp_override(window=window, area=area, region=area.regions[-1]):
+                bpy.ops.citypv.update("INVOKE_DEFAULT")
+    elif Step.current.title == UpdateCity.bl_label:
+        Step.current.cancel(drop=True)
+    return TICK
+
+
+HANDLERS = (
+    ("undo_post", follow_undo),
+    ("redo_post", follow_undo),
+    ("depsgraph_update_post", _follow_edits),
+    ("save_pre", keep_transfers),
+    ("load_pre", close_sessions),
+    ("frame_change_post", follow_frame),
+)

@@ -1,0 +1,277 @@
+"""Colours of the faces: the scale of an attribute with the ticks of its legend, and materials that
+show it exactly.
+"""
+
+from dataclasses import dataclass, field
+
+import bpy
+import numpy as np
+
+from ...core.results.colour_map import (
+    DIVERGING,
+    GROUND,
+    MAPS,
+    MISSING,
+    choose_range,
+    linear_light,
+    mix_stops,
+    srgb_colour,
+    srgb_light,
+    tick_step,
+)
+from ...core.settings.errors import InputError, show_number
+from ..city.attributes import (
+    CHANGE,
+    CHANGE_ERROR,
+    CODES,
+    PREFIX,
+    RESULTS,
+    TITLES,
+    read_array,
+    read_face_attribute,
+)
+
+MATERIAL, GROUND_MATERIAL = "CityPV colours", "CityPV ground"
+COLOUR_ATTRIBUTE = PREFIX + "colour"
+RANGE = (
+    PREFIX + "range_"
+)  # + attribute: property of a city with the ends of its scale, where they are not the values'
+# One colour per code, safe for colour-blind viewers: M. Okabe and K. Ito (2008).
+CLASS_COLOURS = {
+    "kind": {
+        "facade": "e69f00",
+        "roof": "0072b2",
+        "flat": "56b4e9",
+        "steep": "cc79a7",
+        "downward": "5a5a5a",
+        "ground": "b4b4b0",
+        "rack": "f0e442",
+    },
+    "orientation": {
+        "none": "b4b4b0",
+        "north": "0072b2",
+        "east": "009e73",
+        "south": "d55e00",
+        "west": "cc79a7",
+        "northeast": "56b4e9",
+        "southeast": "f0e442",
+        "southwest": "e69f00",
+        "northwest": "000000",
+    },
+}
+
+
+@dataclass
+class _ColourScale:
+    """Mapping from values of one attribute to colours."""
+
+    attribute: str  # name without prefix
+    title: str
+    unit: str  # "" if it has none
+    low: float
+    high: float
+    stops: np.ndarray  # (k, 3) sRGB in 0–1, equally spaced from low to high, or one per class
+    ticks: np.ndarray  # (j,) values labelled beside the bar; empty for classes
+    classes: list = field(
+        default_factory=list
+    )  # names of the codes 0, 1, …; empty for a continuous scale
+
+    def heading(self):
+        """Title with its unit."""
+        return f"{self.title} [{self.unit}]" if self.unit else self.title
+
+    def labels(self):
+        """What is written beside the bar, with its place as a share of the bar's length: list of
+        (float, str).
+        """
+        if self.classes:
+            return [
+                ((code + 0.5) / len(self.classes), name) for code, name in enumerate(self.classes)
+            ]
+        shares = (self.ticks - self.low) / (self.high - self.low)
+        decimals = max(0, int(-np.floor(np.log10(tick_step(self.low, self.high)) + 1e-9)))
+        return [
+            (share, show_number(tick, decimals))
+            for share, tick in zip(shares, self.ticks, strict=True)
+        ]
+
+
+def build_scale(attribute, low=0.0, high=1.0, colour_map="viridis"):
+    """Build the scale of an attribute.
+
+    Parameters
+    ----------
+    attribute : str
+        A name of `RESULTS`, or "kind" or "orientation", which have a colour for each code.
+    low, high : float
+        Values at the two ends, in the attribute's unit; not used for codes.
+    colour_map : str
+        A name of `MAPS`; differences have a map of their own.
+
+    Returns
+    -------
+    ColourScale
+    """
+    if attribute in CODES:
+        names = sorted(CODES[attribute], key=CODES[attribute].get)
+        stops = np.array([srgb_colour(CLASS_COLOURS[attribute][name]) for name in names])
+        return _ColourScale(
+            attribute, TITLES[attribute], "", -0.5, len(names) - 0.5, stops, np.empty(0), names
+        )
+    chosen = DIVERGING if attribute.startswith(CHANGE) else MAPS[colour_map]
+    stops = np.array([srgb_colour(text) for text in chosen.split()])
+    step = tick_step(low, high)
+    # Ticks are the multiples of the step within the range.
+    ticks = np.arange(np.ceil(low / step - 1e-6), np.floor(high / step + 1e-6) + 1) * step
+    return _ColourScale(
+        attribute, TITLES[attribute], RESULTS[attribute].legend_unit, low, high, stops, ticks
+    )
+
+
+def colours_of_values(scale, values):
+    """Colours of values: (f,) → (f, 3) sRGB in 0–1; `MISSING` if a value is NaN."""
+    place = (np.asarray(values, dtype=float) - scale.low) / (scale.high - scale.low)
+    colours, count = np.tile(srgb_colour(MISSING), (len(place), 1)), len(scale.stops)
+    known = np.isfinite(place)
+    place = np.clip(place[known], 0, 1)
+    of_class = scale.stops[np.minimum((place * count).astype(int), count - 1)]
+    colours[known] = of_class if scale.classes else srgb_light(mix_stops(scale.stops, place))
+    return colours
+
+
+def linear_colour(text):
+    """Colour written as six hexadecimal digits (sRGB) → (r, g, b, 1) in linear light, as Blender's
+    nodes want it.
+    """
+    return (*linear_light(srgb_colour(text)).tolist(), 1.0)
+
+
+def colour_faces(city, ground, attribute, ends=None, colour_map="viridis"):
+    """Colour the city by a face attribute; faces without result and the generated ground stay grey.
+
+    The colours are those of the legend exactly: the colour attribute `citypv_colour`, which the
+    viewport's solid mode shows as it is, and a material as emission.
+
+    Parameters
+    ----------
+    city, ground : bpy.types.Object or None
+        Objects as `build_meshes` makes them; the ground may be None.
+    attribute : str
+        Name without prefix.
+    ends : tuple of two float, optional
+        Of the scale; by default they come from the values (`choose_range`). For a difference zero
+        is in the middle.
+    colour_map : str
+        A name of `MAPS`.
+
+    Returns
+    -------
+    ColourScale
+    """
+    values = read_face_attribute(city.data, attribute)
+    if values is None:
+        problem = f"its faces have no {TITLES[attribute].lower()} yet"
+        raise InputError(city.name, problem, "run the step that computes it")
+    areas = read_array(city.data.polygons, "area")
+    ends = ends or city.get(RANGE + attribute)
+    if attribute.startswith(CHANGE):
+        errors = (
+            read_face_attribute(city.data, CHANGE_ERROR)
+            if attribute == CHANGE + "full_load_hours"
+            else None
+        )
+        if (
+            errors is not None
+        ):  # below two of them a change is grey; what differs by nothing is no noise
+            values = np.where((values != 0) & (np.abs(values) < 2 * errors), np.nan, values)
+        changed = np.nan_to_num(values) != 0
+        if ends is None and changed.any():
+            ends = choose_range(
+                np.concatenate([values[changed], -values[changed]]), np.tile(areas[changed], 2)
+            )
+        half = max(map(abs, ends or (1.0,)))
+        ends = -half, half
+    elif attribute not in CODES and ends is None:
+        ends = choose_range(values, areas)
+    scale = build_scale(attribute, *(ends or ()), colour_map=colour_map)
+    paint_mesh(city.data, values, scale)
+    for key in ("attribute", "low", "high"):
+        city[f"{PREFIX}colour_{key}"] = getattr(scale, key)
+    city[PREFIX + "colour_map"] = colour_map
+    if ground is not None:
+        # Neutral grey with ambient occlusion, so that narrow streets and courtyards appear darker.
+        nodes, links, colour = start_emission(GROUND_MATERIAL, ground.data)
+        occlusion = nodes.new("ShaderNodeAmbientOcclusion")
+        occlusion.samples, occlusion.inputs["Distance"].default_value = 4, 25.0
+        occlusion.inputs["Color"].default_value = linear_colour(GROUND)
+        links.new(occlusion.outputs["Color"], colour)
+        write_colours(ground.data, np.tile(srgb_colour(GROUND), (len(ground.data.polygons), 1)))
+    return scale
+
+
+def paint_mesh(mesh, values, scale):
+    """Give the faces of a mesh the colours of their values, (f,), as they are in any light; grey
+    without a value.
+    """
+    nodes, links, colour = start_emission(MATERIAL, mesh)
+    attribute = nodes.new("ShaderNodeAttribute")
+    attribute.attribute_type, attribute.attribute_name = "GEOMETRY", COLOUR_ATTRIBUTE
+    links.new(attribute.outputs["Color"], colour)
+    write_colours(mesh, colours_of_values(scale, values))
+
+
+def read_scale(city):
+    """Read the scale that an object was coloured with, or None."""
+    attribute = city.get(PREFIX + "colour_attribute")
+    if attribute is None:
+        return None
+    low, high = city[PREFIX + "colour_low"], city[PREFIX + "colour_high"]
+    return build_scale(attribute, low, high, city[PREFIX + "colour_map"])
+
+
+def show_exact_colours(scene):
+    """Set the scene's view transform to Standard: all others distort the colour scale."""
+    view = scene.view_settings
+    view.view_transform, view.look, view.exposure, view.gamma = "Standard", "None", 0.0, 1.0
+
+
+def start_nodes(owner, output):
+    """Nodes of a material or a world, cleared but for an output of this type: nodes, links, the
+    output.
+    """
+    if owner.node_tree is None:
+        owner.use_nodes = True
+    nodes = owner.node_tree.nodes
+    nodes.clear()
+    return nodes, owner.node_tree.links, nodes.new(output)
+
+
+def start_emission(name, mesh=None):
+    """Emission material that all faces of a mesh show, where one is given: its nodes, links and the
+    colour's input.
+    """
+    material = bpy.data.materials.get(name) or bpy.data.materials.new(name)
+    material[PREFIX + "part"] = "colours"  # not a building material
+    nodes, links, output = start_nodes(material, "ShaderNodeOutputMaterial")
+    emission = nodes.new("ShaderNodeEmission")
+    links.new(emission.outputs["Emission"], output.inputs["Surface"])
+    output.location = (220, 0)
+    if mesh is not None:
+        mesh.materials.clear()
+        mesh.materials.append(material)
+        mesh.polygons.foreach_set("material_index", np.zeros(len(mesh.polygons), np.int32))
+    return nodes, links, emission.inputs["Color"]
+
+
+def write_colours(mesh, colours):
+    """Write colours of faces, (f, 3) sRGB in 0–1, as one per corner, which solid view and materials
+    show.
+    """
+    attribute = mesh.color_attributes.get(COLOUR_ATTRIBUTE)
+    if attribute is None:
+        attribute = mesh.color_attributes.new(COLOUR_ATTRIBUTE, "BYTE_COLOR", "CORNER")
+    corners = read_array(mesh.polygons, "loop_total", dtype=np.int32)
+    rgba = np.insert(np.repeat(colours, corners, axis=0), 3, 1.0, axis=1).astype(np.float32)
+    attribute.data.foreach_set("color_srgb", rgba.ravel())
+    mesh.color_attributes.active_color = attribute
+    mesh.update()

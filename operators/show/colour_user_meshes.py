@@ -1,0 +1,156 @@
+"""Show the colours of a city on the objects of the user that it was taken from, without changing
+their materials.
+
+Where the faces of an object are those of its mesh, the mesh gets the results as face attributes,
+and the colour attribute `citypv_colour`. Other objects (meshes that several objects share,
+modifiers that make faces, instances, faces split into cells) have no place for results of each
+face: while colours are shown, they are drawn as lines, and can be moved as before; the city's own
+object shows their faces.
+"""
+
+import bpy
+import numpy as np
+
+from ..city.attributes import (
+    PREFIX,
+    read_array,
+    read_corners,
+    read_face_attribute,
+    write_face_attribute,
+)
+from ..city.source_objects import MASK, WORN_COLOURS, is_in_place, is_single, list_taken, list_worn
+from .colour_faces import COLOUR_ATTRIBUTE, MATERIAL, write_colours
+
+BEFORE = PREFIX + "active_colour"  # of a mesh: the colour attribute that the user had chosen
+HIDDEN = PREFIX + "drawn_as"  # of an object that a coloured copy stands for: how it was drawn
+WORN = PREFIX + "worn"  # of a city: its colours are shown
+STAND_INS = (
+    PREFIX + "stand_ins"
+)  # of a city: what the panel says of objects that have no faces of their own
+FEW = 3  # names shown
+
+
+def colour_user_meshes(city):
+    """Show the colours of a city on the objects that it was taken from; the panel names those that
+    a copy covers.
+    """
+    own, names, surface = (
+        np.zeros(len(city.data.polygons), bool),
+        [],
+        read_face_attribute(city.data, "surface"),
+    )
+    for item, building, triangles, faces in list_worn(city):
+        whole = len(faces) and len(np.unique(faces)) == len(np.unique(surface[triangles]))
+        if building and is_single(item.data) and whole and faces.max() < len(item.data.polygons):
+            _write_on_mesh(city.data, item.data, triangles, faces)
+            _show_in_pictures(item)
+            own[triangles] = True
+        elif item.get("tree") is None:
+            names.append(item.name)
+            if HIDDEN not in item:
+                item[HIDDEN], item.display_type = item.display_type, "WIRE"
+    _mask_faces(city, own)
+    if is_in_place(city):
+        city.hide_set(bool(own.all()))
+    some = ", ".join(names[:FEW]) + (" …" if len(names) > FEW else "")
+    reason = (
+        "lines around a coloured copy, as instances, shared meshes, modifiers or cells have no "
+        "faces of their own"
+    )
+    city[WORN], city[STAND_INS] = True, f"{some}: {reason}" if names else ""
+
+
+def uncolour_user_meshes(city):
+    """Show the objects of the user as they were; the results stay on their faces."""
+    for _, item, _ in list_taken(city):
+        if HIDDEN in item:
+            item.display_type = item.pop(HIDDEN)
+        if item.type != "MESH":
+            continue
+        if WORN_COLOURS in item.modifiers:
+            item.modifiers.remove(item.modifiers[WORN_COLOURS])
+        colours = item.data.color_attributes
+        if COLOUR_ATTRIBUTE in colours:
+            colours.remove(colours[COLOUR_ATTRIBUTE])
+        if BEFORE in item.data:
+            colours.active_color_name = item.data[BEFORE]
+            del item.data[BEFORE]
+        item.data.update()
+    if is_in_place(city):
+        city.hide_set(True)
+    city[WORN], city[STAND_INS] = False, ""
+
+
+def _show_in_pictures(item):
+    """Let a modifier give an object the material of the colours: Cycles and Eevee draw materials
+    only.
+    """
+    if MATERIAL not in bpy.data.materials or WORN_COLOURS in item.modifiers:
+        return
+    group = bpy.data.node_groups.get(WORN_COLOURS)
+    if group is None:
+        group = bpy.data.node_groups.new(WORN_COLOURS, "GeometryNodeTree")
+        for way in ("INPUT", "OUTPUT"):
+            group.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+        start, paint, end = map(
+            group.nodes.new, ("NodeGroupInput", "GeometryNodeSetMaterial", "NodeGroupOutput")
+        )
+        paint.inputs["Material"].default_value = bpy.data.materials[MATERIAL]
+        group.links.new(start.outputs["Geometry"], paint.inputs["Geometry"])
+        group.links.new(paint.outputs["Geometry"], end.inputs["Geometry"])
+    item.modifiers.new(WORN_COLOURS, "NODES").node_group = group
+
+
+def _write_on_mesh(source, mesh, triangles, faces):
+    """Write the results of a city's triangles to the faces of a mesh, and their colours.
+
+    Parameters
+    ----------
+    source : bpy.types.Mesh
+        Of the city.
+    mesh : bpy.types.Mesh
+    triangles : (k,) int
+        Faces of the city.
+    faces : (k,) int
+        Faces of the mesh that they are parts of, each of one surface.
+    """
+    part = np.full(len(mesh.polygons), -1)  # any triangle of each face, -1 without one
+    part[faces] = triangles
+    for attribute in list(source.attributes):
+        if attribute.name.startswith(PREFIX) and attribute.domain == "FACE":
+            name, missing = (
+                attribute.name.removeprefix(PREFIX),
+                -1 if attribute.data_type == "INT" else np.nan,
+            )
+            write_face_attribute(
+                mesh, name, np.where(part < 0, missing, read_face_attribute(source, name)[part])
+            )
+    given = source.color_attributes.get(COLOUR_ATTRIBUTE)
+    if given is not None:
+        colour = read_array(given.data, "color_srgb", 4)[
+            3 * part, :3
+        ]  # the city's faces are triangles
+        if COLOUR_ATTRIBUTE not in mesh.color_attributes:
+            mesh[BEFORE] = mesh.color_attributes.active_color_name
+        write_colours(mesh, np.where(part[:, None] < 0, 0.6, colour))
+    mesh.update()
+
+
+def _mask_faces(city, own):
+    """Let objects show these faces of a city, (f,) bool, in its place; pictures show all of the
+    city.
+    """
+    mesh = city.data
+    inside = np.zeros(len(mesh.vertices), bool)
+    corners, total = read_corners(mesh), read_array(mesh.polygons, "loop_total", dtype=np.int32)
+    of_own = np.repeat(own, total)
+    inside[corners[of_own]] = True
+    inside[corners[~of_own]] = False
+    group = city.vertex_groups.get(MASK) or city.vertex_groups.new(name=MASK)
+    group.remove(list(range(len(inside))))
+    group.add(np.flatnonzero(inside).tolist(), 1.0, "REPLACE")
+    mask = city.modifiers.get(MASK)
+    if mask is None:
+        mask = city.modifiers.new(MASK, "MASK")
+        mask.vertex_group, mask.invert_vertex_group, mask.show_render = MASK, True, False
+    mask.show_viewport = bool(inside.any())

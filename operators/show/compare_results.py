@@ -1,0 +1,318 @@
+"""Before and after: keep a result, and show what a later one has more or less."""
+
+import json
+from dataclasses import replace
+from functools import lru_cache
+
+import bpy
+import numpy as np
+
+from ...core.settings.errors import InputError, count_of, show_end, show_number
+from ..city.attributes import (
+    CHANGE,
+    CHANGE_ERROR,
+    COMPARED,
+    KIND_CODES,
+    PREFIX,
+    read_array,
+    read_face_attribute,
+    remove_face_attributes,
+    write_classes,
+    write_results,
+    write_surface_values,
+)
+from ..city.build_meshes import BUILDINGS, build_city, remove_objects, show_objects, site_of
+from ..city.city_design import FAMILY, RESHAPED, check_unedited
+from ..city.run_step import Action, OfCity
+from ..city.session import find_city, find_session, list_cities, open_session
+from .show_result import BEFORE, find_before, has_result, show_before, show_result
+from .summarise import COMPARISON, FOUND, KWP
+
+COPIED = (
+    "totals",
+    "energy_totals",
+    "weather",
+    "buildings",
+    "kwp",
+    "origin",
+    "convergence",
+)  # properties of the city
+HOURS = "full_load_hours"
+
+
+def compare_with_before(stage, city, ground):
+    """Write after minus before on the faces of a city; return whether there is a result to compare
+    with.
+
+    Surfaces are matched by their shapes. Those that only one of the results has are NaN. A city
+    without any common surface is another one, and not compared.
+
+    Parameters
+    ----------
+    stage : bpy.types.Scene
+    city, ground : bpy.types.Object or None
+        With results.
+    """
+    before, match = find_before(stage, city), None
+    if before is not None and KWP in before and KWP in city:
+        from ...core.results.compare_runs import (
+            compare_surfaces,
+            match_shapes,
+            sum_buildings,
+            sum_states,
+        )
+
+        (olds, old_rows, old_shapes), (news, rows, shapes) = (
+            _read_state(before, city),
+            _read_state(city, city),
+        )
+        match = match_shapes(old_shapes, shapes)  # (n,) row of `olds`, -1 for new ones
+    if match is None or not (match >= 0).any():
+        for key in (COMPARISON, FOUND):
+            city.pop(key, None)
+        remove_face_attributes(city, ground, CHANGE_ERROR, *(CHANGE + name for name in COMPARED))
+        return False
+    known = _errors_of_surfaces(before, city, rows)
+    table, count, matched = compare_surfaces(olds, news, match, known), len(city[KWP]), match >= 0
+    for name in COMPARED:
+        earlier = values_of_surfaces(before, name, len(before[KWP]))[old_rows[match[matched]]]
+        change = np.full(count, np.nan)
+        change[rows[matched]] = values_of_surfaces(city, name, count)[rows[matched]] - earlier
+        write_surface_values(city, ground, CHANGE + name, change)
+    errors = np.full(count, np.nan)
+    errors[rows] = table["full_load_hours_change_standard_error"][: len(rows)]
+    write_surface_values(city, ground, CHANGE_ERROR, errors)
+    buildings = sum_buildings(table)
+    sums = sum_states(buildings)
+    tables = {
+        "sums": [_tell_change(name, one) for name, one in sums.items() if one["buildings"]],
+        "buildings": [
+            _tell_change(row["building_id"], row) for row in buildings.to_dict("records")
+        ],
+    }
+    city[COMPARISON] = json.dumps(tables)
+    new, gone = int((~matched).sum()), len(olds) - int(matched.sum())
+    city[FOUND] = (
+        f"{count_of(int(matched.sum()), 'surface')} matched by shape; grey: {new:,} new, and changes below \
+two standard errors"
+        + (f"; {gone:,} are gone" if gone else "")
+    )
+    return True
+
+
+def _read_state(item, city):
+    """Surfaces of a city, or of what was kept of it, that have faces.
+
+    Parameters
+    ----------
+    item : bpy.types.Object
+    city : bpy.types.Object
+        Of this session, in whose reference system the shapes are.
+
+    Returns
+    -------
+    yields : pandas.DataFrame
+        Of `core.results.compare_runs.tell_yields`, with building_id and kind: k rows.
+    rows : (k,) int
+        Surfaces.
+    shapes : (k, 7) float64 [m]
+        Of `core.results.compare_runs.match_shapes`.
+    """
+    from ...core.city.locate_site import bring_to_grid
+    from ...core.results.compare_runs import tell_yields
+
+    mesh = item.data
+    rows, first, own = np.unique(
+        read_face_attribute(mesh, "surface"), return_index=True, return_inverse=True
+    )
+    area = read_array(mesh.polygons, "area").astype(float)
+    weight = np.maximum(area, 1e-12)
+    total = np.bincount(own, weight)
+    middle, normal = (
+        np.column_stack(
+            [
+                np.bincount(own, weight * axis) / total
+                for axis in read_array(mesh.polygons, name, 3).T
+            ]
+        )
+        for name in ("center", "normal")
+    )
+    site = site_of(item if PREFIX + "origin" in item else city)
+    shapes = np.column_stack([bring_to_grid(middle, site), np.sqrt(np.bincount(own, area)), normal])
+    hours, error = (
+        read_face_attribute(mesh, name)[first] for name in (HOURS, HOURS + "_standard_error")
+    )
+    kwp = np.array(item[KWP])[rows]
+    table = tell_yields(
+        np.where(kwp > 0, kwp / 1000, np.nan), hours.astype(float), error.astype(float)
+    )
+    names, words = (
+        np.array(list(item[BUILDINGS]), dtype=object),
+        {code: kind for kind, code in KIND_CODES.items()},
+    )
+    table.insert(0, "building_id", names[read_face_attribute(mesh, "building")[first]])
+    table.insert(
+        1, "kind", [words[code] for code in read_face_attribute(mesh, "kind")[first].tolist()]
+    )
+    return table, rows, shapes
+
+
+def _errors_of_surfaces(before, city, rows):
+    """Standard errors [h] of the change of some surfaces, (k,) int, where the same rays tell it,
+    else NaN; or None.
+    """
+    session, earlier = find_session(city), find_session(before)
+    if (
+        session is None
+        or earlier is None
+        or session.change is None
+        or session.change[0] is not earlier.base
+    ):
+        return None
+    names = session.transfer.surfaces.surface_id
+    return np.array([session.change[1].get(names[row], np.nan) for row in rows.tolist()])
+
+
+def find_variants(stage, city):
+    """All variants of a city in a Blender scene, itself among them: list of bpy.types.Object."""
+    family = city.get(FAMILY)
+    return [
+        item
+        for item in list_cities(stage)
+        if item == city or (family and item.get(FAMILY) == family)
+    ]
+
+
+def values_of_surfaces(item, name, count, missing=np.nan):
+    """Values of an attribute by surface: (count,) float64, `missing` for surfaces without faces or
+    without values.
+    """
+    found, faces = np.full(count, missing), read_face_attribute(item.data, "surface")
+    values = read_face_attribute(item.data, name)
+    if values is not None:
+        found[faces] = values
+    return found
+
+
+def _tell_change(name, sums):
+    """Row of a table: name, state, energy [MWh] before, after, its change with standard error, of
+    roofs, of facades.
+    """
+    parts = {
+        "before": "before",
+        "after": "after",
+        "change": "change",
+        "error": "change_standard_error",
+    }
+    parts |= {"roofs": "change_roofs", "facades": "change_facades"}
+    row = {key: round(sums[f"mwh_{word}"], 4) for key, word in parts.items()}
+    return {"name": name, "state": sums.get("state", name), **row}
+
+
+@lru_cache(maxsize=4)
+def read_comparison(text):
+    """Tables of a city's comparison: dict with "sums" and "buildings", lists of rows of
+    `_tell_change`.
+    """
+    return json.loads(text) if text else {"sums": [], "buildings": []}
+
+
+def percent_of(row):
+    """Change of a row in percent of what was before, NaN where there was nothing."""
+    return 100 * row["change"] / row["before"] if row["before"] > 0 else float("nan")
+
+
+def write_row(row):
+    """The end of a building's id, energy before and after, change with its standard error, percent:
+    tuple of str.
+
+    Changes below two errors are in brackets.
+    """
+    change = f"{write_energy(row['change'], plus=True)} ±{write_energy(row['error'])}"
+    noise = row["change"] != 0 and abs(row["change"]) < 2 * row["error"]
+    known = row["state"] != "gone" and not np.isnan(percent_of(row))
+    percent = f"{show_number(percent_of(row), 1, plus=True)} %" if known else row["state"]
+    name, before, after = (
+        show_end(row["name"], 11),
+        write_energy(row["before"]),
+        write_energy(row["after"]),
+    )
+    return name, before, after, f"({change})" if noise else change, percent
+
+
+def write_energy(value, *, plus=False):
+    """Energy [MWh] with a decimal below 100."""
+    return show_number(value, 0 if abs(value) >= 100 else 1, plus=plus)
+
+
+class KeepBefore(OfCity, Action, bpy.types.Operator):
+    """Keep the present result as "before": every later result is shown as the difference from it"""
+
+    bl_idname, bl_label = "citypv.keep_before", "Keep as before"
+    needs, lacking = KWP, "Compute the energy first"
+
+    def act(self, context, city, ground):
+        """Keep a copy of the city, hidden, in place of an earlier one."""
+        session, name = find_session(city), f"{city.name} before"
+        if not city.get(RESHAPED):
+            item = bpy.data.objects.new(name, city.data.copy())
+        elif session is None or session.energy is None:
+            return check_unedited(city)
+        else:
+            # Its own mesh is another one by now than that of the results.
+            item = build_city(session.scene, name)
+            write_classes(item, None, session.scene.surfaces)
+            write_results(item, None, session.transfer, session.energy)
+        remove_objects(find_before(context.scene))
+        item.data.name, item.matrix_world = item.name, city.matrix_world
+        for key in (PREFIX + name for name in COPIED):
+            if key in city:
+                item[key] = city[key]
+        item[PREFIX + "part"] = BEFORE
+        show_objects(context.scene, item)
+        show_before(item, visible=False)
+        if session is not None:
+            open_session(item, replace(session))
+        context.scene.citypv_seeing.side_by_side = False
+        return "Kept as before: change what you like, then trace and compute the energy"
+
+
+class CompareBefore(Action, bpy.types.Operator):
+    """Show the present result less the one kept as before"""
+
+    bl_idname, bl_label = "citypv.compare", "Show difference"
+
+    @classmethod
+    def poll(cls, context):
+        """There are two results."""
+        cls.poll_message_set("Keep a result as before, then compute another")
+        return find_before(
+            context.scene, find_city(context.scene)[0]
+        ) is not None and KeepBefore.poll(context)
+
+    def act(self, context, city, ground):
+        """Write and show the difference."""
+        if not compare_with_before(context.scene, city, ground):
+            problem = "is of another city: no surface has the same shape"
+            raise InputError("The result kept as before", problem, "keep one of this city")
+        show_result(context, city, ground, CHANGE + "full_load_hours")
+
+
+class ForgetBefore(Action, bpy.types.Operator):
+    """Remove the result kept as before, and the differences from it"""
+
+    bl_idname, bl_label = "citypv.forget_before", "Forget before"
+
+    @classmethod
+    def poll(cls, context):
+        """There is one."""
+        return find_before(context.scene) is not None
+
+    def act(self, context, city, ground):
+        """Remove it."""
+        remove_objects(find_before(context.scene))
+        shown = context.scene.citypv.attribute
+        if city is not None:
+            if shown.startswith(CHANGE) and has_result(city, shown.removeprefix(CHANGE)):
+                show_result(context, city, ground, shown.removeprefix(CHANGE))
+            compare_with_before(context.scene, city, ground)

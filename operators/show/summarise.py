@@ -1,0 +1,103 @@
+"""Store summaries on the city's object for the panel: suns traced, albedos, full load hours of
+groups.
+"""
+
+import numpy as np
+
+from ..city.attributes import PREFIX
+
+GROUPS, WEATHER, PLACE, TOTALS, ALBEDOS, UNREAD, INTERRUPTED = (
+    PREFIX + name
+    for name in ("groups", "weather", "weather_place", "totals", "albedos", "unread", "interrupted")
+)
+ENERGY = PREFIX + "energy_totals"  # [MWh per year] of the same rows
+KWP = PREFIX + "kwp"  # of each surface
+COMPARISON, FOUND = (
+    PREFIX + "compared",
+    PREFIX + "matched",
+)  # before and after: tables as JSON, and a sentence
+BEST = (
+    PREFIX + "best"
+)  # buildings with the most energy: id, power [kWp], energy [MWh per year], P50 and P90 of years
+OF_ENERGY = (GROUPS, WEATHER, PLACE, TOTALS, ENERGY, KWP, COMPARISON, FOUND, BEST)
+OF_ENERGY += tuple(PREFIX + name for name in ("probe", "charts"))
+MOST = 20  # of the best buildings
+SHOWN = ("kwp", "mwh_per_year", "full_load_hours")  # of sum_potential, in the table of totals
+
+
+def summarise_energy(item, weather, energy, *, place, whole, buildings):
+    """Store annual full load hours of each group, totals and the best buildings on the object;
+    return a sentence.
+
+    Parameters
+    ----------
+    item : bpy.types.Object
+    weather : core.weather.weather.Weather
+    energy : core.energy.energy.Energy
+    place : str
+        Where the weather comes from, if from elsewhere (`core.weather.weather.describe_distance`).
+    whole : dict
+        Power, energy and hours of all eligible surfaces and of each kind, of
+        `core.results.write_summary.sum_totals`.
+    buildings : pandas.DataFrame
+        Of `core.results.write_buildings.sum_buildings`.
+    """
+    from ...core.results.read_results import kind_title
+
+    totals = {"All": whole} | {kind_title(kind): one for kind, one in whole["kinds"].items()}
+    item[ENERGY] = {name: total["mwh_per_year"] for name, total in totals.items()}
+    rows = [
+        "|".join([name, *("–" if total[key] is None else f"{total[key]:,.0f}" for key in SHOWN)])
+        for name, total in totals.items()
+    ]
+    item[TOTALS] = rows + [
+        f"P{share} of {energy.years:g} years|–|{value:,.0f}|–"
+        for share in (50, 90)
+        if (value := whole.get(f"p{share}_mwh_per_year")) is not None
+    ]
+    annual = (
+        energy.capacity_factor.sum(axis=0) * energy.interval.total_seconds() / 3600 / energy.years
+    )
+    item[GROUPS] = [
+        f"{kind} {orientation}|{count}|{value:,.0f}"
+        for (kind, orientation), count, value in zip(
+            energy.groups, energy.group_count, annual, strict=True
+        )
+    ]
+    columns = ["building_id", "kwp", "mwh_per_year", "p50_mwh_per_year", "p90_mwh_per_year"]
+    best = (
+        buildings[buildings["kwp"] > 0]
+        .nlargest(MOST, "mwh_per_year")
+        .reindex(columns=columns)
+        .dropna(axis=1)
+    )
+    item[BEST] = [
+        "|".join([name.replace("|", "/"), *(f"{one:,.1f}" for one in row)])
+        for name, *row in best.itertuples(index=False, name=None)
+    ]
+    item[WEATHER], item[PLACE] = weather.label, place
+    mean = np.average(annual, weights=energy.group_area) if len(annual) else 0.0
+    told = "; ".join(filter(None, (weather.label, place)))
+    return f"Full load hours of the eligible area: {mean:.0f} h per year ({told})"
+
+
+def summarise_albedo(item, rows, unread):
+    """Store the sources of albedos on the object.
+
+    Parameters
+    ----------
+    item : bpy.types.Object
+    rows : list of dict
+        As `core.patches.read_albedo.describe_albedo` makes them.
+    unread : list of str
+        Materials that tell no albedo.
+    """
+    names = {"--albedo": "one value", "--ground-albedo": "ground", "--albedo-file": "by surface"}
+    told = []
+    for row in rows:
+        name = (row["name"] or names[row["from"]]).replace("|", "/")
+        law = f"{row['albedo']:.3f}" if row["law"] == "lambertian" else row["reflects"]
+        count = f"{row['surfaces']:,}" if "surfaces" in row else ""
+        told.append(f"{name}|{law}|{count}")
+    item[ALBEDOS] = told
+    item[UNREAD] = f"Materials without a known albedo: {', '.join(unread)}" if unread else ""
