@@ -34,12 +34,7 @@ class Budget:
     """
 
     def __init__(self, path, step, cure):
-        size = (
-            Path(path).stat().st_size if Path(path).is_file() else 0
-        )  # else it is refused when it is opened
-        most, free = FREE_MEMORY + MOST_GAIN * size, free_memory()  # [bytes]
-        self._most = self._left = most if free is None else min(most, free)
-        self._told = path, f"{step} too large for memory: more than {self._most / GB:.1f} GB", cure
+        self._told, self._spent, self._most = (path, step, cure), 0, None  # [bytes]
 
     def spend(self, count):
         """Take some bytes from it.
@@ -49,9 +44,18 @@ class Budget:
         InputError
             More than is left.
         """
-        self._left -= count
-        if self._left < 0:
-            raise InputError(*self._told)
+        self._spent += count
+        # What is free takes a millisecond to ask, too long for each of a million short lines.
+        if self._spent < 2**24:
+            return
+        path, step, cure = self._told
+        if self._most is None:
+            free = free_memory()
+            most = FREE_MEMORY + MOST_GAIN * Path(path).stat().st_size
+            self._most = most if free is None else min(most, free)
+        if self._spent > self._most:
+            told = f"{step} too large for memory: more than {self._most / GB:.1f} GB"
+            raise InputError(path, told, cure)
 
 
 def clean_name(text):
