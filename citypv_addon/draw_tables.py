@@ -5,8 +5,9 @@ decisions.
 from math import inf, isfinite, isnan
 
 from ..operators.city.declare_settings import name_switch
-from ..operators.run.plan_trace import ITEMS, PRICES, describe_price, find_preset, read_plan
-from ..operators.show.compare_results import percent_of, read_comparison, write_energy, write_row
+from ..operators.run import plan_trace
+from ..operators.run.plan_trace import ITEMS, PRICES
+from ..operators.show import compare_results
 from ..operators.show.summarise import COMPARISON
 from .draw_steps import draw_numbers, draw_sentence
 
@@ -30,7 +31,7 @@ def draw_comparison(layout, city, seeing):
     """Show who gains and who loses: sums, roofs and facades apart, then the buildings, sorted as
     chosen.
     """
-    tables = read_comparison(city.get(COMPARISON, ""))
+    tables = compare_results.read_comparison(city.get(COMPARISON, ""))
     if not tables["sums"]:
         return
     column = layout.box().column(align=True)
@@ -56,7 +57,7 @@ def _draw_change(column, row, title=""):
     """Show a row of a comparison: a building with its button, or a sum with its title; then what
     changes in it.
     """
-    name, before, after, change, percent = write_row(row)
+    name, before, after, change, percent = compare_results.write_row(row)
     line = column.split(factor=0.45)
     if title or row["state"] == "gone":
         line.label(text=title or name)
@@ -68,7 +69,9 @@ def _draw_change(column, row, title=""):
     line.label(text=f"   {before} → {after}")
     draw_numbers(line.row(align=True), (percent,))
     sides = [
-        f"{side} {write_energy(row[side], plus=True)}" for side in ("roofs", "facades") if row[side]
+        f"{side} {compare_results.write_energy(row[side], plus=True)}"
+        for side in ("roofs", "facades")
+        if row[side]
     ]
     draw_numbers(column.row(align=True), (", ".join(sides),) if sides else ())
 
@@ -76,7 +79,7 @@ def _draw_change(column, row, title=""):
 def _sort_buildings(rows, seeing):
     """Rows of buildings in the order that the panel asks for; without a value last."""
     last = -inf if seeing.sort_down else inf
-    percent = [last if isnan(value) else value for value in map(percent_of, rows)]
+    percent = [last if isnan(value) else value for value in map(compare_results.percent_of, rows)]
     values = percent if seeing.sort_by == "percent" else [row[seeing.sort_by] for row in rows]
     return [
         rows[k] for k in sorted(range(len(rows)), key=values.__getitem__, reverse=seeing.sort_down)
@@ -87,7 +90,7 @@ def draw_presets(layout, city, settings):
     """Show a button for each preset and, once predicted, its seconds and error; bars show the
     error.
     """
-    prices, active = city.get(PRICES) or {}, find_preset(settings)
+    prices, active = city.get(PRICES) or {}, plan_trace.find_preset(settings)
     row = layout.row(align=True)
     for name, title, _ in ITEMS:
         row.operator("citypv.use_preset", text=title, depress=name == active).preset = name
@@ -98,7 +101,7 @@ def draw_presets(layout, city, settings):
         error = prices[name][1]
         line.progress(
             factor=error / largest if largest and isfinite(error) else 0.0,
-            text=describe_price(prices[name]),
+            text=plan_trace.describe_price(prices[name]),
         )
     layout.operator("citypv.predict", icon="TIME")
 
@@ -107,7 +110,7 @@ def draw_effects(layout, city, settings, keys):
     """Show a switch for each of these effects and, once planned, what was decided; its button tells
     why.
     """
-    plan = read_plan(city)
+    plan = plan_trace.read_plan(city)
     for key in keys:
         column = layout.column(align=True)
         line = column.split(factor=0.42)

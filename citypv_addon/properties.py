@@ -18,7 +18,7 @@ from ..operators.city.declare_settings import build_properties
 from ..operators.city.read_materials import MATERIALS
 from ..operators.city.read_settings import ADDON, ASKED_BY_KEY, FILES_WORDS, use_cache_folder
 from ..operators.run.plan_trace import DAYS
-from ..operators.show.show_result import follow_choice, follow_side_by_side, follow_switch
+from ..operators.show import show_result
 from ..operators.show.timeline import TIMED, follow_timeline_show
 
 LODS = [
@@ -205,25 +205,30 @@ class Settings(bpy.types.PropertyGroup):
         description="Result to show as colours",
         items=ATTRIBUTES,
         default="kind",
-        update=follow_choice,
+        update=show_result.follow_choice,
     )
     colour_map: EnumProperty(
-        name="Colour map", description="From low to high", items=MAPS, update=follow_choice
+        name="Colour map",
+        description="From low to high",
+        items=MAPS,
+        update=show_result.follow_choice,
     )
     auto_range: BoolProperty(
         name="Automatic range",
         description="Covers 96 % of the area",
         default=True,
-        update=follow_choice,
+        update=show_result.follow_choice,
     )
     low: FloatProperty(
-        name="Low", description="Lowest colour [unit of the legend]", update=follow_choice
+        name="Low",
+        description="Lowest colour [unit of the legend]",
+        update=show_result.follow_choice,
     )
     high: FloatProperty(
         name="High",
         description="Highest colour [unit of the legend]",
         default=1,
-        update=follow_choice,
+        update=show_result.follow_choice,
     )
     show_colours: BoolProperty(
         name="Colours",
@@ -231,7 +236,7 @@ class Settings(bpy.types.PropertyGroup):
             "Show the result as colours; off: the materials and the shading that you had before"
         ),
         default=True,
-        update=follow_switch,
+        update=show_result.follow_switch,
     )
     show_legend: BoolProperty(
         name="Legend", description="Draw the legend in the 3D view", default=True
@@ -293,7 +298,7 @@ class Seeing(bpy.types.PropertyGroup):
     side_by_side: BoolProperty(
         name="Side by side",
         description="Show the result kept as before to the west of the city",
-        update=follow_side_by_side,
+        update=show_result.follow_side_by_side,
     )
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from ..effects.beyond_scene import change_unshaded
-from ..energy.standard_errors import errors_of_energy, noise_of_mean, sun_sampling_share
+from ..energy import standard_errors
 from ..light.trace_gather import SUNS
 from ..light.traced import SKY_DOME
 from ..settings.progress import describe_duration
@@ -94,7 +94,7 @@ def budget_groups(transfer, weather, energy, cut):
     dict
         Kind and orientation -> source -> {"hours", "percent"}.
     """
-    errors = errors_of_energy(transfer, weather, energy)
+    errors = standard_errors.errors_of_energy(transfer, weather, energy)
     own, passed_on = errors.own, errors.passed_on
     area, names = np.asarray(transfer.surfaces.area, float), name_groups(transfer.surfaces)
     effects = {one["key"]: one for one in (transfer.record.effects if transfer.record else ())}
@@ -110,10 +110,13 @@ def budget_groups(transfer, weather, energy, cut):
         weight = area[members] / max(energy.counted_area[members].sum(), 1e-12)
         hours = float(weight @ energy.full_load_hours[members])
         share = {
-            "sampling": np.sqrt(noise_of_mean(weight, own[members], passed_on[members])) / hours
+            "sampling": np.sqrt(
+                standard_errors.noise_of_mean(weight, own[members], passed_on[members])
+            )
+            / hours
             if hours > 0
             else None,
-            "sun_sampling": sun_sampling_share(transfer.record, name, "bias"),
+            "sun_sampling": standard_errors.sun_sampling_share(transfer.record, name, "bias"),
             "cut_reflections": cut.get(" ".join(name)),
             "patch_size": weight @ errors.discretisation[members] / hours if hours > 0 else None,
             "far_ground": effects.get("far-ground", {}).get("bound"),

@@ -13,9 +13,9 @@ from functools import partial
 import numpy as np
 from numba import njit
 
+from ..rays import sample_points
 from ..rays.random_numbers import GOLDEN, mix, uniform
 from ..rays.ray_scene import RayScene
-from ..rays.sample_points import additive_recurrence, barycentric_of_square, cosine_direction
 from ..settings.progress import report_part, silent
 from ..settings.threads import map_in_order, usable_threads
 from .find_ground import find_ground
@@ -191,12 +191,16 @@ def _follow_rays(faces, rows, side, count, *, hops=HOPS, sheet=None, report_shar
     sky : (r,) int64
         Number that reaches the sky, directly or after hops.
     """
-    u, v, w, x = additive_recurrence(count, 4).T
+    u, v, w, x = sample_points.additive_recurrence(count, 4).T
     keys = np.arange(1, count + 1).astype(np.uint64) * GOLDEN
     onward = [
-        cosine_direction(*uniform(mix(keys + np.uint64(hop)), 2).T) for hop in range(hops - 1)
+        sample_points.cosine_direction(*uniform(mix(keys + np.uint64(hop)), 2).T)
+        for hop in range(hops - 1)
     ]
-    rays = np.array(barycentric_of_square(u, v)), np.array([cosine_direction(w, x), *onward])
+    rays = (
+        np.array(sample_points.barycentric_of_square(u, v)),
+        np.array([sample_points.cosine_direction(w, x), *onward]),
+    )
     threads = usable_threads()
     step = max(1, min(RAYS_PER_TASK // count, -(-len(rows) // threads)))
     tasks, found = (
@@ -304,11 +308,13 @@ def _look_straight(faces, rows, side, reach):
     -------
     (r,) float64
     """
-    found, points = np.zeros(len(rows)), additive_recurrence(PERPENDICULAR, 2)
+    found, points = np.zeros(len(rows)), sample_points.additive_recurrence(PERPENDICULAR, 2)
     step = RAYS_PER_TASK // PERPENDICULAR
     for first in range(0, len(rows), step):
         owner = np.repeat(rows[first : first + step], PERPENDICULAR)
-        weights = barycentric_of_square(*np.tile(points.T, len(owner) // PERPENDICULAR))
+        weights = sample_points.barycentric_of_square(
+            *np.tile(points.T, len(owner) // PERPENDICULAR)
+        )
         ahead = np.zeros(len(owner)), np.zeros(len(owner)), np.ones(len(owner))
         origins, directions = _leave_faces(
             faces, owner, weights, np.full(len(owner), float(side)), ahead

@@ -6,15 +6,7 @@ from ..settings.errors import InputError
 from ..weather.formats import recognise_weather
 from ..weather.read_era5 import open_era5_grid
 from ..weather.read_weather import read_weather
-from ..world.sources import (
-    check_region,
-    grid_places,
-    grid_source,
-    model_source,
-    regular_axes,
-    station_source,
-    thin_axis,
-)
+from ..world import sources
 
 MODELS = ("climate", "clear-sky")
 STEP = 3.0  # [°] of the models' grid
@@ -31,8 +23,10 @@ def find_source(request, settings, stack):
     if request.weather in MODELS:
         if request.weather != "climate":
             refuse_settings(settings, ("off_land",), request.weather)
-        axes = regular_axes(settings.step or STEP, settings.latitudes, settings.longitudes)
-        return model_source(grid_places(*axes), request.weather, request, settings.off_land)
+        axes = sources.regular_axes(settings.step or STEP, settings.latitudes, settings.longitudes)
+        return sources.model_source(
+            sources.grid_places(*axes), request.weather, request, settings.off_land
+        )
     paths = [
         Path(one)
         for one in (request.weather if isinstance(request.weather, list) else [request.weather])
@@ -41,18 +35,18 @@ def find_source(request, settings, stack):
     if kinds == {"era5"}:
         refuse_settings(request, STATIONS_ONLY, "gridded weather")
         refuse_settings(settings, ("off_land",), "gridded weather")
-        check_region(settings.latitudes, settings.longitudes)
+        sources.check_region(settings.latitudes, settings.longitudes)
         grid = open_era5_grid(paths, stack)
         picked = (
-            thin_axis(grid.latitude, settings.step, settings.latitudes),
-            thin_axis(grid.longitude, settings.step, settings.longitudes),
+            sources.thin_axis(grid.latitude, settings.step, settings.latitudes),
+            sources.thin_axis(grid.longitude, settings.step, settings.longitudes),
         )
-        places = grid_places(grid.latitude[picked[0]], grid.longitude[picked[1]])
+        places = sources.grid_places(grid.latitude[picked[0]], grid.longitude[picked[1]])
         if not len(places):
             raise InputError(
                 grid.source, "has no point in these latitudes and longitudes", "give a wider range"
             )
-        return grid_source(grid, places, picked, request, settings.years)
+        return sources.grid_source(grid, places, picked, request, settings.years)
     if "era5" in kinds:
         raise InputError("--weather", "grids and stations are mixed", "give one or the other")
     refuse_settings(settings, GRIDS_ONLY, "stations")
@@ -88,4 +82,4 @@ def _read_stations(paths, request):
         for own in stations.values()
     ]
     names = [own[0].name.split(".gz")[0].rsplit(".", 1)[0] for own in stations.values()]
-    return station_source(weathers, names)
+    return sources.station_source(weathers, names)

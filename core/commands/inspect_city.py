@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 
 from ..accuracy.sun_sampling import name_groups
+from ..city import transform_crs
 from ..city.crowns import volume_of_crowns
-from ..city.transform_crs import grid_of, measure_steps, plane_of
 from ..patches.materials import describe_finish, named_material
 from ..results.list_findings import list_findings
 from ..settings.errors import list_some, show_number
@@ -86,9 +86,9 @@ def _describe_reading(city, scene):
     and without one.
     """
     site, scale = scene.site, [1.0, 1.0]
-    if site.crs is not None and not plane_of(site.crs)[0].is_geographic:
-        middle = grid_of(site).to_files(np.array([site.origin]), "xy")[0, :2]
-        measured = measure_steps(plane_of(site.crs)[0], middle, "xy")[0]
+    if site.crs is not None and not transform_crs.plane_of(site.crs)[0].is_geographic:
+        middle = transform_crs.grid_of(site).to_files(np.array([site.origin]), "xy")[0, :2]
+        measured = transform_crs.measure_steps(transform_crs.plane_of(site.crs)[0], middle, "xy")[0]
         scale = [round(float(value), 5) if np.isfinite(value) else None for value in measured]
     levels = scene.report.lods_chosen
     return {

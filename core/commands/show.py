@@ -6,6 +6,7 @@ import importlib.util
 import time
 from pathlib import Path
 
+from .. import study
 from ..accuracy.cost_curve import list_prices
 from ..accuracy.measure_effects import measure_effects, shares_of_effects
 from ..accuracy.sun_sampling import CityYear
@@ -13,7 +14,6 @@ from ..energy.pv_system import build_system
 from ..light.prepare_scene import build_tree
 from ..settings.errors import InputError
 from ..settings.progress import TerminalProgress
-from ..study import check_tracing, prepare_study, read_scene, read_year
 from ..sun.sky_models import choose_sky
 
 
@@ -35,10 +35,10 @@ def list_effects(paths, request, progress):
     ------
     InputError
     """
-    check_tracing(request)
-    scene = read_scene(paths, request, progress)
-    weather = read_year(scene.site, request)
-    prepared = build_tree(prepare_study(scene, weather, request), request)
+    study.check_tracing(request)
+    scene = study.read_scene(paths, request, progress)
+    weather = study.read_year(scene.site, request)
+    prepared = build_tree(study.prepare_study(scene, weather, request), request)
     transfer = measure_effects(CityYear(scene, prepared, weather, request), progress)
     settings = {"threads": request.threads, "sky": choose_sky(request, transfer)}
     for key, share in shares_of_effects(
@@ -73,10 +73,10 @@ def show_accuracy(paths, request, plot=None):
         raise InputError(
             "--plot", f"{plot} is not a picture", f"give a name that ends in {', '.join(PICTURES)}"
         )
-    check_tracing(request)
+    study.check_tracing(request)
     started, progress = time.perf_counter(), TerminalProgress(lasting=False)
-    scene = read_scene(paths, request, progress)
-    weather = read_year(scene.site, request)
+    scene = study.read_scene(paths, request, progress)
+    weather = study.read_year(scene.site, request)
     listed = list_prices(scene, weather, request, time.perf_counter() - started, progress)
     if plot:
         from ..results.draw_results import draw_prices

@@ -4,7 +4,7 @@ import importlib.util
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 
-from ..cluster.run_tasks import check_cluster, drop_kept, kept_beside
+from ..cluster import run_tasks
 from ..energy.pv_system import build_system
 from ..results.output_folder import whole_folder
 from ..results.write_summary import peak_memory, versions, write_summary
@@ -72,7 +72,7 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
     )
     request = modules_alone(request)
     if cluster:
-        check_cluster(cluster.cluster)
+        run_tasks.check_cluster(cluster.cluster)
     system = build_system(request)
     with whole_folder(folder, overwrite) as work, ExitStack() as stack:
         environments, sky = read_environments(texts, system, request.sky)
@@ -86,7 +86,10 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
         log.write("\n".join(_describe_world(environments, source, sky)))
         log.clock.lap("open weather")
         if cluster:
-            asked, told = replace(request, sky=sky), {"folder": kept_beside(folder), "log": log}
+            asked, told = (
+                replace(request, sky=sky),
+                {"folder": run_tasks.kept_beside(folder), "log": log},
+            )
             world = compute_in_tasks(environments, source, asked, settings, cluster, **told)
         else:
             told = {"sky": sky, "threads": request.threads, "progress": log.progress}
@@ -110,7 +113,7 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
             work / "summary.json",
             _summarise_world(world, environments, request, settings, log.clock.seconds),
         )
-    drop_kept(folder, cluster)
+    run_tasks.drop_kept(folder, cluster)
     log.write(f"Written to {folder} in {describe_duration(sum(log.clock.seconds.values()))}")
 
 

@@ -6,17 +6,10 @@ import numpy as np
 from numba import njit
 
 from ..patches.cover_cells import enclosed_cells
+from ..rays import sample_points
 from ..rays.hemisphere_rays import HALF, fraction
 from ..rays.random_numbers import mix, uniform
-from ..rays.sample_points import (
-    DIGITS,
-    cell_corners,
-    cell_of_point,
-    cells_inside,
-    grid_of,
-    points_of_grid,
-    sobol_points,
-)
+from ..rays.sample_points import DIGITS
 from ..settings.threads import map_in_order
 
 PATCHES_PER_TASK = 1 << 12
@@ -79,7 +72,7 @@ def find_points(patches, covered, counts, wanted, threads=1):
     count, (point_count, elements) = len(patches), counts
     is_open = np.ones((count, point_count), bool)
     representative_points = np.zeros((count, elements), np.min_scalar_type(point_count - 1))
-    middles = cell_corners(round(np.sqrt(elements))).mean(axis=1)
+    middles = sample_points.cell_corners(round(np.sqrt(elements))).mean(axis=1)
     divisions = round(np.sqrt(covered.shape[1]))
 
     def find(rows):
@@ -90,11 +83,11 @@ def find_points(patches, covered, counts, wanted, threads=1):
         )
         partly = np.flatnonzero(covered[rows].any(axis=1))
         cells = covered[rows[partly]]
-        cell = cell_of_point(*places[:, partly], divisions).astype(np.intp)
+        cell = sample_points.cell_of_point(*places[:, partly], divisions).astype(np.intp)
         in_covered[partly] = np.take_along_axis(cells, cell, axis=1)
         is_open[rows[partly]] = ~np.take_along_axis(enclosed_cells(cells), cell, axis=1)
         if covered.shape[1] >= elements:
-            inside = cells_inside(divisions, round(np.sqrt(elements)))
+            inside = sample_points.cells_inside(divisions, round(np.sqrt(elements)))
             members = np.argsort(inside, kind="stable").reshape(elements, -1)
             all_covered[partly] = cells[:, members].all(axis=2)
         chosen = np.empty((len(rows), elements), representative_points.dtype)
@@ -122,7 +115,9 @@ def _places_of_points(keys, before, point_count):
     """
     places = np.empty((2, len(keys), point_count), np.float32)
     place_points(
-        shift_points(keys, before), (points_of_grid(point_count), grid_of(point_count)), places
+        shift_points(keys, before),
+        (sample_points.points_of_grid(point_count), sample_points.grid_of(point_count)),
+        places,
     )
     return places
 
@@ -132,7 +127,7 @@ def shift_points(keys, before):
     above.
     """
     shift = (uniform(mix(keys ^ np.uint64(0x5EED)), 2) * (1 << DIGITS)).astype(np.uint32)
-    return shift ^ sobol_points(before)[:, :2]
+    return shift ^ sample_points.sobol_points(before)[:, :2]
 
 
 @njit(nogil=True, cache=True)

@@ -11,8 +11,8 @@ patches.
 import numpy as np
 from numba import njit
 
+from ..patches import find_covered
 from ..patches.cover_cells import enclosed_cells
-from ..patches.find_covered import cells_near_cover, find_covered_cells, lie_in_earth
 from ..patches.hit_kinds import (
     BACK,
     DARK,
@@ -23,6 +23,7 @@ from ..patches.hit_kinds import (
     classify_rays,
     stop_in_crowns,
 )
+from ..rays import sample_points
 from ..rays.hemisphere_rays import (
     CELL_DIVISIONS,
     hemisphere_rays,
@@ -31,14 +32,7 @@ from ..rays.hemisphere_rays import (
 )
 from ..rays.random_numbers import mix
 from ..rays.ray_scene import HitPlaces
-from ..rays.sample_points import (
-    DIGITS,
-    HEMISPHERE_REPLICATES,
-    barycentric_of_square,
-    cell_of_point,
-    cells_inside,
-    sobol_digits,
-)
+from ..rays.sample_points import DIGITS, HEMISPHERE_REPLICATES
 from ..settings.threads import map_in_order
 from ..sun.horizon import mark_hidden
 from .form_factors import FEWEST_RAYS, count_hits
@@ -66,7 +60,7 @@ def trace_rows(city, rows, samples):
         Of the next patches, in their order: in each state of trees, by the same rays.
     """
     sequence, step = (
-        sobol_digits(samples // HEMISPHERE_REPLICATES),
+        sample_points.sobol_digits(samples // HEMISPHERE_REPLICATES),
         max(1, RAYS_PER_TASK // samples),
     )
 
@@ -74,7 +68,9 @@ def trace_rows(city, rows, samples):
         # Rays of cover that go on are few after some turns: more patches at a time take less.
         known = city.covered is not None
         covered = (
-            city.covered[some] if known else find_covered_cells(city.ray_scene, city.patches, some)
+            city.covered[some]
+            if known
+            else find_covered.find_covered_cells(city.ray_scene, city.patches, some)
         )
         parts = [slice(start, start + step) for start in range(0, len(some), step)]
         return [trace_part(city, some[part], covered[part], sequence) for part in parts]
@@ -96,12 +92,12 @@ def trace_part(city, chosen, covered, sequence):
     rows, covered, lost = chosen[~dark], covered[~dark], chosen[dark]
     origins, directions, start_cells = hemisphere_rays(patches, rows, sequence)
     hits, fates = _follow_rays(city, covered, (origins, directions, start_cells))
-    near_cover = cells_near_cover(covered, np.flatnonzero(covered.any(axis=1)))
+    near_cover = find_covered.cells_near_cover(covered, np.flatnonzero(covered.any(axis=1)))
     sources = {
         one.name: _look_at_source(city, one, rows, covered, sequence) for one in city.sources
     }
     ray_count = {SKY_DOME: fates[0].size} | {name: count for name, (_, count) in sources.items()}
-    cell_of, found = cells_inside(CELL_DIVISIONS, round(np.sqrt(city.elements))), []
+    cell_of, found = sample_points.cells_inside(CELL_DIVISIONS, round(np.sqrt(city.elements))), []
     start_of = start_cells, cell_of if city.starts > 1 else np.zeros_like(cell_of), city.starts
     for state, fate in enumerate(fates):
         _hide_sky(city, directions, fate)
@@ -137,7 +133,9 @@ def _follow_rays(city, covered, rays):
     within = np.flatnonzero(covered.any(axis=1))
     fate[within] = _darken_rays(fate[within], start_cells[within].astype(np.intp), covered[within])
     # Along the ground line the start of each ray is tested for being below ground.
-    fate[within] = np.where(lie_in_earth(ray_scene, patches, origins[within]), DARK, fate[within])
+    fate[within] = np.where(
+        find_covered.lie_in_earth(ray_scene, patches, origins[within]), DARK, fate[within]
+    )
     if ray_scene.canopy is None:
         return hits, fate[None]
     # Each replicate has random numbers of its own.
@@ -184,7 +182,7 @@ def _look_at_source(city, source, rows, covered, sequence):
     covered, sequence = covered[facing], sequence[: -(-len(sequence) // city.rays_share)]
     rays = source_rays(city.patches, source, rows[facing], sequence, share=city.rays_share)
     near_cover, scale = (
-        cells_near_cover(covered, np.flatnonzero(covered.any(axis=1))),
+        find_covered.cells_near_cover(covered, np.flatnonzero(covered.any(axis=1))),
         unshaded[facing, None],
     )
     fates = _follow_rays(city, covered, rays)[1]
@@ -212,12 +210,12 @@ def source_rays(patches, source, chosen, sequence, *, share):
         ^ shift_replicates(keys, patches.rays_before[chosen] // share)[:, :, None]
     )
     numbers = (digits.reshape(len(chosen), -1, 4) * np.float32(2.0**-DIGITS)).astype(np.float32)
-    b1, b2 = barycentric_of_square(numbers[..., 0], numbers[..., 1])
+    b1, b2 = sample_points.barycentric_of_square(numbers[..., 0], numbers[..., 1])
     directions = source.sample(patches.normal[chosen], numbers[..., 2], numbers[..., 3])
     return (
         points_of_patches(patches, chosen, b1, b2),
         directions,
-        cell_of_point(b1, b2, CELL_DIVISIONS),
+        sample_points.cell_of_point(b1, b2, CELL_DIVISIONS),
     )
 
 
@@ -258,7 +256,9 @@ def _tally_rays(fate, start_cells, near_cover, cells):
     """
     rays, counts = fate.shape[1], np.zeros((4, len(fate), HEMISPHERE_REPLICATES, cells), np.int32)
     _count_fates(
-        (fate, start_cells, near_cover), cells_inside(CELL_DIVISIONS, round(np.sqrt(cells))), counts
+        (fate, start_cells, near_cover),
+        sample_points.cells_inside(CELL_DIVISIONS, round(np.sqrt(cells))),
+        counts,
     )
     every, downwards, free, started = counts.astype(np.float32)
     sky, far_ground = (

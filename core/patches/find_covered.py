@@ -7,16 +7,10 @@ a patch tell on each other stands in `cover_cells`, rays that go on from fronts 
 
 import numpy as np
 
+from ..rays import sample_points
 from ..rays.hemisphere_rays import CELL_DIVISIONS, points_of_patches, rays_from_patches
 from ..rays.random_numbers import mix, uniform_of
 from ..rays.ray_scene import HitPlaces
-from ..rays.sample_points import (
-    additive_recurrence,
-    cell_places,
-    cosine_direction,
-    shifted,
-    stratified_points,
-)
 from .cover_cells import (
     COVERED,
     FACING,
@@ -43,7 +37,7 @@ from .inside_test import (
 
 AFTER_FIRST = np.arange(RAYS) > 0
 UPRIGHT = np.flatnonzero(
-    cell_places(CELL_DIVISIONS)[1] % 2 == 0
+    sample_points.cell_places(CELL_DIVISIONS)[1] % 2 == 0
 )  # cells: all along the edges, half of the others
 STATE_OF_FATE = np.full(DARK + 1, UNKNOWN)
 STATE_OF_FATE[[FRONT, SKY, BACK]] = FACING, OPEN, COVERED
@@ -96,7 +90,7 @@ def starts_in_cells(keys, cells):
     """
     keys = mix(keys ^ np.uint64(0xC0FE))[:, None]
     u, v, *shifts = (uniform_of(keys, 4 * cells + number) for number in range(1, 5))
-    return *stratified_points(u, v, CELL_DIVISIONS, cells), shifts
+    return *sample_points.stratified_points(u, v, CELL_DIVISIONS, cells), shifts
 
 
 def _first_states(ray_scene, patches, chosen, starts, *, rising=False):
@@ -120,10 +114,10 @@ def _first_states(ray_scene, patches, chosen, starts, *, rising=False):
     """
     b1, b2, shifts = starts
     u, v = (
-        shifted(around, shifts[axis])[..., 0]
-        for axis, around in enumerate(additive_recurrence(1, 2).T)
+        sample_points.shifted(around, shifts[axis])[..., 0]
+        for axis, around in enumerate(sample_points.additive_recurrence(1, 2).T)
     )
-    local = cosine_direction(u, v)
+    local = sample_points.cosine_direction(u, v)
     origins, directions = rays_from_patches(patches, chosen, b1, b2, local)
     if rising:
         height = directions[..., 2]
@@ -231,11 +225,13 @@ def _trace_vote(ray_scene, patches, places, shifts):
     """Where the rays of a vote end: HitPlaces, and whether at a back, in the sky, below the
     horizon: all (k, RAYS).
     """
-    around = additive_recurrence(RAYS, 2)
-    u, v = (shifted(around[:, axis], shifts[:, axis]) for axis in (0, 1))
+    around = sample_points.additive_recurrence(RAYS, 2)
+    u, v = (sample_points.shifted(around[:, axis], shifts[:, axis]) for axis in (0, 1))
     own, b1, b2 = places
     b1, b2 = (np.repeat(weights[:, None], RAYS, axis=1) for weights in (b1, b2))
-    origins, directions = rays_from_patches(patches, own, b1, b2, cosine_direction(u, v))
+    origins, directions = rays_from_patches(
+        patches, own, b1, b2, sample_points.cosine_direction(u, v)
+    )
     rays = origins.reshape(-1, 3), directions.reshape(-1, 3)
     hits = ray_scene.trace_as_drawn(*rays)
     hits = HitPlaces(*(part.reshape(u.shape) for part in hits))

@@ -13,7 +13,7 @@ import numpy as np
 from ..city.find_ground import find_ground, find_resting_floors
 from ..city.locate_site import bring_to_grid
 from ..city.scene import check_scene, other_sides, surface_of_triangles
-from ..rays.random_numbers import digest_names, key_of_digests, mix
+from ..rays import random_numbers
 from ..settings.errors import check_array, check_seed
 
 # distance of ray origins from their face in float32 spacings; at 2 the first rays get lost
@@ -180,11 +180,16 @@ def keys_of_triangles(scene, *seeds):
         For each seed.
     """
     names = np.where(_find_made_up(scene), UNNAMED, np.array(scene.surfaces.surface_id, object))
-    digests = digest_names([*names, UNNAMED])
+    digests = random_numbers.digest_names([*names, UNNAMED])
     number = number_triangles(scene) if scene.number is None else scene.number
-    own = mix(number.astype(np.uint64) + np.uint64(1))
+    own = random_numbers.mix(number.astype(np.uint64) + np.uint64(1))
     # The ground's -1 takes the last name.
-    return [mix(key_of_digests(digests, seed)[surface_of_triangles(scene)] ^ own) for seed in seeds]
+    return [
+        random_numbers.mix(
+            random_numbers.key_of_digests(digests, seed)[surface_of_triangles(scene)] ^ own
+        )
+        for seed in seeds
+    ]
 
 
 def number_triangles(scene):
@@ -208,7 +213,9 @@ def number_triangles(scene):
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) @ ASKEW > 0
     )
     east, north, height = cells.view(np.uint64).T
-    number[rows] = mix(mix(mix(east) ^ north) ^ height).view(np.int64)
+    number[rows] = random_numbers.mix(
+        random_numbers.mix(random_numbers.mix(east) ^ north) ^ height
+    ).view(np.int64)
     return number
 
 

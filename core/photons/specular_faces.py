@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..patches.hit_kinds import meets_back
+from ..rays import sample_points
 from ..rays.hemisphere_rays import CELL_DIVISIONS
 from ..rays.ray_scene import HitPlaces
-from ..rays.sample_points import barycentric_of_square, cell_of_point, cosine_direction
 from .emit_photons import choose_by_power, low_discrepancy
 from .follow_photons import Photons, end_in_crowns, leave_patches, meet_fronts, reflect_photons
 from .light_of_photons import Tally
@@ -58,7 +58,9 @@ def _place_on_faces(faces, power, batch, dimensions):
     replicate, place = np.divmod(batch.number, batch.per_replicate)
     numbers = low_discrepancy(batch.key, replicate, place, dimensions)
     row, along = choose_by_power(power, numbers[:, 0])
-    return HitPlaces(faces[row], *barycentric_of_square(along, numbers[:, 1])), numbers[:, 2:]
+    return HitPlaces(
+        faces[row], *sample_points.barycentric_of_square(along, numbers[:, 1])
+    ), numbers[:, 2:]
 
 
 def photons_of_sun(target, faces, power, direction, batch):
@@ -83,7 +85,9 @@ def photons_of_sun(target, faces, power, direction, batch):
     places, _ = _place_on_faces(faces, power, batch, 2)
     origins, _ = leave_patches(target.patches, places, np.zeros((3, len(places[0]))))
     direction = np.asarray(direction, np.float32)
-    seen = np.flatnonzero(~target.covered[places[0], cell_of_point(*places[1:], CELL_DIVISIONS)])
+    seen = np.flatnonzero(
+        ~target.covered[places[0], sample_points.cell_of_point(*places[1:], CELL_DIVISIONS)]
+    )
     seen = seen[~target.ray_scene.trace_blocked(origins[seen], direction)]
     towards, nothing = np.broadcast_to(direction, (len(seen), 3)), np.zeros(len(seen))
     seen = seen[
@@ -118,13 +122,15 @@ def photons_of_surroundings(target, faces, batch, is_sky):
     """
     patches = target.patches
     places, numbers = _place_on_faces(faces, patches.area[faces], batch, 4)
-    towards = np.stack(cosine_direction(numbers[:, 0], numbers[:, 1]))
+    towards = np.stack(sample_points.cosine_direction(numbers[:, 0], numbers[:, 1]))
     origins, directions = leave_patches(patches, places, towards)
     hits = target.ray_scene.trace_places(origins, directions)
     met = hits.triangle
     origin = np.where(met >= 0, met, np.where(is_sky(directions), SKY, FAR_GROUND))
     origin[(met >= 0) & (meets_back(patches, met, directions) | ~patches.receives[met])] = NOTHING
-    origin[target.covered[places[0], cell_of_point(*places[1:], CELL_DIVISIONS)]] = NOTHING
+    origin[target.covered[places[0], sample_points.cell_of_point(*places[1:], CELL_DIVISIONS)]] = (
+        NOTHING
+    )
     origin[end_in_crowns(target, origins, directions, hits)] = NOTHING
     some = np.flatnonzero(origin != NOTHING)
     photons = _reflect_first(target, batch, places.take(some), -directions[some], some)

@@ -15,9 +15,8 @@ import numpy as np
 
 from ..effects.effect import Measured, judge_effects
 from ..effects.rays import count_surely
-from ..light.measure_cover import average_room, find_cover, list_clearances, measure_room_of_patches
+from ..light import measure_cover, sun_matrix
 from ..light.prepare_scene import build_tree, check_tracing, prepare_scene
-from ..light.sun_matrix import area_means, cover_of_surfaces, keep_columns, keep_matrix
 from ..light.sun_visibility import projection_in_front
 from ..light.transfer import SourceLight, TraceRecord, Transfer, note_interruption
 from ..patches.read_albedo import brdfs_of_triangles, materials_of_surfaces
@@ -82,7 +81,9 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
     clock = Clock()
     prepared = prepared or prepare_scene(scene, request, suns=suns)
     traced, patches, plan = prepared.scene, prepared.patches, prepared.plan
-    patch_to_surface = area_means(traced.triangle_surface, patches.area, len(scene.surfaces))
+    patch_to_surface = sun_matrix.area_means(
+        traced.triangle_surface, patches.area, len(scene.surfaces)
+    )
     traced_before = (
         prepared.plan.ray_scene.thread_seconds if prepared.plan.ray_scene else 0.0
     )  # by earlier rounds
@@ -108,23 +109,25 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
     clock.lap("suns")
     diffuse = sky.whole + request.ground_albedo * far.whole
     photons = sky.photon**2 + (request.ground_albedo * far.photon) ** 2
-    covered_share = cover_of_surfaces(patch_to_surface, covered_share)
+    covered_share = sun_matrix.cover_of_surfaces(patch_to_surface, covered_share)
     annual = direct.annual
     traced = {"sky": sky, "far ground": far, "suns": annual} | parts
     last = max(sky.last_share, annual.last_share)
     beyond = last * brightest / (1 - brightest) if brightest < 1 else None
     by_ground, whole = request.ground_albedo * float(far.whole.sum()), float(diffuse.sum())
     measured = Measured(last, by_ground / whole if whole > 0 else 0.0, beyond=beyond)
-    lengths, target = list_clearances(request), run.target
+    lengths, target = measure_cover.list_clearances(request), run.target
     how = {"clearances": lengths, "threads": run.threads}
-    room = measure_room_of_patches(target.ray_scene, patches, prepared.scene, target.covered, **how)
+    room = measure_cover.measure_room_of_patches(
+        target.ray_scene, patches, prepared.scene, target.covered, **how
+    )
     unreachable = (covered_share > WHOLE) | (target.area == 0)
     return Transfer(
         surfaces=scene.surfaces,
         site=scene.site,
         suns=suns if direct.kept == len(suns) else interrupted_suns(suns, direct.kept),
         covered_share=covered_share,
-        no_room=average_room(patch_to_surface, room),
+        no_room=measure_cover.average_room(patch_to_surface, room),
         clearances=lengths,
         sky_view_factor=np.minimum(sky.first.mean(axis=0), 1),
         far_ground_view_factor=np.minimum(far.first.mean(axis=0), 1),
@@ -174,7 +177,7 @@ def _prepare_run(prepared, request, progress, state):
     """
     scene, patches, threads = prepared.scene, prepared.patches, usable_threads(request.threads)
     ray_scene = build_tree(prepared, request).plan.ray_scene
-    covered = find_cover(ray_scene, patches, patches.receives, threads)
+    covered = measure_cover.find_cover(ray_scene, patches, patches.receives, threads)
     count = len(scene.surfaces)
     surface = np.where(scene.triangle_surface < 0, count, scene.triangle_surface)
     per_replicate = -(-request.samples * int(patches.receives.sum()) // PHOTON_REPLICATES)
@@ -247,7 +250,7 @@ def _trace_direct(run, lit, suns, far, ground_albedo, *, patch_to_surface, folde
     """
     count, height = run.target.surface_count, np.maximum(suns.direction[:, 2], 0) * ground_albedo
     found = _Direct(
-        *(keep_matrix((count, len(suns)), folder) for _ in range(2)),
+        *(sun_matrix.keep_matrix((count, len(suns)), folder) for _ in range(2)),
         annual=no_light(count),
         kept=len(suns),
     )
@@ -272,8 +275,8 @@ def _trace_direct(run, lit, suns, far, ground_albedo, *, patch_to_surface, folde
         found.kept = max((end for end in end_of_days(suns) if end <= done), default=0)
         if not found.kept:
             raise
-        found.visible_share = keep_columns(found.visible_share, found.kept)
-        found.reflected = keep_columns(found.reflected, found.kept)
+        found.visible_share = sun_matrix.keep_columns(found.visible_share, found.kept)
+        found.reflected = sun_matrix.keep_columns(found.reflected, found.kept)
     # The sums have only the suns that are done.
     annual, lit_ground = found.annual, suns.weight[:done] @ height[:done]
     whole = 1.0 if found.kept == len(suns) else suns.weight[:done].sum() or np.nan

@@ -17,7 +17,7 @@ import pyproj
 from pyproj.exceptions import CRSError
 from scipy import sparse
 
-from ..city.transform_crs import full_turn, plane_of, turn_towards
+from ..city import transform_crs
 from ..settings.errors import InputError, blame_file, parsing
 from .open_geotiff import GIVE, UNREADABLE, Raster, open_geotiff
 from .open_input import FREE_BYTES, LARGEST_GAIN, open_input, open_text
@@ -324,12 +324,12 @@ def windows_around(raster, places):
     One for each turn around the Earth in which longitudes may be written: two where a map of the
     globe begins and ends. The middle is that of the last place, None without longitudes.
     """
-    turn, found = raster.crs and full_turn(raster.crs), []
+    turn, found = raster.crs and transform_crs.full_turn(raster.crs), []
     for count in (-1, 0, 1) if turn else (0,):
         own, middle = places.copy(), None
         if turn:
             middle = places[-1, 0] + count * turn
-            own[:, 0] = turn_towards(own[:, 0], middle, turn)
+            own[:, 0] = transform_crs.turn_towards(own[:, 0], middle, turn)
         (west, south), (east, north) = own.min(axis=0), own.max(axis=0)
         corners = np.array([(west, south), (west, north), (east, south), (east, north)])
         cells = np.linalg.solve(raster.matrix[:, :2], corners.T - raster.matrix[:, 2:]).T
@@ -349,4 +349,4 @@ def _height_factor(raster, unit=1.0):
     word = raster.unit.strip().lower()
     if word in UNIT_WORDS:
         return UNIT_WORDS[word]
-    return unit if raster.crs is None else plane_of(raster.crs)[1]
+    return unit if raster.crs is None else transform_crs.plane_of(raster.crs)[1]

@@ -11,11 +11,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from ..accuracy.error_budget import WHAT, bound_cut_reflections, budget_groups, budget_surfaces
+from ..accuracy import error_budget
+from ..accuracy.error_budget import WHAT
 from ..accuracy.yield_errors import split_errors
 from ..city.edge_distance import FURTHEST, NEAREST
 from ..city.scene import surface_of_triangles
-from ..energy.counted_area import find_counted_area, name_group, sum_left_out
+from ..energy import counted_area
 from ..energy.energy import exceeded_energy, kwp_of_hours, sum_potential, sum_years
 from ..energy.pv_system import KINDS, area_of_kwp, build_system
 from ..weather.weather import distance_of_weather
@@ -206,7 +207,7 @@ def budget_errors(transfer, energy, weather):
       the measured effect of light that is uneven between the cells.
     """
     record, budget = transfer.record, {"unit": "percent", "bounces": None}
-    cut = bound_cut_reflections(transfer, weather, energy)
+    cut = error_budget.bound_cut_reflections(transfer, weather, energy)
     if cut["all"] is not None:
         budget["bounces"] = 100 * cut["all"]
     elif record is not None and record.photons_per_source and record.brightest_albedo < 1:
@@ -228,8 +229,8 @@ def budget_errors(transfer, energy, weather):
             errors.at_share(share=0.5),
             errors.at_share(),
         )
-        budget["surfaces"] = budget_surfaces(errors)
-        budget["groups"] = budget_groups(transfer, weather, energy, cut)
+        budget["surfaces"] = error_budget.budget_surfaces(errors)
+        budget["groups"] = error_budget.budget_groups(transfer, weather, energy, cut)
         budget["meaning"] = WHAT
     if record and record.discretisation_error:
         budget["patches"] = 100 * max(map(abs, record.discretisation_error.values())) / 3
@@ -249,7 +250,10 @@ def sum_totals(transfer, energy, system):
     `without_modules` has all other area, by the reason why it counts nothing; `dark` surfaces that
     count although next to no light reaches them, in deep courts and shafts.
     """
-    area, kind = np.asarray(transfer.surfaces.area, float), find_counted_area(transfer, system).kind
+    area, kind = (
+        np.asarray(transfer.surfaces.area, float),
+        counted_area.find_counted_area(transfer, system).kind,
+    )
     rows = {
         name: energy.flat_roof if name == "flat" else energy.eligible & (kind == name)
         for name in KINDS
@@ -274,7 +278,7 @@ def sum_totals(transfer, energy, system):
             for name, chosen in rows.items()
             if chosen.any()
         },
-        "without_modules": sum_left_out(transfer, system),
+        "without_modules": counted_area.sum_left_out(transfer, system),
         "dark": {"count": int(dark.sum()), "area": float(counted[dark].sum())},
         "unit": "m², m²/kWp, kWp, h, kWh/kWp, MWh",
     }
@@ -288,7 +292,7 @@ def describe_years(energy):
     if not years:
         return {}
     table = pd.DataFrame(
-        years, index=[name_group(*names) for names in energy.groups]
+        years, index=[counted_area.name_group(*names) for names in energy.groups]
     ).T  # (y, g) [h]
     spread = table.agg(["mean", "std", "min", "max"])
     spread.index = ["mean", "standard_deviation", "lowest", "highest"]

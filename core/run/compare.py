@@ -6,10 +6,10 @@ import importlib.util
 
 import numpy as np
 
+from ..results import write_report
 from ..results.columns import write_table
 from ..results.compare_runs import EXISTING, compare_folders, describe_light
 from ..results.output_folder import whole_folder
-from ..results.write_report import compose_city, fill_page, paragraph, picture, section, table
 from ..results.write_summary import write_summary
 from ..settings.errors import show_number
 
@@ -141,7 +141,7 @@ def _compose_page(found):
         with plain_style():
             for show, caption in CAPTIONS.items():
                 maps.append(
-                    picture(
+                    write_report.picture(
                         embed_figure(
                             draw_change(found.surfaces, found.later.outlines, show), "png"
                         ),
@@ -149,7 +149,7 @@ def _compose_page(found):
                         caption,
                     )
                 )
-    city, data = compose_city(found.later, found.surfaces)
+    city, data = write_report.compose_city(found.later, found.surfaces)
     kept = summary["sums"][EXISTING]
     lead = (
         f"What stays as it is {'gains' if kept['mwh_change'] > 0 else 'loses'} "
@@ -160,12 +160,12 @@ def _compose_page(found):
         "before."
     )
     body = [
-        section(
+        write_report.section(
             "In short",
-            paragraph(f"Weather: {summary['weather']}. {lead}"),
-            *(paragraph(note, "warning") for note in _note_light(found)),
-            table(("", "Buildings", *HEAD), sums, numbers=range(1, 8)),
-            paragraph(
+            write_report.paragraph(f"Weather: {summary['weather']}. {lead}"),
+            *(write_report.paragraph(note, "warning") for note in _note_light(found)),
+            write_report.table(("", "Buildings", *HEAD), sums, numbers=range(1, 8)),
+            write_report.paragraph(
                 "± is the standard error of the change: from the rays that both states share where "
                 "one is a variant of "
                 "the other, else as if both were independent, which is more. What sees nothing new "
@@ -174,18 +174,20 @@ def _compose_page(found):
             ),
         ),
         city,
-        section("Where", *maps) if maps else "",
-        section(
+        write_report.section("Where", *maps) if maps else "",
+        write_report.section(
             "Who loses, who gains",
-            paragraph(
+            write_report.paragraph(
                 f"{len(sure):,} of {len(buildings):,} buildings change by more than two standard "
                 "errors."
             ),
-            table(("Building", "", *HEAD, "%"), rows, numbers=range(2, 9)),
-            paragraph("All are in buildings.csv, all surfaces in surfaces.csv.", "small"),
+            write_report.table(("Building", "", *HEAD, "%"), rows, numbers=range(2, 9)),
+            write_report.paragraph(
+                "All are in buildings.csv, all surfaces in surfaces.csv.", "small"
+            ),
         ),
     ]
-    return fill_page(
+    return write_report.fill_page(
         f"Comparison: {summary['before']} and {summary['after']}",
         "\n".join(filter(None, body)),
         data,

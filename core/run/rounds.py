@@ -2,8 +2,9 @@
 
 import time
 
+from ..accuracy import rounds_to_target
 from ..accuracy.cost_curve import WRITING
-from ..accuracy.rounds_to_target import Goal, largest_round, refine, unreachable
+from ..accuracy.rounds_to_target import Goal
 from ..accuracy.trace_run import trace_round
 from ..accuracy.yield_errors import split_errors
 from ..settings.progress import TerminalProgress
@@ -54,10 +55,10 @@ def refine_run(run, log, progress, folder):
     # The stages of every round would be many lines.
     progress.progress = TerminalProgress(log.stream, lasting=False) if log.stream else log.progress
     target = request.target_error
-    if target is not None and (words := unreachable(judge(transfer), target)):
+    if target is not None and (words := rounds_to_target.unreachable(judge(transfer), target)):
         log.write(words)
 
-    goal = Goal(target, deadline, largest_round(request))
-    return refine(
+    goal = Goal(target, deadline, rounds_to_target.largest_round(request))
+    return rounds_to_target.refine(
         run, judge, goal, lambda run, size: trace_round(run, size, progress, folder), log.write
     )

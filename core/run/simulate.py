@@ -5,10 +5,11 @@ Transfer.
 from dataclasses import replace
 from pathlib import Path
 
+from .. import study
 from ..accuracy.error_budget import suggest_more
 from ..accuracy.rounds_to_target import CELLS
 from ..accuracy.trace_run import trace_run
-from ..cluster.run_tasks import drop_kept, keeping, kept_beside
+from ..cluster import run_tasks
 from ..cluster.trace_tiles import check_cluster_settings, plan_tiles, trace_tiles
 from ..effects.plan_effects import describe_plan
 from ..energy.counted_area import classify_again
@@ -22,17 +23,6 @@ from ..results.transfer_file import read_transfer
 from ..settings.errors import InputError
 from ..settings.presets import METHODS
 from ..settings.progress import CancelledError, Interruption
-from ..study import (
-    check_settings,
-    check_tracing,
-    find_surfaces,
-    make_located_scene,
-    measure_sun_sampling,
-    prepare_study,
-    read_buildings,
-    read_year,
-    trace_base,
-)
 from .check_goal import check_goal
 from .rounds import refine_run
 from .run_log import (
@@ -77,7 +67,7 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
     """
     log, output = log or RunLog(None), output or Output()
     log.clock.lap("start")
-    check_tracing(request)
+    study.check_tracing(request)
     check_cluster_settings(cluster, request)
     if cluster and "editable" in output.exports:
         raise InputError(
@@ -91,16 +81,16 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
         )
     with whole_folder(folder, output.overwrite) as work:
         log.write(f"Reading {', '.join(str(path) for path in paths)}")
-        city = read_buildings(paths, request, log.progress)
+        city = study.read_buildings(paths, request, log.progress)
         for line in describe_extent(city):
             log.write(f"  {line}")
-        scene = make_located_scene(city, request)
+        scene = study.make_located_scene(city, request)
         log.clock.lap("read city")
-        find_surfaces(
+        study.find_surfaces(
             scene.surfaces.surface_id, request.series
         )  # refuses unknown names before anything takes long
         log.write("\n".join(f"  {line}" for line in describe_scene(scene)))
-        weather = read_year(scene.site, request, keep=(work / ASKED, Path(folder) / ASKED))
+        weather = study.read_year(scene.site, request, keep=(work / ASKED, Path(folder) / ASKED))
         log.write(describe_weather(weather, scene.site))
         log.clock.lap("read weather")
         if request.wants_rounds:
@@ -109,7 +99,7 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
         if cluster:
             prepared = plan_tiles(scene, weather, request, cluster, log.write)
         else:
-            prepared = prepare_study(scene, weather, request)
+            prepared = study.prepare_study(scene, weather, request)
         log.write("\n".join(f"  {line}" for line in describe_plan(prepared.plan)))
         log.write(
             "Tracing"
@@ -118,7 +108,7 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
         )
         tiles = None
         if cluster:
-            with keeping(kept := kept_beside(folder), log.write):
+            with run_tasks.keeping(kept := run_tasks.kept_beside(folder), log.write):
                 told = {"progress": log.progress, "tell": lambda line: log.write(f"  {line}")}
                 transfer, tiles = trace_tiles(prepared, weather, request, cluster, kept, **told)
         elif "editable" in output.exports:
@@ -136,7 +126,7 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
         totals = write_run(work, results, request, log, tiles)
         write_exports(work, results, request, output.exports, log.progress)
     transfer, energy = results.transfer, results.energy
-    drop_kept(folder, cluster)
+    run_tasks.drop_kept(folder, cluster)
     report_outcome(log, folder, energy, totals, scene.report)
     log.write("\n".join([suggest_more(transfer, weather, energy), *describe_overrun(request, log)]))
     return describe_interruption(transfer.record)
@@ -146,9 +136,9 @@ def _trace_to_edit(scene, weather, request, log, *, prepared):
     """Trace a city so that `citypv variant` can edit it: EditableCity, with its error of sun
     sampling.
     """
-    base = trace_base(scene, weather, request, log.progress, prepared=prepared)
+    base = study.trace_base(scene, weather, request, log.progress, prepared=prepared)
     transfer = base.transfer
-    sampling = measure_sun_sampling(
+    sampling = study.measure_sun_sampling(
         scene, weather, transfer, request, log.progress, prepared=prepared
     )
     leaf = base.city.states[0]
@@ -194,7 +184,7 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
         # missing suns.
         progress = log.progress if heard.asked else heard
         try:
-            sampling = measure_sun_sampling(
+            sampling = study.measure_sun_sampling(
                 scene, weather, transfer, request, progress, prepared=prepared
             )
             transfer = replace(transfer, record=replace(transfer.record, sun_sampling=sampling))
@@ -222,7 +212,7 @@ def recompute(transfer_path, folder, request, *, overwrite=False, log=None):
                 transfer_path, "the run wrote no light to weigh again", "simulate with --transfer"
             )
     log = log or RunLog(None)
-    check_settings(request)
+    study.check_settings(request)
     implied = METHODS.get(request.method, {}).get(
         "effects", {}
     )  # as other settings of light, without effect here
@@ -250,7 +240,7 @@ def recompute(transfer_path, folder, request, *, overwrite=False, log=None):
                 f"{describe_interruption(transfer.record)}"
             )
         kept = work / ASKED, Path(folder) / ASKED, Path(transfer_path).parent / ASKED
-        weather = read_year(transfer.site, request, transfer.suns, kept)
+        weather = study.read_year(transfer.site, request, transfer.suns, kept)
         log.write(describe_weather(weather, transfer.site))
         log.clock.lap("read")
         energy = write_energy(work, transfer, weather, request, log)

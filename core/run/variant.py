@@ -7,6 +7,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pandas as pd
 
+from .. import study
 from ..city.axis_order import PlaceHints
 from ..city.edge_distance import measure_edge_distance
 from ..city.edit_city import Change, edit_city, place_local, system_of
@@ -22,7 +23,7 @@ from ..results.output_folder import ASKED, whole_folder
 from ..results.rays_file import NAME, read_rays, write_rays
 from ..results.transfer_file import read_transfer
 from ..settings.errors import InputError, id_of_cell
-from ..study import ELSEWHERE, change_scene, compute_energy, conventions_of, read_year
+from ..study import ELSEWHERE
 from ..weather.climate_grid import is_land
 from .run_log import RunLog, describe_weather, report_outcome
 from .write_run import Output, Results, write_exports, write_results, write_run
@@ -70,7 +71,7 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
         }
         transfer = read_transfer(Path(base_folder) / "transfer.nc")
         base = restore_editable(kept.scene, kept.request, transfer, **known)
-        weather = read_year(
+        weather = study.read_year(
             kept.scene.site, kept.request, keep=(work / ASKED, Path(base_folder) / ASKED)
         )
         log.write(describe_weather(weather, kept.scene.site))
@@ -82,7 +83,7 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
         if wish.albedo_of:
             path = _write_albedos(Path(place), request.albedo_file, city, wish.albedo_of)
             request = replace(request, albedo_file=path)
-        change = change_scene(base, kept.city, city, request, log.progress)
+        change = study.change_scene(base, kept.city, city, request, log.progress)
         scene = written_scene(change.scene, change.rows)
         if scene.surfaces.edge_distance is not None:  # a new building may be at the rim
             change.scene.surfaces.edge_distance[change.rows] = measure_edge_distance(scene)
@@ -116,7 +117,7 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
         )
         # The standard errors of the changes that surfaces of both cities see.
         both, _ = errors_of_difference(edited.before or base, edited)
-        errors = compute_energy(
+        errors = study.compute_energy(
             both, weather, replace(named, series=())
         ).full_load_hours_standard_error
         table = {
@@ -138,7 +139,7 @@ def _read_change(wish, kept):
     """The change, with the cities of the files that are added: Change."""
     added = []
     for path in wish.add:
-        request, conventions = kept.request, conventions_of(kept.city, kept.request)
+        request, conventions = kept.request, study.conventions_of(kept.city, kept.request)
         like = None if wish.local or kept.city.crs is None else kept.city
         hints = PlaceHints(request.axes, request.latitude, request.longitude, is_land, like)
         city = read_city(

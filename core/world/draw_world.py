@@ -7,8 +7,9 @@ from functools import partial
 import numpy as np
 
 from ..read.open_netcdf import open_netcdf, rename_groups
+from ..results import picture
 from ..results.output_folder import write_whole
-from ..results.picture import DOTS, LINES, colour_scale, make_figure, plain_style
+from ..results.picture import DOTS, LINES
 from ..results.read_results import MONTHS
 from ..settings.errors import InputError, parsing
 from .draw_world_maps import (
@@ -72,7 +73,7 @@ def _draw_world_months(dataset):
         return None
     count = sum(map(len, wanted))
     width = 11 * max(count, 2) / 4  # [inch]
-    figure = make_figure(width, 5.2)
+    figure = picture.make_figure(width, 5.2)
     panels = figure.subplots(1, count, sharey=True, squeeze=False)[0]
     rest, note = iter(panels), ""
     for kind, names in zip(KINDS, wanted, strict=True):
@@ -96,7 +97,7 @@ def _draw_panel(axes, values, top):
     """One group: months to the right, latitudes upwards; blank without weather."""
     months, table = np.arange(1, 13), values.transpose("latitude", "month").to_numpy()
     style = {
-        "cmap": colour_scale("viridis"),
+        "cmap": picture.colour_scale("viridis"),
         "vmin": 0,
         "vmax": top,
         "shading": "nearest",
@@ -135,7 +136,7 @@ def _draw_world_day(dataset):
     if not places:
         return None
     width = max(4.0 * len(names), 5.0)  # [inch]
-    figure = make_figure(width, 3.2 * len(places))
+    figure = picture.make_figure(width, 3.2 * len(places))
     panels = figure.subplots(len(places), len(names), sharex=True, sharey="row", squeeze=False)
     for line, place in zip(panels, places, strict=True):
         north, east = (round(float(place[name]), 2) for name in ("latitude", "longitude"))
@@ -206,7 +207,7 @@ def draw_world(path, folder):
         return []
     dataset, written = join_at_date_line(dataset), []
     area = min(dataset.sizes["latitude"], dataset.sizes["longitude"]) > 1
-    with plain_style():
+    with picture.plain_style():
         for name, draw in PICTURES.items():
             figure = draw(dataset) if area or name not in MAPS else None
             if figure is not None:

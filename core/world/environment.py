@@ -10,8 +10,8 @@ import numpy as np
 from ..city.classify import PAPER
 from ..city.scene import Site, Surfaces
 from ..effects.closed_form import ground_view_of_tilt, sky_view_of_tilt
+from ..energy import counted_area
 from ..energy.check_inputs import check_sky, check_transfer
-from ..energy.counted_area import classify_again, find_counted_area, find_groups, find_lit_share
 from ..energy.power import diffuse_incidence_factors
 from ..energy.sum_block import Block, take_block
 from ..light.transfer import SourceLight, Transfer
@@ -79,9 +79,9 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
     check_transfer(transfer)
     check_sky(transfer, sky_model, source)
     sources = sources_of(sky_model)
-    system, transfer = replace(system, sectors=PAPER), classify_again(transfer, PAPER)
-    counted = find_counted_area(transfer, system)
-    groups = find_groups(counted, transfer.surfaces.area)
+    system, transfer = replace(system, sectors=PAPER), counted_area.classify_again(transfer, PAPER)
+    counted = counted_area.find_counted_area(transfer, system)
+    groups = counted_area.find_groups(counted, transfer.surfaces.area)
     if not groups.names:
         raise InputError(
             source, "has no eligible roof or facade", "give an environment with buildings"
@@ -90,7 +90,7 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
     member = groups.weight[rows].argmax(axis=1)
     order = np.argsort(member, kind="stable")
     rows, member = rows[order], member[order]
-    sky, lit = triangulate_sky(transfer.suns), find_lit_share(transfer, system)[rows]
+    sky, lit = triangulate_sky(transfer.suns), counted_area.find_lit_share(transfer, system)[rows]
     block = take_block(
         transfer,
         rows,

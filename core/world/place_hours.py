@@ -10,9 +10,9 @@ import pvlib
 
 from ..energy.power import HALF, MIDDLE, cell_heating, spectral_factor
 from ..results.write_tables import share_periods
+from ..sun import solar_position
 from ..sun.sky_grid import match_triangles
 from ..sun.sky_models import split_sky
-from ..sun.solar_position import geocentric_sun, is_sunny, sun_direction, sun_of_place
 from .sum_groups import Sunlight
 
 MONTHS, HOURS = 12, 24  # of `PlaceHours.share`, behind the year; hours twice
@@ -66,7 +66,7 @@ def prepare_place(weather, system, years, sky="isotropic"):
     dark, slope = cell_heating(column["temp_air"], column["wind_speed"], system)
     return _PlaceHours(
         interval=lit,
-        direction=sun_direction(column["apparent_zenith"], column["solar_azimuth"]),
+        direction=solar_position.sun_direction(column["apparent_zenith"], column["solar_azimuth"]),
         light=np.stack(
             [column["dni"] + parts.circumsolar[lit], parts.dome[lit], *parts.of_sources[lit].T],
             axis=1,
@@ -127,10 +127,14 @@ def match_shifted(sky, hours, weather):
     Sunlight
         Of three suns.
     """
-    sun = geocentric_sun(weather.data.index, weather.interval)
-    greenwich = sun_of_place(sun, float(np.round(weather.latitude)), 0.0)
-    direction = sun_direction(greenwich["apparent_zenith"], greenwich["solar_azimuth"])
-    index, weight = _match_some(sky, direction, is_sunny(greenwich["apparent_zenith"]))
+    sun = solar_position.geocentric_sun(weather.data.index, weather.interval)
+    greenwich = solar_position.sun_of_place(sun, float(np.round(weather.latitude)), 0.0)
+    direction = solar_position.sun_direction(
+        greenwich["apparent_zenith"], greenwich["solar_azimuth"]
+    )
+    index, weight = _match_some(
+        sky, direction, solar_position.is_sunny(greenwich["apparent_zenith"])
+    )
     step = (sun.times[1] - sun.times[0]) / pd.Timedelta(hours=1)
     later = weather.longitude / DEGREES_PER_HOUR / step
     middle = int(np.floor(later + 0.5))

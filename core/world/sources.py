@@ -7,16 +7,10 @@ import pandas as pd
 
 from ..settings.errors import InputError
 from ..sun.solar_position import geocentric_sun, sun_of_place
+from ..weather import climate
 from ..weather.add_sun import add_sun
 from ..weather.check_weather import check_weather, check_years
-from ..weather.climate import (
-    INTERVAL,
-    LABEL,
-    clear_sky,
-    hours_of_year,
-    look_up_altitude,
-    make_climates,
-)
+from ..weather.climate import INTERVAL, LABEL
 from ..weather.climate_grid import LEAST_LATITUDE, is_land
 from ..weather.read_era5 import NEEDED, convert_era5, read_block
 from ..weather.weather import Record
@@ -159,7 +153,7 @@ def model_source(places, name, request, off_land="blank"):
     -------
     Source
     """
-    sun = geocentric_sun(hours_of_year(request.year), INTERVAL)
+    sun = geocentric_sun(climate.hours_of_year(request.year), INTERVAL)
 
     def read(chunk):
         at = [(places.latitude[one], places.longitude[one]) for one in chunk]
@@ -177,7 +171,7 @@ def model_source(places, name, request, off_land="blank"):
             records = dict(
                 zip(
                     known,
-                    make_climates(*axes, request.year, request.weather_seed, zenith),
+                    climate.make_climates(*axes, request.year, request.weather_seed, zenith),
                     strict=True,
                 )
             )
@@ -185,7 +179,9 @@ def model_source(places, name, request, off_land="blank"):
         for k, (place, own) in enumerate(zip(at, suns, strict=True)):
             code = CLIMATE if k in records else CLEAR if clear else NOTHING
             if code == CLEAR:
-                records[k] = clear_sky(*place, look_up_altitude(*place), request.year, sun=own)
+                records[k] = climate.clear_sky(
+                    *place, climate.look_up_altitude(*place), request.year, sun=own
+                )
             weather = (
                 add_sun(records[k], INTERVAL, request.horizon_cut, own) if code != NOTHING else None
             )
@@ -241,7 +237,9 @@ def grid_source(grid, places, picked, request, years=None):
                 continue
             place = latitude, longitude = float(places.latitude[one]), float(places.longitude[one])
             source = f"{grid.source} at {latitude:g}°, {longitude:g}°"
-            record = Record(convert_era5(table), *place, look_up_altitude(*place), source, "")
+            record = Record(
+                convert_era5(table), *place, climate.look_up_altitude(*place), source, ""
+            )
             interval = check_weather(record)
             suns[:] = suns or [geocentric_sun(record.data.index, interval)]  # once for all places
             own = sun_of_place(suns[0], *place)

@@ -148,11 +148,16 @@ def _suggest_modules(settings, context, text):
     """Names of modules that have all words of a text, those of the Sandia library first: list of
     str.
     """
-    from ...core.energy.pv_system import CEC, SANDIA, join_letters, read_library, split_words
+    from ...core.energy import pv_system
+    from ...core.energy.pv_system import CEC, SANDIA
 
-    words = split_words(text)
-    names = dict.fromkeys(name for library in (SANDIA, CEC) for name in read_library(library))
-    return [name for name in names if all(word in join_letters(name) for word in words)][:MOST]
+    words = pv_system.split_words(text)
+    names = dict.fromkeys(
+        name for library in (SANDIA, CEC) for name in pv_system.read_library(library)
+    )
+    return [name for name in names if all(word in pv_system.join_letters(name) for word in words)][
+        :MOST
+    ]
 
 
 class FindModule(Action, bpy.types.Operator):

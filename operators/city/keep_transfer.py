@@ -112,14 +112,14 @@ def weigh(session, path, request, progress=silent):
     InputError
         The file with the light is missing or damaged, or the weather cannot be read.
     """
+    from ...core import study
     from ...core.results.transfer_file import read_transfer
-    from ...core.study import check_settings, compute_energy, read_year
 
-    check_settings(request)
+    study.check_settings(request)
     transfer = read_transfer(path) if session.transfer is None else session.transfer
     progress("reading weather", 0, 1, "years")
-    weather = read_year(transfer.site, request, transfer.suns, (folder_of_answers(),))
-    return transfer, weather, compute_energy(transfer, weather, request, progress)
+    weather = study.read_year(transfer.site, request, transfer.suns, (folder_of_answers(),))
+    return transfer, weather, study.compute_energy(transfer, weather, request, progress)
 
 
 def with_energy(session, path, request, progress=silent):

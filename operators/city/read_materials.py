@@ -5,16 +5,8 @@ import numpy as np
 from mathutils import Color
 
 from ...core.city.city import whole_of_cell
-from ...core.patches.materials import (
-    CLEAR,
-    DIFFUSE,
-    MaterialSpec,
-    albedo_of_colour,
-    describe_finish,
-    named_material,
-    recognise_material,
-    shader_material,
-)
+from ...core.patches import materials
+from ...core.patches.materials import CLEAR, DIFFUSE, MaterialSpec
 from ...core.settings.errors import InputError
 from .attributes import PREFIX, read_array, read_face_attribute
 
@@ -134,7 +126,9 @@ def read_finishes(names, colours):
             cure = "take the meshes again, or give its faces another"
             raise InputError("Materials", f"{name!r} was removed or renamed", cure)
         finishes[name] = (
-            read_finish(known[name]) if name in known else named_material(name, colours[name])
+            read_finish(known[name])
+            if name in known
+            else materials.named_material(name, colours[name])
         )
     unread = [name for name in wanted if finishes[name] is None]
     return {name: finish for name, finish in finishes.items() if finish is not None}, unread
@@ -147,11 +141,15 @@ def read_finish(material):
     """
     # From 5.0 on, Blender stores declared properties separately from custom properties of a file.
     choice = str(getattr(material, CHOICE, "") or material.get(CHOICE, "")).strip()
-    word = recognise_material(choice) or choice or recognise_material(material.name)
+    word = (
+        materials.recognise_material(choice)
+        or choice
+        or materials.recognise_material(material.name)
+    )
     colour, *rest = _read_shader(material)
     if word != "mirror" and not word.startswith("glossy"):
-        return MaterialSpec(material=word) if word else shader_material(colour, *rest)
-    return None if colour is None else MaterialSpec(albedo_of_colour(colour), word)
+        return MaterialSpec(material=word) if word else materials.shader_material(colour, *rest)
+    return None if colour is None else MaterialSpec(materials.albedo_of_colour(colour), word)
 
 
 def _read_shader(material):
@@ -184,6 +182,6 @@ def _read_shader(material):
 def describe_material(material):
     """Description of a material's reflection for the panel."""
     try:
-        return describe_finish(read_finish(material)) or f"One value: {UNREAD}"
+        return materials.describe_finish(read_finish(material)) or f"One value: {UNREAD}"
     except InputError as error:
         return f"{error.source}: {error.problem}"

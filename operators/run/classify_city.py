@@ -7,17 +7,10 @@ import numpy as np
 
 from ...core.settings.errors import InputError, count_of
 from ...core.settings.progress import report_polygons
+from ..city import city_design
 from ..city.attributes import write_classes
 from ..city.build_meshes import build_meshes, remove_objects, show_objects
-from ..city.city_design import (
-    DESIGN,
-    LINEAGE,
-    OF_CITY,
-    check_unedited,
-    describe_design,
-    has_edits,
-    remember_design,
-)
+from ..city.city_design import DESIGN, LINEAGE, OF_CITY
 from ..city.job import COMPILING, compile_loops
 from ..city.read_materials import remember_materials
 from ..city.read_settings import ASKED, STEPS, read_settings, remember_step
@@ -52,13 +45,13 @@ class ClassifyCity(OfCity, Step, bpy.types.Operator):
         """Take the city as it is seen, and the settings."""
         city, ground = find_city(context.scene)
         if city.get(ADDED):
-            check_unedited(city)
+            city_design.check_unedited(city)
         session, request = find_session(city), read_settings(context.scene.citypv)
         leave_edit_mode(context)
         remember_materials(city, ground, session)
         return (
             session,
-            read_edited_city(context, city, session) if has_edits(city) else None,
+            read_edited_city(context, city, session) if city_design.has_edits(city) else None,
             request,
         )
 
@@ -117,7 +110,7 @@ def show_kinds(context, before, session, findings, seen=None):
     scene, (old, old_ground) = session.scene, find_own_city(context.scene, before)
     item, ground = build_meshes(scene)
     same = (
-        seen is not None and describe_design(old, seen.lineage) == seen.design
+        seen is not None and city_design.describe_design(old, seen.lineage) == seen.design
     )  # not edited meanwhile
     uncolour_user_meshes(old)
     earlier = scene.site if seen is None else seen.site
@@ -137,7 +130,7 @@ def show_kinds(context, before, session, findings, seen=None):
     show_objects(context.scene, item, ground)
     if seen is not None:
         item[LINEAGE] = seen.lineage
-        item[DESIGN] = describe_design(item) if same else seen.design
+        item[DESIGN] = city_design.describe_design(item) if same else seen.design
         there = find_objects(uid for uid, _ in seen.taken)
         remember_wearers(
             item, [(there[uid], building) for uid, building in seen.taken if uid in there]
@@ -145,7 +138,7 @@ def show_kinds(context, before, session, findings, seen=None):
     if is_in_place(item):
         put_in_place(item, scene.site)
     write_sources(item, scene.surfaces.surface_id)
-    remember_design(item, item[DESIGN])
+    city_design.remember_design(item, item[DESIGN])
     session.ground_material = before.ground_material
     open_session(item, session)
     keep_report(item, scene, findings)

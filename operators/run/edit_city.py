@@ -7,9 +7,10 @@ import numpy as np
 from mathutils.geometry import tessellate_polygon
 
 from ...core.settings.errors import InputError
+from ..city import city_design
 from ..city.attributes import PREFIX, read_face_attribute, write_face_attribute
 from ..city.build_meshes import BUILDINGS, suggest_buildings
-from ..city.city_design import BUILDING, ORIGINAL, REMOVED, list_members, note_edits, removed_of
+from ..city.city_design import BUILDING, ORIGINAL, REMOVED
 from ..city.run_step import Action, OfCity, leave_edit_mode
 from ..city.session import find_city, find_session
 from ..city.shapes import describe_object
@@ -29,7 +30,7 @@ class EditAction(OfCity, Action):
         done = super().execute(context)
         if done == {"FINISHED"}:
             context.view_layer.update()
-            note_edits(find_city(context.scene)[0])
+            city_design.note_edits(find_city(context.scene)[0])
             if (
                 bpy.app.background
                 and context.scene.citypv_seeing.live
@@ -116,17 +117,21 @@ class RemoveBuilding(_NameBuilding, EditAction, bpy.types.Operator):
 
     def act(self, context, city, ground):
         """Note it on the city; an object of it is removed."""
-        for item in list_members(city):
+        for item in city_design.list_members(city):
             if self.building and item.get(BUILDING, item.name) == self.building:
                 bpy.data.objects.remove(item)
                 if self.building not in find_session(city).imported.building_id:
                     return f"Removed: {self.building}"
         _check_building(city, find_session(city), self.building)
-        if self.building in removed_of(city):
+        if self.building in city_design.removed_of(city):
             raise InputError(self.building, "it was removed already", "take another")
-        if not {*find_session(city).imported.building_id} - removed_of(city) - {self.building}:
+        if (
+            not {*find_session(city).imported.building_id}
+            - city_design.removed_of(city)
+            - {self.building}
+        ):
             raise InputError(city.name, "no building would be left", "keep one at least")
-        city[REMOVED] = "\n".join(sorted(removed_of(city) | {self.building}))
+        city[REMOVED] = "\n".join(sorted(city_design.removed_of(city) | {self.building}))
         return f"Removed: {self.building}"
 
 
@@ -140,7 +145,7 @@ class EditBuilding(_NameBuilding, EditAction, bpy.types.Operator):
         """Make the object, and let it show the colours of its faces."""
         session = find_session(city)
         _check_building(city, session, self.building)
-        if self.building in removed_of(city):
+        if self.building in city_design.removed_of(city):
             raise InputError(
                 self.building,
                 "it is an object of its own already, or was removed",
@@ -152,7 +157,7 @@ class EditBuilding(_NameBuilding, EditAction, bpy.types.Operator):
             group.objects.link(item)
         context.view_layer.update()
         item[ORIGINAL] = describe_object(city, item).hex()
-        city[REMOVED] = "\n".join(sorted(removed_of(city) | {self.building}))
+        city[REMOVED] = "\n".join(sorted(city_design.removed_of(city) | {self.building}))
         taken = [(own, name) for _, own, name in list_taken(city)]
         remember_wearers(city, [*taken, (item, self.building)])
         write_sources(city, session.scene.surfaces.surface_id)

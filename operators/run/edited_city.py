@@ -11,17 +11,9 @@ from mathutils import Matrix
 
 from ...core.city.city import FileContent, Polygon, take_polygons, whole_of_cell
 from ...core.settings.errors import InputError
-from ..city.attributes import read_array, read_corners, read_face_attribute
+from ..city import attributes, city_design
 from ..city.build_meshes import site_of
-from ..city.city_design import (
-    LINEAGE,
-    RESHAPED,
-    describe_design,
-    list_seen,
-    next_lineage,
-    originals_of,
-    removed_of,
-)
+from ..city.city_design import LINEAGE, RESHAPED
 from ..city.shapes import own_modifiers
 from ..city.source_objects import is_in_place
 from .take_meshes import read_meshes
@@ -85,9 +77,9 @@ def read_edited_city(context, city, session):
         Its own mesh was turned, or faces of objects were edited in it.
     """
     context.view_layer.update()
-    seen, reshaped = list_seen(city), city.get(RESHAPED) and session.scene is not None
-    lineage = next_lineage(city) if reshaped else city.get(LINEAGE, "")
-    originals = set() if is_in_place(city) else originals_of(city, seen)
+    seen, reshaped = city_design.list_seen(city), city.get(RESHAPED) and session.scene is not None
+    lineage = city_design.next_lineage(city) if reshaped else city.get(LINEAGE, "")
+    originals = set() if is_in_place(city) else city_design.originals_of(city, seen)
     read, content, taken = (
         {item: name for item, name in seen.items() if name not in originals},
         None,
@@ -100,11 +92,11 @@ def read_edited_city(context, city, session):
         )
     return _EditedCity(
         None if is_in_place(city) else session.imported,
-        describe_design(city, lineage),
+        city_design.describe_design(city, lineage),
         lineage,
         context.scene.citypv.orient,
         site_of(city),
-        removed_of(city) - originals,
+        city_design.removed_of(city) - originals,
         content,
         taken + [(item.session_uid, name) for item, name in seen.items() if name in originals],
         _read_reshaped(city, session) if reshaped else None,
@@ -136,11 +128,12 @@ def _read_reshaped(city, session):
     own = scene.triangle_surface >= 0
     before = _key_triangles(scene.triangle_surface[own], scene.vertices[scene.triangles[own]])
     start, total = (
-        read_array(mesh.polygons, name, dtype=np.int32) for name in ("loop_start", "loop_total")
+        attributes.read_array(mesh.polygons, name, dtype=np.int32)
+        for name in ("loop_start", "loop_total")
     )
     points, surface = (
-        read_array(mesh.vertices, "co", 3)[read_corners(mesh)],
-        read_face_attribute(mesh, "surface"),
+        attributes.read_array(mesh.vertices, "co", 3)[attributes.read_corners(mesh)],
+        attributes.read_face_attribute(mesh, "surface"),
     )
     plain = np.flatnonzero(total == 3)
     now = _key_triangles(surface[plain], points[start[plain][:, None] + np.arange(3)])

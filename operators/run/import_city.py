@@ -11,6 +11,7 @@ import bpy
 
 from ...core.read.formats import READ, SUFFIXES
 from ...core.settings.progress import report_polygons
+from ..city import source_objects
 from ..city.attributes import PREFIX
 from ..city.build_meshes import build_meshes, remove_objects, show_objects
 from ..city.city_design import begin_design
@@ -23,19 +24,7 @@ from ..city.read_settings import (
 )
 from ..city.run_step import Step
 from ..city.session import Session, list_cities, open_session
-from ..city.source_objects import (
-    ADDED,
-    BESIDE,
-    IDENTITY,
-    METRES,
-    SEEN,
-    TAKEN,
-    TAKEN_FROM,
-    is_in_place,
-    list_beside,
-    list_taken,
-    put_in_place,
-)
+from ..city.source_objects import ADDED, BESIDE, IDENTITY, METRES, SEEN, TAKEN, TAKEN_FROM
 from ..city.worn_faces import remember_wearers, write_sources
 from ..show.colour_user_meshes import uncolour_user_meshes
 from ..show.keep_report import FILES, keep_report
@@ -177,7 +166,11 @@ def show_import(context, city, scene, findings, taken=()):
     files, own_objects = [str(path) for path in scene.report.files], {part for part, _ in taken}
     earlier = None
     for item in list_cities(context.scene):
-        own = {part for _, part, _ in list_taken(item)} if is_in_place(item) else set()
+        own = (
+            {part for _, part, _ in source_objects.list_taken(item)}
+            if source_objects.is_in_place(item)
+            else set()
+        )
         same = own == own_objects and (taken or list(item.get(FILES, ())) == files)
         if same:
             uncolour_user_meshes(item)
@@ -195,10 +188,13 @@ def show_import(context, city, scene, findings, taken=()):
         if context.scene.citypv.collection is not None:
             item[TAKEN_FROM] = context.scene.citypv.collection
         remember_wearers(item, taken)
-        put_in_place(item, scene.site)
+        source_objects.put_in_place(item, scene.site)
         write_sources(item, scene.surfaces.surface_id)
     begin_design(item, earlier)
-    item[BESIDE], item[ADDED] = list_beside(item), ""  # what comes later beside it is an edit
+    item[BESIDE], item[ADDED] = (
+        source_objects.list_beside(item),
+        "",
+    )  # what comes later beside it is an edit
     if not taken:
         show_city(context, scene.vertices, shaded=True)
     told = keep_report(item, scene, findings)

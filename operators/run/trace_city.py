@@ -163,14 +163,14 @@ def _trace_rounds(session, weather, request, progress, found):
     base : core.light.editable_city.EditableCity or None
         What the rays of a single round met, so that the city can be edited.
     """
+    from ...core import study
     from ...core.accuracy.trace_run import weigh_kept_suns
-    from ...core.study import compute_energy, prepare_study, trace_base, trace_scene
 
     scene = session.scene
     if not request.wants_rounds and request.estimator != "gather":
-        return trace_scene(scene, weather, request, progress), None
+        return study.trace_scene(scene, weather, request, progress), None
     if not request.wants_rounds:
-        base = trace_base(scene, weather, request, progress)
+        base = study.trace_base(scene, weather, request, progress)
         if base.transfer.record.interrupted:
             return weigh_kept_suns(base.transfer, weather.axis), None
         return base.transfer, base
@@ -179,7 +179,7 @@ def _trace_rounds(session, weather, request, progress, found):
 
     def show(transfer):
         # The matrices of the next rounds go into the same arrays: only means of surfaces are shown.
-        energy = compute_energy(transfer, weather, request)
+        energy = study.compute_energy(transfer, weather, request)
         found.put(
             (
                 "rounds",
@@ -189,7 +189,7 @@ def _trace_rounds(session, weather, request, progress, found):
 
     log = RunLog(None, progress)
     log.show = show
-    prepared = prepare_study(scene, weather, request, progress=progress)
+    prepared = study.prepare_study(scene, weather, request, progress=progress)
     return trace_until_interrupted(scene, weather, request, log, None, prepared=prepared), None
 
 

@@ -8,15 +8,9 @@ from queue import SimpleQueue
 import bpy
 import numpy as np
 
+from ..city import city_design
 from ..city.attributes import CHANGE, PREFIX, write_results, write_surface_values
-from ..city.city_design import (
-    REDESIGNED,
-    can_update,
-    check_unedited,
-    describe_edited,
-    has_edits,
-    hinders_update,
-)
+from ..city.city_design import REDESIGNED
 from ..city.read_settings import read_settings
 from ..city.run_step import OfCity, Step, leave_edit_mode, redraw_panels
 from ..city.session import Session, find_city, find_own_city, find_session, find_state, list_cities
@@ -52,14 +46,14 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         """There is an edit, and light to start from."""
         city, _ = find_city(context.scene)
         cls.poll_message_set("Trace the light of a city first; then edit it")
-        return can_update(city) and has_edits(city)
+        return city_design.can_update(city) and city_design.has_edits(city)
 
     def prepare(self, context):
         """Read the city as it is seen."""
         city, _ = find_city(context.scene)
         session = find_session(city)
-        if hinders_update(city):
-            check_unedited(city)
+        if city_design.hinders_update(city):
+            city_design.check_unedited(city)
         leave_edit_mode(context)
         seen, request = (
             read_edited_city(context, city, session),
@@ -124,7 +118,7 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         if is_editing(context):  # it may come back to what it was
             return True
         own = [city for city in list_cities(context.scene) if find_session(city) is self._shown]
-        return bool(own) and describe_edited(own[0]) == self._asked
+        return bool(own) and city_design.describe_edited(own[0]) == self._asked
 
     def drop(self):
         """Forget that it was tried: redo may ask for it again."""

@@ -8,28 +8,12 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ...core.settings.errors import InputError
+from ..city import city_design, session
 from ..city.attributes import PREFIX
 from ..city.build_meshes import remove_objects, renew_holders
-from ..city.city_design import (
-    can_update,
-    describe_edited,
-    forget_edited,
-    has_edits,
-    hinders_update,
-    note_edits,
-    note_touched,
-)
 from ..city.keep_transfer import keep_transfers
 from ..city.read_settings import read_settings
 from ..city.run_step import Step
-from ..city.session import (
-    close_sessions,
-    find_city,
-    find_objects,
-    find_state,
-    list_cities,
-    part_sessions,
-)
 from ..city.source_objects import is_seen
 from ..show.show_city import match_view
 from ..show.timeline import follow_frame
@@ -43,11 +27,11 @@ _grounds = {}  # `session_uid` of each city that has a ground: that of the groun
 @persistent
 def follow_undo(scene, *_):
     """Show the shape or the colours: an undo changes the city, but not the shading of a view."""
-    forget_edited()
+    city_design.forget_edited()
     match_view(bpy.context)
     bpy.context.view_layer.update()
-    for city in list_cities(scene):
-        note_edits(city)
+    for city in session.list_cities(scene):
+        city_design.note_edits(city)
 
 
 @persistent
@@ -68,24 +52,28 @@ def _follow_edits(scene, graph):
         if same
         else [None]
     )
-    if all(cities) and all(note_touched(city, touched) for city in cities):
+    if all(cities) and all(city_design.note_touched(city, touched) for city in cities):
         return
-    forget_edited(touched)
+    city_design.forget_edited(touched)
     if graph.id_type_updated("OBJECT"):
         # A copy of a whole scene has copies of its cities, too.
-        every = {city for one in bpy.data.scenes for city in list_cities(one)}
-        part_sessions(sorted(every, key=lambda city: city.session_uid))
-    cities = list_cities(scene)
+        every = {city for one in bpy.data.scenes for city in session.list_cities(one)}
+        session.part_sessions(sorted(every, key=lambda city: city.session_uid))
+    cities = session.list_cities(scene)
     _cities[scene.session_uid] = [city.name for city in cities]
     for city in cities:
         ground = city.get(PREFIX + "ground")
-        note_edits(city, own=bool(touched & {city, city.data, ground, ground and ground.data}))
+        city_design.note_edits(
+            city, own=bool(touched & {city, city.data, ground, ground and ground.data})
+        )
 
 
 def remove_left_grounds():
     """Remove the grounds of cities that the user deleted since this was called last."""
-    cities = {city.session_uid: city for scene in bpy.data.scenes for city in list_cities(scene)}
-    found = find_objects(ground for city, ground in _grounds.items() if city not in cities)
+    cities = {
+        city.session_uid: city for scene in bpy.data.scenes for city in session.list_cities(scene)
+    }
+    found = session.find_objects(ground for city, ground in _grounds.items() if city not in cities)
     laid = {city: city.get(PREFIX + "ground") for city in cities.values()}
     left = set(found.values()) - set(laid.values())
     if left:
@@ -106,13 +94,13 @@ def _find_work():
     """
     for window in bpy.context.window_manager.windows:
         scene = window.scene
-        city, _ = find_city(scene)
+        city, _ = session.find_city(scene)
         if (
             city is None
             or not is_seen(city)
-            or not has_edits(city)
-            or hinders_update(city)
-            or not can_update(city)
+            or not city_design.has_edits(city)
+            or city_design.hinders_update(city)
+            or not city_design.can_update(city)
         ):
             continue
         with bpy.context.temp_override(window=window):
@@ -122,8 +110,8 @@ def _find_work():
             settings = read_settings(scene.citypv)
         except InputError:  # a file of the settings is missing: the step that needs it tells
             continue
-        state = describe_edited(city), repr(settings)
-        if scene.citypv_seeing.live or find_state(state) is not None:
+        state = city_design.describe_edited(city), repr(settings)
+        if scene.citypv_seeing.live or session.find_state(state) is not None:
             return window, state
     return None
 
@@ -155,6 +143,6 @@ HANDLERS = (
     ("redo_post", follow_undo),
     ("depsgraph_update_post", _follow_edits),
     ("save_pre", keep_transfers),
-    ("load_pre", close_sessions),
+    ("load_pre", session.close_sessions),
     ("frame_change_post", follow_frame),
 )

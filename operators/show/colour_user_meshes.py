@@ -11,14 +11,9 @@ object shows their faces.
 import bpy
 import numpy as np
 
-from ..city.attributes import (
-    PREFIX,
-    read_array,
-    read_corners,
-    read_face_attribute,
-    write_face_attribute,
-)
-from ..city.source_objects import MASK, WORN_COLOURS, is_in_place, is_single, list_taken, list_worn
+from ..city import attributes, source_objects
+from ..city.attributes import PREFIX
+from ..city.source_objects import MASK, WORN_COLOURS
 from .colour_faces import COLOUR_ATTRIBUTE, MATERIAL, write_colours
 
 BEFORE = PREFIX + "active_colour"  # of a mesh: the colour attribute that the user had chosen
@@ -37,11 +32,16 @@ def colour_user_meshes(city):
     own, names, surface = (
         np.zeros(len(city.data.polygons), bool),
         [],
-        read_face_attribute(city.data, "surface"),
+        attributes.read_face_attribute(city.data, "surface"),
     )
-    for item, building, triangles, faces in list_worn(city):
+    for item, building, triangles, faces in source_objects.list_worn(city):
         whole = len(faces) and len(np.unique(faces)) == len(np.unique(surface[triangles]))
-        if building and is_single(item.data) and whole and faces.max() < len(item.data.polygons):
+        if (
+            building
+            and source_objects.is_single(item.data)
+            and whole
+            and faces.max() < len(item.data.polygons)
+        ):
             _write_on_mesh(city.data, item.data, triangles, faces)
             _show_in_pictures(item)
             own[triangles] = True
@@ -50,7 +50,7 @@ def colour_user_meshes(city):
             if HIDDEN not in item:
                 item[HIDDEN], item.display_type = item.display_type, "WIRE"
     _mask_faces(city, own)
-    if is_in_place(city):
+    if source_objects.is_in_place(city):
         city.hide_set(bool(own.all()))
     some = ", ".join(names[:FEW]) + (" …" if len(names) > FEW else "")
     reason = (
@@ -62,7 +62,7 @@ def colour_user_meshes(city):
 
 def uncolour_user_meshes(city):
     """Show the objects of the user as they were; the results stay on their faces."""
-    for _, item, _ in list_taken(city):
+    for _, item, _ in source_objects.list_taken(city):
         if HIDDEN in item:
             item.display_type = item.pop(HIDDEN)
         if item.type != "MESH":
@@ -76,7 +76,7 @@ def uncolour_user_meshes(city):
             colours.active_color_name = item.data[BEFORE]
             del item.data[BEFORE]
         item.data.update()
-    if is_in_place(city):
+    if source_objects.is_in_place(city):
         city.hide_set(True)
     city[WORN], city[STAND_INS] = False, ""
 
@@ -122,12 +122,14 @@ def _write_on_mesh(source, mesh, triangles, faces):
                 attribute.name.removeprefix(PREFIX),
                 -1 if attribute.data_type == "INT" else np.nan,
             )
-            write_face_attribute(
-                mesh, name, np.where(part < 0, missing, read_face_attribute(source, name)[part])
+            attributes.write_face_attribute(
+                mesh,
+                name,
+                np.where(part < 0, missing, attributes.read_face_attribute(source, name)[part]),
             )
     given = source.color_attributes.get(COLOUR_ATTRIBUTE)
     if given is not None:
-        colour = read_array(given.data, "color_srgb", 4)[
+        colour = attributes.read_array(given.data, "color_srgb", 4)[
             3 * part, :3
         ]  # the city's faces are triangles
         if COLOUR_ATTRIBUTE not in mesh.color_attributes:
@@ -142,7 +144,10 @@ def _mask_faces(city, own):
     """
     mesh = city.data
     inside = np.zeros(len(mesh.vertices), bool)
-    corners, total = read_corners(mesh), read_array(mesh.polygons, "loop_total", dtype=np.int32)
+    corners, total = (
+        attributes.read_corners(mesh),
+        attributes.read_array(mesh.polygons, "loop_total", dtype=np.int32),
+    )
     of_own = np.repeat(own, total)
     inside[corners[of_own]] = True
     inside[corners[~of_own]] = False

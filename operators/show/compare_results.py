@@ -8,20 +8,9 @@ import bpy
 import numpy as np
 
 from ...core.settings.errors import InputError, count_of, show_end, show_number
-from ..city.attributes import (
-    CHANGE,
-    CHANGE_ERROR,
-    COMPARED,
-    KIND_CODES,
-    PREFIX,
-    read_array,
-    read_face_attribute,
-    remove_face_attributes,
-    write_classes,
-    write_results,
-    write_surface_values,
-)
-from ..city.build_meshes import BUILDINGS, build_city, remove_objects, show_objects, site_of
+from ..city import attributes, build_meshes
+from ..city.attributes import CHANGE, CHANGE_ERROR, COMPARED, KIND_CODES, PREFIX
+from ..city.build_meshes import BUILDINGS
 from ..city.city_design import FAMILY, RESHAPED, check_unedited
 from ..city.run_step import Action, OfCity
 from ..city.session import find_city, find_session, list_cities, open_session
@@ -55,35 +44,36 @@ def compare_with_before(stage, city, ground):
     """
     before, match = find_before(stage, city), None
     if before is not None and KWP in before and KWP in city:
-        from ...core.results.compare_runs import (
-            compare_surfaces,
-            match_shapes,
-            sum_buildings,
-            sum_states,
-        )
+        from ...core.results import compare_runs
 
         (olds, old_rows, old_shapes), (news, rows, shapes) = (
             _read_state(before, city),
             _read_state(city, city),
         )
-        match = match_shapes(old_shapes, shapes)  # (n,) row of `olds`, -1 for new ones
+        match = compare_runs.match_shapes(old_shapes, shapes)  # (n,) row of `olds`, -1 for new ones
     if match is None or not (match >= 0).any():
         for key in (COMPARISON, FOUND):
             city.pop(key, None)
-        remove_face_attributes(city, ground, CHANGE_ERROR, *(CHANGE + name for name in COMPARED))
+        attributes.remove_face_attributes(
+            city, ground, CHANGE_ERROR, *(CHANGE + name for name in COMPARED)
+        )
         return False
     known = _errors_of_surfaces(before, city, rows)
-    table, count, matched = compare_surfaces(olds, news, match, known), len(city[KWP]), match >= 0
+    table, count, matched = (
+        compare_runs.compare_surfaces(olds, news, match, known),
+        len(city[KWP]),
+        match >= 0,
+    )
     for name in COMPARED:
         earlier = values_of_surfaces(before, name, len(before[KWP]))[old_rows[match[matched]]]
         change = np.full(count, np.nan)
         change[rows[matched]] = values_of_surfaces(city, name, count)[rows[matched]] - earlier
-        write_surface_values(city, ground, CHANGE + name, change)
+        attributes.write_surface_values(city, ground, CHANGE + name, change)
     errors = np.full(count, np.nan)
     errors[rows] = table["full_load_hours_change_standard_error"][: len(rows)]
-    write_surface_values(city, ground, CHANGE_ERROR, errors)
-    buildings = sum_buildings(table)
-    sums = sum_states(buildings)
+    attributes.write_surface_values(city, ground, CHANGE_ERROR, errors)
+    buildings = compare_runs.sum_buildings(table)
+    sums = compare_runs.sum_states(buildings)
     tables = {
         "sums": [_tell_change(name, one) for name, one in sums.items() if one["buildings"]],
         "buildings": [
@@ -123,24 +113,25 @@ def _read_state(item, city):
 
     mesh = item.data
     rows, first, own = np.unique(
-        read_face_attribute(mesh, "surface"), return_index=True, return_inverse=True
+        attributes.read_face_attribute(mesh, "surface"), return_index=True, return_inverse=True
     )
-    area = read_array(mesh.polygons, "area").astype(float)
+    area = attributes.read_array(mesh.polygons, "area").astype(float)
     weight = np.maximum(area, 1e-12)
     total = np.bincount(own, weight)
     middle, normal = (
         np.column_stack(
             [
                 np.bincount(own, weight * axis) / total
-                for axis in read_array(mesh.polygons, name, 3).T
+                for axis in attributes.read_array(mesh.polygons, name, 3).T
             ]
         )
         for name in ("center", "normal")
     )
-    site = site_of(item if PREFIX + "origin" in item else city)
+    site = build_meshes.site_of(item if PREFIX + "origin" in item else city)
     shapes = np.column_stack([bring_to_grid(middle, site), np.sqrt(np.bincount(own, area)), normal])
     hours, error = (
-        read_face_attribute(mesh, name)[first] for name in (HOURS, HOURS + "_standard_error")
+        attributes.read_face_attribute(mesh, name)[first]
+        for name in (HOURS, HOURS + "_standard_error")
     )
     kwp = np.array(item[KWP])[rows]
     table = tell_yields(
@@ -150,9 +141,11 @@ def _read_state(item, city):
         np.array(list(item[BUILDINGS]), dtype=object),
         {code: kind for kind, code in KIND_CODES.items()},
     )
-    table.insert(0, "building_id", names[read_face_attribute(mesh, "building")[first]])
+    table.insert(0, "building_id", names[attributes.read_face_attribute(mesh, "building")[first]])
     table.insert(
-        1, "kind", [words[code] for code in read_face_attribute(mesh, "kind")[first].tolist()]
+        1,
+        "kind",
+        [words[code] for code in attributes.read_face_attribute(mesh, "kind")[first].tolist()],
     )
     return table, rows, shapes
 
@@ -187,8 +180,8 @@ def values_of_surfaces(item, name, count, missing=np.nan):
     """Values of an attribute by surface: (count,) float64, `missing` for surfaces without faces or
     without values.
     """
-    found, faces = np.full(count, missing), read_face_attribute(item.data, "surface")
-    values = read_face_attribute(item.data, name)
+    found, faces = np.full(count, missing), attributes.read_face_attribute(item.data, "surface")
+    values = attributes.read_face_attribute(item.data, name)
     if values is not None:
         found[faces] = values
     return found
@@ -260,16 +253,16 @@ class KeepBefore(OfCity, Action, bpy.types.Operator):
             return check_unedited(city)
         else:
             # Its own mesh is another one by now than that of the results.
-            item = build_city(session.scene, name)
-            write_classes(item, None, session.scene.surfaces)
-            write_results(item, None, session.transfer, session.energy)
-        remove_objects(find_before(context.scene))
+            item = build_meshes.build_city(session.scene, name)
+            attributes.write_classes(item, None, session.scene.surfaces)
+            attributes.write_results(item, None, session.transfer, session.energy)
+        build_meshes.remove_objects(find_before(context.scene))
         item.data.name, item.matrix_world = item.name, city.matrix_world
         for key in (PREFIX + name for name in COPIED):
             if key in city:
                 item[key] = city[key]
         item[PREFIX + "part"] = BEFORE
-        show_objects(context.scene, item)
+        build_meshes.show_objects(context.scene, item)
         show_before(item, visible=False)
         if session is not None:
             open_session(item, replace(session))
@@ -310,7 +303,7 @@ class ForgetBefore(Action, bpy.types.Operator):
 
     def act(self, context, city, ground):
         """Remove it."""
-        remove_objects(find_before(context.scene))
+        build_meshes.remove_objects(find_before(context.scene))
         shown = context.scene.citypv.attribute
         if city is not None:
             if shown.startswith(CHANGE) and has_result(city, shown.removeprefix(CHANGE)):

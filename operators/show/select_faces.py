@@ -6,11 +6,11 @@ import bpy
 import numpy as np
 
 from ...core.settings.errors import InputError, count_of, list_some
+from ..city import source_objects
 from ..city.attributes import PREFIX, read_array, read_face_attribute
 from ..city.build_meshes import BUILDINGS
 from ..city.run_step import Action, OfCity, leave_edit_mode
 from ..city.session import find_city
-from ..city.source_objects import is_in_place, is_seen, list_worn
 from .keep_report import describe_row, find_faces, read_rows
 
 HIGHLIGHT = PREFIX + "highlight"  # property of the object: its selected faces are drawn over
@@ -32,17 +32,17 @@ def select_faces(context, item, chosen):
         The object is not to be seen.
     """
     leave_edit_mode(context)
-    if not is_seen(item):
+    if not source_objects.is_seen(item):
         raise InputError(item.name, "it is hidden", "unhide it and select again")
     for other in context.selected_objects:
         other.select_set(False)
     # Where it was taken from objects of the user: those with chosen faces are selected, and these
     # faces of them.
     parts = [(item, chosen)]
-    if is_in_place(item):
+    if source_objects.is_in_place(item):
         parts = [
             (own, np.isin(np.arange(len(own.data.polygons)), faces[chosen[rows]]))
-            for own, building, rows, faces in list_worn(item)
+            for own, building, rows, faces in source_objects.list_worn(item)
             if building
         ]
     for own, faces in parts:
@@ -63,10 +63,10 @@ def gather_selection(context, item):
     """
     edited = set(context.objects_in_mode) if context.mode == "EDIT_MESH" else set()
     leave_edit_mode(context)
-    if not is_in_place(item) or (item.get(HIGHLIGHT) and not edited):
+    if not source_objects.is_in_place(item) or (item.get(HIGHLIGHT) and not edited):
         return read_selection(item.data)
     chosen = np.zeros(len(item.data.polygons), bool)
-    for own, building, rows, faces in list_worn(item):
+    for own, building, rows, faces in source_objects.list_worn(item):
         if building and (own in edited if edited else own.select_get()):
             chosen[rows] = read_selection(own.data)[faces] if edited else True
     return chosen

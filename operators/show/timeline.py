@@ -8,13 +8,8 @@ import bpy
 from bpy.app.handlers import persistent
 from mathutils import Vector
 
-from ..city.attributes import (
-    PREFIX,
-    read_face_attribute,
-    remove_face_attributes,
-    write_results,
-    write_surface_values,
-)
+from ..city import attributes
+from ..city.attributes import PREFIX
 from ..city.build_meshes import remove_objects, show_objects
 from ..city.keep_transfer import OfTransfer, keep_energy, with_energy
 from ..city.run_step import Action, Step
@@ -70,7 +65,7 @@ class StartTimeline(OfTransfer, Step, bpy.types.Operator):
         session, weighed, timeline, ends = result
         city, ground = find_own_city(context.scene, session)
         keep_energy(session, weighed)
-        write_results(city, ground, session.transfer, session.energy)
+        attributes.write_results(city, ground, session.transfer, session.energy)
         session.timeline = session.energy, timeline
         for name, end in zip(TIMED, ends, strict=True):
             city[RANGE + name] = 0.0, end
@@ -115,7 +110,7 @@ class StopTimeline(Action, bpy.types.Operator):
                     ground,
                     "full_load_hours" if has_result(city, "full_load_hours") else "kind",
                 )
-            remove_face_attributes(city, ground, *TIMED)
+            attributes.remove_face_attributes(city, ground, *TIMED)
 
 
 def timeline_of(city):
@@ -171,11 +166,12 @@ def _show_moment(stage):
     moment = min(max(stage.frame_current - 1, 0), FRAMES - 1)
     values = timeline.irradiance(moment), timeline.hours_by_month[:, moment // HOURS]
     for name, of_surfaces in zip(TIMED, values, strict=True):
-        write_surface_values(city, ground, name, of_surfaces)
+        attributes.write_surface_values(city, ground, name, of_surfaces)
     shown = city.get(PREFIX + "colour_attribute")
     if shown in TIMED:
         write_colours(
-            city.data, colours_of_values(read_scale(city), read_face_attribute(city.data, shown))
+            city.data,
+            colours_of_values(read_scale(city), attributes.read_face_attribute(city.data, shown)),
         )
         if is_in_place(city) and city.get(WORN):
             colour_user_meshes(city)

@@ -14,10 +14,10 @@ from test_read_obj import house_statements
 from weathers import ERA5
 
 from citypv.__main__ import main
+from citypv.core import study
 from citypv.core.commands.command_line import COMMANDS, build_parser, read_request
 from citypv.core.effects.table import TABLE
 from citypv.core.results.describe_run import describe_left_out
-from citypv.core.run import simulate
 from citypv.core.settings.progress import describe_progress
 from citypv.core.settings.request import Request
 
@@ -225,9 +225,7 @@ def test_a_city_60_km_wide_says_so_before_its_ground_is_laid(tmp_path, capfd, mo
         for line in (f"o h{k}", *house_statements(x, 8 * k))
     ]
     (tmp_path / "wide.obj").write_text("\n".join(lines))
-    monkeypatch.setattr(
-        simulate, "make_located_scene", lambda *_: signal.raise_signal(signal.SIGINT)
-    )
+    monkeypatch.setattr(study, "make_located_scene", lambda *_: signal.raise_signal(signal.SIGINT))
     place = "--latitude", "50", "--longitude", "10", "--out", str(tmp_path / "out")
     assert main(["simulate", str(tmp_path / "wide.obj"), *place]) == 130
     assert (
