@@ -183,8 +183,8 @@ def read_year(site, request, suns=None, keep=()):
     site : Site
     request : Request
     suns : Suns, optional
-        Those of a Transfer, which may be set up elsewhere along its latitude, or anywhere where
-        they fill the sky.
+        Suns of a Transfer, which may be set up elsewhere along its latitude, or anywhere where they
+        fill the sky.
     keep : sequence of path-like
         Folders of answers of services, as in `weather.ask_services.ask_weather`.
 
@@ -219,7 +219,7 @@ def read_year(site, request, suns=None, keep=()):
 def prepare_study(scene, weather, request, *, materials=None, progress=silent):
     """What tracing a scene for a year calls for: PreparedScene.
 
-    `materials` are those of `PreparedScene`, where they are known already.
+    `materials` are taken into `PreparedScene`, where they are known already.
     """
     known = {"weather": weather, "suns": choose_year(weather, request), "materials": materials}
     return prepare_scene(scene, request, **known, progress=progress)

@@ -1,8 +1,8 @@
 """Price list of a scene: predicted seconds and errors of presets and of each setting, from a pilot.
 
-Seconds are those of the pilot, times patches, rays, points and suns over its own. The variance of
-each source of error falls with the power of the number of rays or points that every run takes for
-it (`yield_errors.SAMPLED`); what the size of patches leaves falls with the square of their length.
+Seconds are the pilot's, times patches, rays, points and suns over its own. The variance of each
+source of error falls with the power of the number of rays or points that every run takes for it
+(`yield_errors.SAMPLED`); what the size of patches leaves falls with the square of their length.
 """
 
 import time
@@ -61,9 +61,7 @@ class PricedCity:
     pilot: object  # Pilot
     suns: dict  # choice of suns -> Suns
     sampling: dict  # choice of suns -> what `measure_ways` found
-    checking: (
-        float  # [s] of measuring it, as of measuring that of a run on more patches under fewer suns
-    )
+    checking: float  # [s] to measure `sampling`, here or in a run on more patches under fewer suns
     patch_size: float | None
     prepared: object  # PreparedScene
 

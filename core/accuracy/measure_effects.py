@@ -54,8 +54,8 @@ def measure_effects(inputs, progress=silent):
     """State share, standard error and seconds of all effects that change the light, in the plan of
     a city.
 
-    The share is (with - without) / with of the full load hours. Seconds are those of a run with the
-    same settings.
+    The share is (with - without) / with of the full load hours. Seconds are what a run with the
+    same settings takes.
 
     Parameters
     ----------

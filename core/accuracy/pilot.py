@@ -1,8 +1,8 @@
 """The pilot: a run of the whole city with few rays and suns, which shows what accuracy costs on the
 user's own scene.
 
-Errors are those of every surface in its own surroundings, since light is passed on from neighbour
-to neighbour. Seconds
+Errors are computed for every surface in its own surroundings, since light is passed on from
+neighbour to neighbour. Seconds
 
     t = (patches + rays) + suns · (patches + shadow points + products with the matrix of form
     factors)
@@ -40,7 +40,7 @@ MERGED = 0.8
 PLAN, SUNS = (
     "plan and tree",
     ("suns", COUNTING),
-)  # stages: one of the scene, not of the pilot, and those of the suns
+)  # stages of processor time: of the scene, not the pilot; of the suns
 
 
 @dataclass

@@ -111,8 +111,8 @@ def trace_round(run, size, progress=silent, folder=None):
     run : Run
         Of all rounds before; overwritten.
     size : int
-        Samples, in units of the first round's: a power of two of which the earlier ones are a
-        multiple.
+        Samples, in units of the first round's: a power of two that divides the number of earlier
+        ones.
     progress, folder
         As of `study.trace_scene`.
 

@@ -308,8 +308,8 @@ def cut_feet(feet, lines, longest):
 
 
 def _interpolate_heights(foot_points, free, lattice):
-    """Free places with heights between those of the feet, and out to a rim at the height of those
-    next to it: (k, 3) float64 [m]."""
+    """Free places with heights interpolated between the feet, and out to a rim as high as the
+    places next to it: (k, 3) float64 [m]."""
     low, high = lattice.low, lattice.high
     angle = 2 * np.pi * np.arange(CONTROL_COUNT) / CONTROL_COUNT
     rim = 0.5 * (low + high) + np.hypot(*(high - low)) * np.column_stack(

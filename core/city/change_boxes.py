@@ -37,8 +37,8 @@ def boxes_around(corners, side=10.0):
     low = np.minimum.reduceat(corners.min(axis=1)[order], first)
     high = np.maximum.reduceat(corners.max(axis=1)[order], first)
     boxes = np.stack([low, high], axis=1)
-    # Rays meet a box in proportion to its surface: two are joined where that of both is no smaller,
-    # or many are left.
+    # Rays meet a box in proportion to its surface: two are joined where the joint box has no more
+    # surface than both, or many are left.
     while len(boxes) > 1:
         joint = _surface_of(
             np.maximum(boxes[:, None, 1], boxes[:, 1]) - np.minimum(boxes[:, None, 0], boxes[:, 0])

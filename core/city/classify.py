@@ -66,8 +66,8 @@ def classify(area, surface_tilt, surface_azimuth, thematic, sectors="8"):
     thematic : sequence of str, (n,)
         Class in the file: WallSurface, …, TINRelief for terrain, or "".
     sectors : {'8', 'paper'}
-        Eight of 45°, so that each azimuth has one, a bound that of the sector before it; or those
-        of the paper.
+        Eight of 45°, so that each azimuth has one (a bound belongs to the sector before it), or the
+        paper's.
 
     Returns
     -------

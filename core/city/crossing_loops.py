@@ -37,8 +37,8 @@ def build_hierarchy(corners, body):
     boxes : (n, 6) float64
         Low and high corner of each node.
     links : (n, 3) int64
-        First child and 0 (the second child follows it), or number of the leaf and that of its
-        triangles; and 1 where the node holds nothing but whole bodies.
+        First child and 0 (the second child follows it), or number of the leaf and how many
+        triangles it has; and 1 where the node holds nothing but whole bodies.
     order : (l, LEAF) int64
         Triangles of each leaf, followed by -1.
     """

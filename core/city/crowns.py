@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull, QhullError
 from .polygons import edges_of, merge_vertices, normals_of, triangulate
 from .scene import Crowns
 
-CROWN_PER_HEIGHT = 0.5  # crown diameter of a tree of which only the height is given
+CROWN_PER_HEIGHT = 0.5  # crown diameter of a tree for which only the height is given
 CROWN_BASE = 0.25  # of its height
 SLIM = 0.1  # of the crown's width: parts below the crown that are slimmer are its trunk
 STEEP = 60.0  # [°] tilt of the faces of a trunk's mantle, at least
@@ -229,8 +229,8 @@ def _is_steep(vertices, triangles):
 
 
 def _volumes_below(vertices, triangles):
-    """Volumes between triangles and the origin, (t,) float64 [m³]; those of a closed body add up to
-    its own.
+    """Volumes between triangles and the origin, (t,) float64 [m³]; the triangles of a closed body
+    add up to its own volume.
     """
     a, b, c = np.moveaxis(vertices[triangles], 1, 0)
     return np.einsum("ti,ti->t", a, np.cross(b, c)) / 6

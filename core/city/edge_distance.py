@@ -15,7 +15,7 @@ import shapely
 CLOSED = 50.0  # [m] streets and squares up to twice as wide belong to the built area
 FURTHEST = 100.0  # [m] further away the edge takes next to nothing
 NEAREST = 25.0  # [m] at the rim
-FEWEST, FEWEST_AT_RIM = 50, 10  # buildings: of fewer, the edge is not that of a city
+FEWEST, FEWEST_AT_RIM = 50, 10  # buildings: fewer are no city, and have no edge
 LEVEL = 0.1  # horizontal part of a unit normal, below which a surface looks to no side
 
 

@@ -88,8 +88,7 @@ def find_judged(scene):
 
 
 def judge_faces(faces, rows, sheet, report_share):
-    """Set those of some triangles, all of some surfaces, that are sheets, where the other sheets
-    are known.
+    """Mark which triangles of some whole surfaces are sheets, where the other sheets are known.
 
     Parameters
     ----------

@@ -107,8 +107,8 @@ def _read_system(content):
 
 
 def _order_contents(contents, crs, hints):
-    """Give each file its system and the order of its coordinates; what decides that of one decides
-    open ones, too.
+    """Give each file its system and the order of its coordinates; an order that one file proves
+    holds for files that leave it open, too.
     """
     orders = []
     for content in contents:
@@ -125,7 +125,7 @@ def _order_contents(contents, crs, hints):
 
 
 def _choose_grid(contents, crs, like):
-    """The plane of all files: that of another city, or one around the middle of all points."""
+    """The plane of all files: another city's, or one around the middle of all points."""
     if like is not None:
         return Grid(like.crs, like.axes, like.plane)
     bounds = []
@@ -225,8 +225,8 @@ def _leave_out_implicit(content):
 
 
 def _common_crs(contents, like=None):
-    """The one system of all files, that of a city like which they are where one is given; None:
-    none names one.
+    """The one system of all files, or of the city `like` where it is given; None where no file
+    names one.
     """
     named = {content.crs: content for content in contents if content.crs}
     if like is not None:

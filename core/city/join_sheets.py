@@ -93,8 +93,8 @@ def _look_at_rims(vertices, triangles, sheet):
 
 
 def look(vertices, triangles, origins, directions, *, ray_scene=None):
-    """What rays, (m, 3) float, meet first: Seen. `ray_scene` is that of the triangles, if it is
-    known.
+    """What rays, (m, 3) float, meet first: Seen. `ray_scene` holds the triangles, if it is built
+    already.
     """
     directions = np.broadcast_to(directions, origins.shape)
     ray_scene = ray_scene or RayScene(vertices, triangles)

@@ -44,17 +44,14 @@ def judge_turning(shape, found, allowed):
     """Which of the polygons that their shells propose are to be turned over.
 
     - An open shell that faces up only, by at least two thirds of its area, is not turned because of
-      its volume: that of
-      a valley or a bowl proves nothing.
+      its volume: a valley or a bowl has one, too.
     - A shell is turned as a whole only if rays support it, and hardly any support the way it is
       drawn.
-    - In a shell that is drawn inconsistently, a polygon is turned if its own rays or those of its
-      shell support it; if
-      nothing is inside, towards the sky.
+    - In a shell that is drawn inconsistently, a polygon is turned if its own rays or its shell's
+      support it; if nothing is inside, towards the sky.
     - A polygon is not turned if its front as drawn is outside and its back is inside; nor if it
-      sees more of the sky as
-      drawn, unless the rest of what it sees are the backs of its building; nor so that it would
-      face inside.
+      sees more of the sky as drawn, unless the rest of what it sees are the backs of its building;
+      nor so that it would face inside.
 
     Parameters
     ----------

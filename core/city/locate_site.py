@@ -23,7 +23,7 @@ def locate_site(crs, point, latitude=None, longitude=None, *, source=None):
     """Latitude, longitude and meridian convergence of a point.
 
     The convergence is the ellipsoidal azimuth of a short step to grid north, which avoids differing
-    sign conventions. It is that of the system at the point, also where another latitude or
+    sign conventions. It belongs to the system at the point, also where another latitude or
     longitude is given: walls that face true south do so wherever the city is set up.
 
     Parameters
@@ -171,8 +171,8 @@ def find_on_earth(points, site):
         np.degrees(np.arctan2(points[:, 0], points[:, 1])),
         np.hypot(points[:, 0], points[:, 1]),
     )
-    # As lists: of an array with one point pyproj tries to make a number, of which NumPy below 2.4
-    # warns.
+    # As lists: pyproj tries to make a number of an array with one point, and NumPy below 2.4 warns
+    # of it.
     longitude, latitude, _ = pyproj.Geod(ellps="WGS84").fwd(*ways.tolist())
     return np.array([latitude, longitude])
 

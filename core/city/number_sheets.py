@@ -19,9 +19,8 @@ LEVEL_YARD = 1.5
 def number_sheets(vertices, triangles, upward, mesh):
     """Number the sheets of meshes that may be ground.
 
-    A mesh of which all triangles point up is one sheet. Of any other, each set of such triangles
-    with common edges is one, unless other triangles of the mesh go down from a tenth of its rim or
-    more.
+    A mesh whose triangles all point up is one sheet. Of any other, each set of such triangles with
+    common edges is one, unless other triangles of the mesh go down from a tenth of its rim or more.
 
     Parameters
     ----------

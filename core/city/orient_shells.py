@@ -38,8 +38,8 @@ def orient_shells(points, ring_start, polygon_start, building):
     two orientations: the right one encloses a positive volume (divergence theorem: V = sum of area
     vector · point / 3). An open shell is closed by a cone over its open edges. A shell with hardly
     any volume is a sheet: there the larger part of the area, at least two thirds, decides. Where
-    corners do not meet, single faces are sheets: those of one building are one shell, and those
-    that face its middle are proposed.
+    corners do not meet, single faces are sheets: all faces of a building are one shell, and the
+    ones that face its middle are proposed.
 
     Parameters
     ----------

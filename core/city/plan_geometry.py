@@ -80,8 +80,8 @@ def join_polygons(shapes):
 def find_inside(shapes, places):
     """Pairs of a place and a polygon in which, or on whose edge, it lies: two (k,) int64.
 
-    A tree of places, since queries prepare the polygons, as those of a tree of polygons with points
-    do not.
+    The tree holds the places, since queries then prepare the polygons; a tree of polygons that is
+    asked for points does not.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ RANGES = {  # key -> smallest and largest value, unit
     "area": (0.0, 1e6, "m²"),
     "back-albedo": (0.0, 1.0, ""),
 }
-# Front, back and the four edges of a slab; corners 0 to 3 are those of the front, 4 to 7 lie behind
+# Front, back and the four edges of a slab; the front has corners 0 to 3, and 4 to 7 lie behind
 # them.
 SLAB = np.array(
     [(0, 1, 2), (0, 2, 3), (4, 6, 5), (4, 7, 6)]
@@ -231,8 +231,8 @@ def _describe_rows(city, fronts, roof_of_row, sectors):
 
 
 def orient_racks(tilt, azimuth, sectors):
-    """Orientation of racks, (k,) str: that of a roof, however steep or small they are; none of
-    level ones.
+    """Orientation of racks, (k,) str: as of a roof, however steep or small they are; level ones
+    have none.
     """
     count = len(tilt)
     return classify(

@@ -46,7 +46,7 @@ def repair_polygons(city, sources, report):
 
 
 def _find_untangled(city, report):
-    """Polygons no ring of which crosses itself very often: (n,) bool."""
+    """Polygons whose rings do not cross themselves very often: (n,) bool."""
     area, normal = measure_polygons(*city.shape)
     polygon = np.repeat(np.arange(len(city)), np.diff(city.polygon_start))
     kept = np.ones(len(city), bool)

@@ -1,5 +1,5 @@
-"""Buildings whose heights are far from those of all around them: −9999 where a survey had none, 0
-in the mountains.
+"""Buildings that stand far above or below all around them: −9999 where a survey had no height, 0 in
+the mountains.
 """
 
 import numpy as np

@@ -133,8 +133,8 @@ def find_globe_places(places, plane, axes="xy"):
 
 
 def _transform(turn, places):
-    # As lists: of an array with one point pyproj tries to make a number, of which NumPy below 2.4
-    # warns.
+    # As lists: pyproj tries to make a number of an array with one point, and NumPy below 2.4 warns
+    # of it.
     return np.array(turn.transform(*places.T.tolist()))
 
 
@@ -157,9 +157,7 @@ def registered_axes(plane):
 
 
 def _as_registered(points, plane, axes):
-    """Points with the axes in one order, in that of the registry, or from there in the other
-    direction.
-    """
+    """Points brought from one order of axes to the registry's, or back."""
     return (
         points if axes == registered_axes(plane) else points[:, [1, 0, *range(2, points.shape[1])]]
     )
@@ -211,8 +209,8 @@ def grid_of(place):
 def choose_plane(crs, axes, points, source=None):
     """The plane in true metres for points of files.
 
-    That of their own system where it has metres, x east, y north, and a scale within 0.3 % of 1 at
-    the middle of the points; the same projection in metres where only the unit differs; else a
+    Their own system's where it has metres, x east, y north, and a scale within 0.3 % of 1 at the
+    middle of the points; the same projection in metres where only the unit differs; else a
     transverse Mercator around that middle.
 
     Parameters

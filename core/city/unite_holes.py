@@ -64,7 +64,7 @@ def unite_holes(city, report):
 
 
 def _find_doubtful(city, *, tolerance=1e-3):
-    """Polygons of which more than a share of the area depends on how holes meet each other and the
+    """Polygons where more than a share of the area depends on how holes meet each other and the
     outline: list.
     """
     area = np.linalg.norm(measure_rings(city.points, city.ring_start), axis=1)

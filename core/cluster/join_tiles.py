@@ -77,7 +77,7 @@ def _empty_like(part, scene, folder):
 
 
 def _fill_rows(whole, rows, part):
-    """Write the rows of a tile into the arrays, each of which has a row for each surface."""
+    """Write the rows of a tile into arrays that have a row for each surface."""
     pairs = [(light, part.sources[name]) for name, light in whole.sources.items()]
     pairs += [(whole.error_parts, part.error_parts)] if whole.error_parts else []
     for columns, own in [(whole, part), *pairs]:
@@ -102,7 +102,7 @@ def _join_records(records, plan, request, figures):
     TraceRecord
         Rays and seconds are summed over the tiles, of shares of light the largest is taken,
         discretisation errors are averaged over the eligible area, and the error of sun sampling is
-        that of the tile with most of it.
+        taken from the tile with most of it.
     """
     area = np.array([one["area"] for one in figures])
     found = {name: sum(getattr(one, name) for one in records) for name in SUMS}

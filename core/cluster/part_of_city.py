@@ -5,9 +5,8 @@ block rays.
                as they are │ neither receives nor reflects │ the same, and faces up
 
 Each patch of the part can be met for others that are like it, as in the surroundings of a tile. The
-tree stays that of the whole city. Patches keep their random numbers, so that rays and hits are
-those of a trace of the same patches in arrays of all of them; only the time and memory of these
-arrays are saved.
+tree still holds the whole city. Patches keep their random numbers, so that their rays and hits do
+not change; only the time and memory of arrays for the other patches are saved.
 """
 
 from dataclasses import dataclass, replace
@@ -100,7 +99,7 @@ def keep_patches(scene, prepared, members, reported=()):
     prepared : PreparedScene
         With its tree.
     members : (p,) int
-        Patch of the part that is met in place of each, itself for those of the part.
+        Patch of the part that is met in place of each; a patch of the part stands for itself.
     reported : (m,) int, optional
         Surfaces that have rows whether or not any of their patches is in the part.
 

@@ -6,7 +6,7 @@ as one of these.
     own patches: all          near: nearly all │  ▏│ one of     from the tile meet, passes light on for all.
                                                └───┘ a cell
 
-Light that a receiver finds in a direction is then that of a patch a few degrees away, of the same
+Light that a receiver finds in a direction then comes from a patch a few degrees away, of the same
 albedo, which is lit alike on average: a cluster is met as often as its members would be, and its
 patch is drawn as often as it is met. What hides what stays exact, because rays still meet all
 triangles of the tile: only arrays have rows of fewer patches.
@@ -109,8 +109,8 @@ def draw_members(cluster, met, patches):
     seen = np.bincount(cluster, met, count)[cluster] > 0
     weight = np.where(seen, met, patches.area)
     chance = np.maximum(uniform(mix(patches.key ^ DRAWN), 1)[:, 0].astype(float), 2.0**-25)
-    # The least of numbers with exponential distributions of some rates is that of each in
-    # proportion to its rate.
+    # Of numbers with exponential distributions, each is the least with a chance in proportion to
+    # its rate.
     with np.errstate(divide="ignore"):
         order = np.lexsort((-np.log(chance) / weight, cluster))
     return order[np.searchsorted(cluster[order], np.arange(count))]

@@ -175,8 +175,8 @@ def _measure_halo(prepared, seed, part, city):
 def bound_hours(shares, albedo, weather, sky, irradiation):
     """What the surroundings leave out, in percent of the irradiation of the eligible surfaces.
 
-    Reflected light is at most that of a face turned to the sun, DNI + DHI, after all reflections,
-    times its albedo.
+    Reflected light is at most what a face turned to the sun sends on: its albedo times DNI + DHI,
+    after all reflections.
 
     Parameters
     ----------

@@ -8,8 +8,8 @@
 
 What is decided from the whole is the same in each tile: suns, number of reflections, effects,
 materials, terrain. All triangles keep the random numbers that they have in the whole, so that a
-tile's result depends neither on who traces it nor on how the rest is cut; it differs from that of
-the whole by what its surroundings leave out, see `trace_part`.
+tile's result depends neither on who traces it nor on how the rest is cut; it differs from the same
+surfaces in a run of the whole by what its surroundings leave out, see `trace_part`.
 """
 
 import hashlib
@@ -193,7 +193,7 @@ def make_tasks(scene, squares, inputs, folder, lists):
         0, len(scene.surfaces)
     )  # the ground beyond is lit like the far ground that takes its place
     city = pieces.low[built, :2].min(axis=0), pieces.high[built, :2].max(axis=0)
-    plan = prepared.plan  # of which the tiles' own plans take the terrain
+    plan = prepared.plan  # the tiles' own plans take the terrain from it
     terrain = TracePlan(
         [plan["terrain-horizon"]], terrain=plan.terrain, hidden_suns=plan.hidden_suns
     )
@@ -217,9 +217,7 @@ def make_tasks(scene, squares, inputs, folder, lists):
         )
         key = hashlib.sha256(run_key + data).hexdigest()[:KEY_LENGTH]
         result = folder / f"{name}_{key}.nc"
-        found.append(
-            (replace(tile, around=tile.around[:0]), result)
-        )  # of which it takes a byte for each piece
+        found.append((replace(tile, around=tile.around[:0]), result))  # a byte for each piece of it
         if read_told(result) is not None:  # else it is traced again, over what is there
             kept.add(result)
             continue

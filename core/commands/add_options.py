@@ -1,4 +1,4 @@
-"""Command line options: from the settings that `Request` declares, and those of single commands."""
+"""Command line options: from the settings that `Request` declares, and for single commands."""
 
 import argparse
 from itertools import chain
@@ -171,7 +171,7 @@ def add_city(parser):
 
 
 def add_output(parser, *, exports=False):
-    """Output options, and those of files that are written when they are asked for."""
+    """Options for the output folder, and for files that are written when they are asked for."""
     output = parser.add_argument_group("the results")
     output.add_argument("--out", required=True, metavar="DIR", help="folder to write")
     output.add_argument(

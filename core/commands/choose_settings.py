@@ -72,8 +72,8 @@ def request_of_settings(settings, *groups, others=()):
 
 
 def _implied_settings(given):
-    """Settings that the method, the preset and a time budget imply; those of the method
-    win: dict.
+    """Settings that the method, the preset and a time budget imply; what the method implies wins:
+    dict.
     """
     # The fewer rays the first round has, the shorter a time can be kept: further rounds add them.
     first_round = (

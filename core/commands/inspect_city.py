@@ -82,8 +82,8 @@ def _describe_reading(city, scene):
     """What was chosen where files leave it open: order of axes, scale, unit, upward axis, levels of
     detail.
 
-    The scale is that of the files' own system along east and north at the site; 1 where it is true,
-    and without one.
+    The scale belongs to the files' own system, along east and north at the site; 1 where it is
+    true, and without one.
     """
     site, scale = scene.site, [1.0, 1.0]
     if site.crs is not None and not transform_crs.plane_of(site.crs)[0].is_geographic:

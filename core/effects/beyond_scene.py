@@ -46,8 +46,8 @@ def decide_terrain(inputs):
             inputs, lambda year, normal, albedo: light_behind(year, normal, horizon, albedo)
         )
         return Effect(TERRAIN, False, "none", f"{words}: it rises to {where}", bound)
-    # The horizons of buildings lie between those of the corners: between their lowest and their
-    # highest edge.
+    # The horizon of a building lies between the lowest and the highest edge of the corners'
+    # horizons.
     edges = [one.elevation for one in (horizon, *corners)]
     lowest, top = (
         replace(horizon, elevation=edge.reduce(edges)) for edge in (np.minimum, np.maximum)
@@ -312,8 +312,8 @@ def bound_change(weather, change):
     """Share of light that the isotropic sky leaves out, or finds too much, at most.
 
     What Perez's sky changes on unshaded planes, or takes from a wall that never sees the sun: all
-    but its dome's part of DHI. Both as shares of the light under Perez's sky, like those of all
-    effects that are switched off.
+    but its dome's part of DHI. Both as shares of the light under Perez's sky, as for all effects
+    that are switched off.
     """
     parts = split_sky(weather, PEREZ)
     dome, circumsolar = float(parts.dome.sum()), float(parts.circumsolar_horizontal.sum())

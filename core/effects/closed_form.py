@@ -38,8 +38,8 @@ def find_unobstructed(patches, vertices):
         outermost = vertices[ConvexHull(vertices).vertices]
     except QhullError:  # all points lie in one plane
         outermost = vertices
-    # One number for each normal, since rows are sorted much more slowly; that of the opposite one
-    # has the other sign.
+    # One number for each normal, since rows are sorted much more slowly; opposite normals have
+    # opposite numbers.
     steps = np.rint(patches.normal.astype(float) * NORMAL_STEPS).astype(np.int64)
     numbers, first, which = np.unique(steps @ NUMBERED, return_index=True, return_inverse=True)
     normals = steps[first] / NORMAL_STEPS  # (k, 3) float64, each once

@@ -41,7 +41,7 @@ def compute_energy(
     """Irradiance, full load hours and capacity factors of a traced scene under one weather.
 
     Angles of incidence and light from the far ground are computed for every hour; visible shares
-    and reflections are those of the traced suns that represent it. Reflected light counts as
+    and reflections are taken from the traced suns that represent it. Reflected light counts as
     diffuse. Few surfaces are computed by pvlib itself, many by tables made with pvlib (accurate to
     10⁻⁵ of full load hours).
 
@@ -199,7 +199,7 @@ def _sum_surfaces(task, group_weight, threads, progress):
     ----------
     task : Task
     group_weight : numpy.ndarray, (n, g)
-        Area of each surface over that of its group.
+        Area of each surface over the area of its group.
     threads, progress
         As in `compute_energy`.
 

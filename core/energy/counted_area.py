@@ -192,7 +192,7 @@ def classify_again(transfer, sectors):
     Returns
     -------
     Transfer
-        The same object where it was traced for these sectors.
+        `transfer` itself where it was traced for these sectors.
     """
     asked = transfer.record.request if transfer.record else {}
     before, old = asked.get("sectors", PAPER), transfer.surfaces

@@ -147,7 +147,7 @@ def sum_potential(rows, area, energy, system):
     -------
     dict of str to float
         eligible_area (counted) and module_area [m²], kwp [kWp], full_load_hours [h] (energy over
-        power) and mwh_per_year [MWh], and the same of DC: full_load_hours_dc, mwh_dc_per_year.
+        power) and mwh_per_year [MWh]; before the inverter: full_load_hours_dc, mwh_dc_per_year.
         Hours are None without modules.
     """
     rows = np.arange(len(area))[rows]

@@ -83,7 +83,7 @@ def prepare_hours(suns, weather, system, sky, terrain=None):
     sky : SkyParts
         Of the weather.
     terrain : TerrainHorizon, optional
-        Of distant terrain: no light from the sun and its surroundings while that of mid-interval
+        Of distant terrain: no light from the sun and its surroundings while the sun of mid-interval
         stands behind it.
 
     Returns

@@ -116,7 +116,7 @@ def cell_heating(temp_air, wind_speed, system):
     Returns
     -------
     dark : numpy.ndarray
-        [°C] without irradiance: that of the air; that of standard test conditions with the effect
+        [°C] without irradiance: as the air, or as at standard test conditions with the effect
         switched off.
     slope : numpy.ndarray, (h, m)
         [Km²W⁻¹] per irradiance on the plane, of each of the system's `mountings`.

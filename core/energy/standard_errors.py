@@ -20,7 +20,7 @@ def state_errors(energy, errors, groups):
     """An Energy with the standard errors of surfaces, of the means of groups, and of the mean of
     all groups together.
 
-    That of a surface is NaN without full load hours, or if the error of the irradiance is unknown.
+    A surface has NaN without full load hours, or if the error of the irradiance is unknown.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def state_errors(energy, errors, groups):
 
 
 def noise_of_mean(weight, own, passed_on):
-    """Variance of a weighted sum over surfaces: own noise is independent, that of light passed on
+    """Variance of a weighted sum over surfaces: own noise is independent, noise of light passed on
     is common.
 
     Parameters
@@ -181,7 +181,7 @@ def sun_sampling_share(record, name, part):
     """Error of sun sampling of a kind and orientation, as a share of full load hours: float.
 
     `name` is (kind, orientation), `part` bias or rms.
-    0 if it was not measured; that of all pilot patches if none is of that kind and orientation.
+    0 if it was not measured; over all pilot patches if none is of that kind and orientation.
     """
     found = (record and record.sun_sampling) or {}
     return found.get("groups", {}).get(" ".join(name), found).get(part, 0.0) / 100

@@ -22,7 +22,7 @@ GRAZING = 1e-6  # cosine of incidence up to which a sun counts as behind
 
 @dataclass
 class Block:
-    """Data of some surfaces for the loop over hours: light is that of their open part."""
+    """Data of some surfaces for the loop over hours: light is what their open part gets."""
 
     normal: np.ndarray  # (3, n)
     diffuse: np.ndarray  # (n,) per DHI

@@ -3,7 +3,7 @@
 ERA5's 2017 begins at 23:00 of 31 December 2016, years of PVGIS at the satellite's 23:40:34, and
 neither fits a load profile. Power is constant over each interval of the weather; what a whole
 interval holds of two of them is its mean. Intervals at the ends of the calendar year that the
-weather lacks are those of the other end of the same year.
+weather lacks are taken from the other end of the same year.
 """
 
 import re
@@ -55,8 +55,8 @@ def lay_on_axis(times, interval, zone):
     Returns
     -------
     axis : pandas.DatetimeIndex, (S,)
-        Starts in that zone, from midnight of 1 January of each year of which the weather has most.
-        Days that it lacks, such as 29 February, are left out.
+        Starts in that zone, from midnight of 1 January of each year that the weather covers for the
+        most part. Days that it lacks, such as 29 February, are left out.
     share : scipy.sparse.csr_array, (S, T)
         Share of the interval of the axis in each interval of the weather; rows sum up to 1.
     """

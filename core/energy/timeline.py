@@ -57,7 +57,7 @@ def build_timeline(transfer, weather, energy, system):
     Returns
     -------
     Timeline
-        The sun is that of the months' average days (`month_hours`). Hours that the weather lacks
+        The sun stands as on the months' average days (`month_hours`). Hours that the weather lacks
         are dark.
     """
     axis = weather.axis
@@ -65,7 +65,7 @@ def build_timeline(transfer, weather, energy, system):
     relative, direction = relative_direct(transfer, *axis._replace(times=hours, interval=HOUR))
     when = axis.times, axis.interval, axis.longitude
     dni, dhi = (np.nan_to_num(mean_of_months(weather.data[name], *when)) for name in ("dni", "dhi"))
-    # Hours are means over whole polygons, power is that of the modules on their counted area.
+    # Hours are means over whole polygons, power comes from the modules on their counted area.
     by_month = energy.full_load_hours_by_month
     rows = np.flatnonzero(energy.eligible & np.isfinite(energy.full_load_hours))
     kwp = kwp_of_hours(np.asarray(transfer.surfaces.area, float), energy, system)[rows]
@@ -139,8 +139,8 @@ def mean_of_months(values, times, interval, longitude):
 def relative_direct(transfer, times, interval, latitude, longitude):
     """Direct irradiance of surfaces per DNI, with all reflections of it.
 
-    Angles of incidence are those of mid-interval, visible shares and reflections those of the
-    traced suns that represent it, as in `energy.compute_energy`.
+    Angles of incidence hold for mid-interval, visible shares and reflections for the traced suns
+    that represent it, as in `energy.compute_energy`.
 
     Parameters
     ----------
@@ -172,8 +172,8 @@ def relative_direct(transfer, times, interval, latitude, longitude):
         height = np.maximum(towards[:, 2:], 0.0)
         for first in range(0, relative.shape[1], BLOCK):
             part = slice(first, first + BLOCK)
-            # Direct sunlight, all its reflections but those of the open ground, and light by way of
-            # the open ground.
+            # Direct sunlight, all its reflections but off the open ground, and light by way of the
+            # open ground.
             light = values_at(filled_share(state, part), index, weight)
             light *= np.maximum(towards @ state.surfaces.normal[part].T, 0)
             light += values_at(np.asarray(state.direct_reflected[part]).T, index, weight)

@@ -153,7 +153,7 @@ def add_points(one, new, share, *, keys, before, whole, covered):
 
 
 def _join_nets(keys, nets):
-    """Nets of which none continues the one before it: list of Net."""
+    """Nets, joined where one continues another: list of Net."""
     joined = []
     for net in nets:
         joined.append(net)

@@ -316,7 +316,7 @@ def _sum_annual(edit, state):
 
 
 def _measure_room(edit, scene):
-    """Share of patches without room for modules: that of before, but near the change: (p, k)
+    """Share of patches without room for modules, measured anew near the change alone: (p, k)
     float32 or None.
     """
     old, context, todo = edit.before, edit.context, edit.anew

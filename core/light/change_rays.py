@@ -25,7 +25,7 @@ def _scene_of_corners(corners):
 
 
 def find_changed_rows(before, now, patches, rows, change):
-    """Patches of which a ray ends at another triangle than before the edit.
+    """Patches with a ray that ends at another triangle than before the edit.
 
     Parameters
     ----------

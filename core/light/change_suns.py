@@ -1,6 +1,6 @@
 """Light of single suns on the surfaces of an edited city, from what changed.
 
-visible share      of surfaces with a patch of which a bit changed, from all of its bits
+visible share      of surfaces with a patch that has a changed bit, from all of its bits
 first reflection   of the change, exact: rows that stay, off points that see a sun now or no longer;
                    rows traced anew, less what they were
 further ones       their sum over the suns is known; over the suns they have the pattern of the
@@ -38,14 +38,14 @@ class Edit:
     traced: list  # of Traced, in each state of trees
     anew: np.ndarray  # (p,) bool, patches whose rows were traced anew
     task: object = None  # SunTask with the bits of all suns
-    touched: np.ndarray | None = None  # (p,) bool, patches of which a bit changed
+    touched: np.ndarray | None = None  # (p,) bool, patches with a changed bit
     traced_pairs: int = 0  # pairs of a patch and a sun whose shadows were traced again
     lights: list = field(default_factory=list)  # of the lights of each state
     direct: list = field(default_factory=list)  # of SunLight of each state
     hooks: list = field(default_factory=list)  # of light by way of mirrors in each state, or None
 
     def state_before(self, state):
-        """TracedState of the city before, of which there may be fewer."""
+        """TracedState of the city before the edit, which may have fewer states."""
         return self.before.states[min(state, len(self.before.states) - 1)]
 
     def lost_rows(self):
@@ -272,8 +272,8 @@ def _add_changes(rows, scale, changes, patches, surfaces):
 
 
 def _add_further(edit, state):
-    """Let reflected light add up to that of the annual light; return the share of it that a guess
-    adds.
+    """Let reflected light of the suns add up to the annual light's; return the share of it that a
+    guess adds.
 
     Rows traced anew pass on what they meet: of each patch its annual light, over the suns like that
     of its surface. What is left has the pattern of all surfaces of the same kind and orientation.
@@ -315,7 +315,7 @@ def _patterns_of_groups(surfaces, known):
     """Reflected light of each sun as on the first surfaces of the same kind and orientation: (n, s)
     float64.
 
-    `known`, (k, s) float32, is that of the first surfaces; where none is of that kind, the mean of
+    `known`, (k, s) float32, belongs to the first surfaces; where none is of that kind, the mean of
     all is taken.
     """
     kinds = np.char.add(*(np.asarray(part, str) for part in (surfaces.kind, surfaces.orientation)))

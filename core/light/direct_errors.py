@@ -6,11 +6,11 @@ from ..rays.random_numbers import mix
 from ..rays.sample_points import HEMISPHERE_REPLICATES, grid_of
 from .light_errors import shares_of_cells
 
-# Variance of a net of 2, 4, … 1,024 points as a share of that of stratified points: computed for
-# straight edges of shadow at any place and angle it is 0.38 to 0.59
+# Variance of a net of 2, 4, … 1,024 points as a share of the variance of stratified points:
+# computed for straight edges of shadow at any place and angle it is 0.38 to 0.59
 # (`tests/core/test_standard_errors.py`).
 EVENNESS = 0.5
-# of points along the edge of the covered part, in cells of which less than half is covered
+# of points along the edge of the covered part, in cells that are covered by less than half
 WRONG_SIDE = 0.25
 LARGEST_STEP = 32767  # of 16-bit numbers
 
@@ -73,8 +73,8 @@ def variance_of_points(nets, covered, unshaded):
     Notes
     -----
     Where part of a patch is covered, few points may all lie on one side of the edge of that part,
-    and agree. A straight edge crosses about √m of m strata, in each of which a point lies on either
-    side at random.
+    and agree. A straight edge crosses about √m of m strata, and in each a point lies on either side
+    at random.
     """
     count = sum(light.shape[1] for light in nets)
     variance = sum((light.shape[1] / count) ** 2 * variance_of_neighbours(light) for light in nets)
@@ -94,8 +94,8 @@ def spread_of_elements(by_point, representative_points, covered):
     """Standard error of the annual light of the patches' elements (cells) under the suns.
 
     Shadow points have no replicates that are as evenly distributed as all of them together. The
-    light of each cell is that of one point; its error is about the contrast of four neighbouring
-    points, with their gradient removed.
+    light of each cell is measured at one point; its error is about the contrast of four
+    neighbouring points, with their gradient removed.
 
     Parameters
     ----------

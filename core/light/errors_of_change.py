@@ -21,9 +21,9 @@ from .transfer import ErrorParts, take_rows, variance_of_mean
 def errors_of_difference(before, after):
     """Transfer of the surfaces that both cities have, with the errors of the difference as its own.
 
-    Standard errors of full load hours from it (`energy.standard_errors`) are those of hours after
-    less hours before: light becomes hours as on the surface where it has more light. One that is
-    hidden by an edit makes no power at all, but what it made before was known no better for that.
+    Standard errors of full load hours from it (`energy.standard_errors`) hold for hours after less
+    hours before: light becomes hours as on the surface where it has more light. One that is hidden
+    by an edit makes no power at all, but what it made before was known no better for that.
 
     Parameters
     ----------
@@ -91,7 +91,8 @@ def _difference_of_state(cities, rows, state):
     ]
 
     def add(values, variance):
-        """Variance of the surfaces' difference from that of patches, (p, k) of both cities."""
+        """Variance of the surfaces' difference from the variance of patches, (p, k) of both
+        cities."""
         old, new = (weight * part for weight, part in zip(weights, values, strict=True))
         both = (place >= 0) & (row_of[0][place] == row_of[1])
         new[both] -= old[place[both]]

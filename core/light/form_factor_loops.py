@@ -1,8 +1,8 @@
 """Loops over the rows of the matrix of form factors (compiled by numba).
 
 Each loop takes `rows`, the arrays of `Rows`; `scale`, the bit shifts from a key to the patch and to
-the cell that was hit, and the share of a ray in those of each patch, (p,) float32; and `product`,
-to which it adds.
+the cell that was hit, and the share of one ray in all rays of each patch, (p,) float32; and
+`product`, to which it adds.
 """
 
 import numpy as np
@@ -57,8 +57,8 @@ def link_patches(rows, scale, factor):
     Returns
     -------
     start : (c + 1,) int64
-        Where those of each row begin. Each has a multiple of four, so that they can be processed in
-        fours.
+        Where the hits of each row begin. Each row has a multiple of four, so that they can be
+        processed in fours.
     patch : (l,) int32
     weight : (l,) float32
         0 for those that fill up a four.
@@ -107,7 +107,7 @@ def add_patches(chosen, links, product, light):
 @njit(nogil=True, cache=True)
 def add_elements(rows, scale, product, radiosity, shift):
     """Radiosity of cells, (p · cells,), times the share of rays that hit them, by replicate or
-    start: the last bits of a key without those of `shift`."""
+    start: the last bits of a key beyond `shift`."""
     (chosen, start, key), (_, to_cell, share) = rows, scale
     total = np.empty(product.shape[1], np.float32)
     for row in range(len(chosen)):
@@ -119,8 +119,8 @@ def add_elements(rows, scale, product, radiosity, shift):
 
 @njit(nogil=True, cache=True)
 def add_steps(rows, scale, product, radiosity):
-    """Three kinds of radiosity of cells, (p · cells, 3): of two the sum by replicate, of the third
-    that of all.
+    """Three kinds of radiosity of cells, (p · cells, 3): two are summed by replicate, the third
+    over all.
     """
     (chosen, start, key), (_, to_cell, share) = rows, scale
     total = np.empty(product.shape[1], np.float32)

@@ -83,8 +83,8 @@ def multiply_steps(form_factors, radiosity, threads=1):
 
 
 def multiply_visible(form_factors, patches, suns, threads=1):
-    """F · (albedo ∘ visible share · cos(aoi)), where the visible share of an element is that of the
-    point for it.
+    """F · (albedo ∘ visible share · cos(aoi)), where an element's visible share is measured at its
+    point.
 
     Parameters
     ----------

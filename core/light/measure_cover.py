@@ -28,7 +28,7 @@ PATCHES_PER_TASK = 1 << 11
 
 
 def measure_cover(scene, threads=None, progress=silent):
-    """Covered share of each surface, that of a run with the same patches.
+    """Covered share of each surface, as a run with the same patches finds it.
 
     Parameters
     ----------
@@ -53,8 +53,8 @@ def measure_cover(scene, threads=None, progress=silent):
 
 
 def find_cover(ray_scene, patches, wanted, threads, progress=silent):
-    """Which cells of patches are covered: those of a run of either estimator, whatever its seed and
-    samples.
+    """Which cells of patches are covered, as a run of either estimator finds it, whatever its seed
+    and samples.
 
     Parameters
     ----------
@@ -86,14 +86,14 @@ def find_cover(ray_scene, patches, wanted, threads, progress=silent):
 
 
 def list_clearances(request):
-    """Lengths for which the room of a run is kept: that of the paper, the default and its own,
-    ascending [m].
+    """Clearances for which a run keeps the room: the paper's, the default and its own, ascending
+    [m].
     """
     return tuple(sorted({*CLEARANCES, request.clearance}))
 
 
 def average_room(to_surface, share):
-    """Share of surfaces that is open but has no room, (n, k) float64, from that of patches,
+    """Share of surfaces that is open but has no room, (n, k) float64, from the share of patches,
     (p, k).
     """
     return np.stack([cover_of_surfaces(to_surface, column) for column in share.T], axis=1)

@@ -1,5 +1,4 @@
-"""Merge independent Transfers of one scene: values are averaged, and errors become those of the
-mean.
+"""Merge independent Transfers of one scene: values are averaged, and errors hold for the mean.
 
 Each Transfer is a *round*: a complete trace with random numbers of its own (`seed_of_round`). With
 K equal rounds
@@ -157,8 +156,8 @@ def whole_error(own, transported, discretisation):
 
 
 def _merge_parts(one, other, weight, rounds):
-    """ErrorParts of a weighted mean of two Transfers, of which the first has `rounds`; None if they
-    have none.
+    """ErrorParts of a weighted mean of two Transfers, the first with `rounds`; None if they have
+    none.
     """
     if one is None:
         return None
@@ -176,7 +175,7 @@ def _merge_parts(one, other, weight, rounds):
 
 
 def merge_replicates(one, other, weight, rounds):
-    """Deviations of replicates whose `variance_of_mean` is that of a weighted mean of two
+    """Deviations of replicates whose `variance_of_mean` is the variance of a weighted mean of two
     independent values.
 
     With weights w, numbers of replicates r and R of them all, deviations are scaled by w √(R (R -
@@ -188,8 +187,8 @@ def merge_replicates(one, other, weight, rounds):
     weight : float
         Of the other.
     rounds : int
-        In `one`: tells to which replicates those of `other` are added where they are too many to
-        stand side by side.
+        In `one`: tells which of its replicates take the deviations of `other` where they are too
+        many to stand side by side.
 
     Returns
     -------

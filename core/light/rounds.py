@@ -7,8 +7,8 @@
 Every patch goes on in its own sequence of points (`rays.sample_points.sobol_points`), so k rounds
 are as even as one of k times the samples; and a round of size k is k of them, solved once. Of
 single suns only the first reflection is found again, by the new rays and points, and averaged;
-further ones stay those of the first round. What surfaces receive of each sun is then scaled to the
-new sum over all suns, which is known better.
+further ones stay as in the first round. What surfaces receive of each sun is then scaled to the new
+sum over all suns, which is known better.
 """
 
 from dataclasses import replace
@@ -39,7 +39,7 @@ def add_round(city, size, progress, folder=None):
     city : TracedCity
         By all rounds so far. What its rays met and its matrices of surfaces × suns are overwritten.
     size : int
-        Samples, in units of those of the first round; those before are a multiple of it.
+        Samples, in units of the first round's; the number before is a multiple of it.
     progress : callable
         See `core.settings.progress`.
     folder : path-like, optional
@@ -118,7 +118,8 @@ def _append_rays(context, traced, size, before):
 
 
 def _trace_suns(context, city, size, before, folder):
-    """Light of the suns by further points, `size` times those of the first round: list of SunLight.
+    """Light of the suns by further points, `size` times as many as in the first round: list of
+    SunLight.
 
     Visible share and first reflection are by these points alone, the annual light by all. Each sun
     is seen from other points of an element each time, and so its first reflection is by all of them
@@ -171,7 +172,7 @@ def _with_rays_of(context, traced, index):
 
 
 def _add_first_reflections(direct, once, share):
-    """Average the first reflection of each sun, in a SunLight, with that of a round, `once`, a
+    """Average the first reflection of each sun, in a SunLight, with the one by a round, `once`, a
     share of all.
     """
     for rows, values in row_blocks(once):
@@ -181,9 +182,9 @@ def _add_first_reflections(direct, once, share):
 
 
 def _scale_reflected(context, state, annual, light, folder):
-    """Reflected light of each sun so that the sum over all, but the first reflection off the far
-    ground, is that of all rounds: (n, s) float32. `annual` and `light` are the suns' Annual and
-    Light."""
+    """Reflected light of each sun, (n, s) float32, scaled so that the sum over all, but the first
+    reflection off the far ground, agrees with all rounds. `annual` and `light` are the suns' Annual
+    and Light."""
     matrix = state.direct.reflected
     reflected = light.by_replicate.mean(axis=1, dtype=float) - annual.light
     reflected = context.patch_to_surface @ (

@@ -51,8 +51,8 @@ def element_factors(context, traced):
     Returns
     -------
     (p, elements) float32
-        That of `radiosity_factor` where no reflected sky light arrives, or hits do not tell where
-        rays start.
+        As `radiosity_factor` where no reflected sky light arrives, or hits do not tell where rays
+        start.
     """
     patches, form_factors = context.patches, traced.form_factors
     whole, cells = radiosity_factor(patches, traced.covered_share)[:, None], form_factors.cells
@@ -64,7 +64,7 @@ def element_factors(context, traced):
     )
     arriving += np.float32(context.request.ground_albedo) * traced.element_far_ground
     total, open_share = arriving.sum(axis=1, keepdims=True), traced.open_share
-    # The same number of rays starts in each cell; the covered part of a cell re-emits nothing.
+    # Equally many rays start in each cell; the covered part of a cell re-emits nothing.
     scaled = arriving * np.divide(cells * albedo, total, out=np.zeros_like(total), where=total > 0)
     return np.where(
         total > 0,
@@ -152,7 +152,7 @@ def find_bounces(reflect, light, weights, first):
 
     What is left after n reflections is the next one and, with the ratio of the two, the geometric
     series that it begins: less than WHOLE_LIMIT of the light of all receivers, and than GROUP_LIMIT
-    of that of any group of them.
+    of the light of any group of them.
 
     Parameters
     ----------
@@ -193,8 +193,8 @@ def bound_further(reflect, last, count=3):
 
     `count` of them are followed. Form factors are not negative: where one step makes a light v at
     most r times as bright on every patch, F v ≤ r v, so does each further step, and all steps from
-    F v on bring at most r / (1 - r) · F v. As v serve the light itself, and that of patches that
-    were all equally bright at first, which is 0 nowhere that light arrives.
+    F v on bring at most r / (1 - r) · F v. As v serve the light itself, and the light of a city
+    whose patches were all equally bright at first, which is 0 nowhere that light arrives.
 
     Parameters
     ----------

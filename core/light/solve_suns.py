@@ -49,7 +49,7 @@ class SunLight:
 
 @dataclass
 class SunTask:
-    """Suns to trace, and from which points of which patches."""
+    """Suns to trace, and the patches and their points to trace them from."""
 
     suns: object  # sun.Suns
     watch: SunWatch

@@ -10,9 +10,9 @@ from ..sun.suns import end_of_days
 
 BYTES_PER_BLOCK = 53e6  # of one array (patches × suns); about six exist at a time
 # An interruption loses a block, but small ones make reflections slower: compared to one block of
-# all 143 suns, those of the town take 8 % longer in blocks of 72, 20 % in blocks of 48, 70 % in
-# blocks of 24, and three times as long in blocks of 8. With 24 days (294 suns) Berlin takes 4.9 s
-# of processor time in blocks of 49, of 74 and of all suns.
+# all 143 suns, the town's take 8 % longer in blocks of 72, 20 % in blocks of 48, 70 % in blocks of
+# 24, and three times as long in blocks of 8. With 24 days (294 suns) Berlin takes 4.9 s of
+# processor time in blocks of 49, of 74 and of all suns.
 SUNS_PER_BLOCK = 160
 FEWEST_PER_BLOCK = 50  # four days
 FIRST_SUNS = 24  # two days
@@ -62,7 +62,7 @@ def check_room(prepared, suns, request):
 def cut_into_blocks(suns, patch_count):
     """Blocks of suns, consisting of whole days where these are not too long.
 
-    Their number of suns follows that of the run, so that an interruption loses a small share of it:
+    A block has more suns where the run has more, so that an interruption loses a small share of it:
     a twelfth, or 50 suns (a sixth of 24 days). Only where the matrices of a block would be too
     large does it follow the patches.
 

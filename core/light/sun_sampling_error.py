@@ -43,13 +43,13 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
     -------
     list of Transfer
         For each choice: each patch as a surface, looked at from the same points, without
-        reflections; the diffuse part is that of the surface in `transfer`. Without rows where no
-        surface is eligible.
+        reflections; the diffuse part is the surface's in `transfer`. Without rows where no surface
+        is eligible.
 
     Raises
     ------
     InputError
-        The scene, the suns or a setting cannot be used, or the Transfer is that of another scene.
+        The scene, the suns or a setting cannot be used, or the Transfer belongs to another scene.
     """
     check_scene(scene)
     check_request(request)

@@ -64,7 +64,7 @@ class Shadows:
     def light_of_points(self, normal, suns, threads=1):
         """Irradiance of each point without reflections, weighted sum over the suns: (p, m) float32.
 
-        `normal` are those of the patches, (p, 3) float32; `suns` is the SunBlock.
+        `normal` has the patches' normals, (p, 3) float32; `suns` is the SunBlock.
         """
         if self.light is not None:
             return self.light

@@ -122,7 +122,7 @@ def trace_all(context):
     """What all patches see of sky, far ground and each other, by as many rays as the plan gives to
     each.
 
-    The same in each state of trees: list of Traced.
+    List of Traced, one for each state of trees.
     """
     patches, plan, samples = context.patches, context.plan, context.request.samples
     every, fewer = (

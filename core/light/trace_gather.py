@@ -125,7 +125,7 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     clock.lap("plan and tree")
     traced = trace_all(context)
     clock.lap("sky and reflections")
-    # Every sun is traced, since open hours lie between them; errors are those of the light that
+    # Every sun is traced, since open hours lie between them; errors are about the light that
     # counts.
     task, left = prepare_suns(context, traced, without_hidden(suns, plan.terrain)), None
     if plan.reflections and not context.bounces:
@@ -159,7 +159,7 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
             state.traced.form_factors.links = None  # large
         if not context.rounds:
             state.direct.annual = replace(state.direct.annual, elements=None, spread=None)
-        common |= {"seconds": {}, "processor_seconds": {}}  # those of the first are of all states
+        common |= {"seconds": {}, "processor_seconds": {}}  # the first state's are of all states
     return found
 
 
@@ -233,7 +233,7 @@ def make_transfer(found, state, suns, common, left):
     found : TracedCity
     state : TracedState
     suns : Suns
-        Those that were kept.
+        The suns that were kept.
     common : dict
         Fields of TraceRecord that hold for all states.
     left : float or None
@@ -401,6 +401,6 @@ def _measure_outcome(context, traced, lights, left):
 
 
 def join_seasons(transfers, foliage):
-    """Transfer in leaf with the bare one as its `bare`, or that of the one state there is."""
+    """Transfer in leaf with the bare one as its `bare`, or the one Transfer there is."""
     leaf, *bare = transfers
     return replace(leaf, bare=bare[0], leaf_months=foliage.months) if bare else leaf

@@ -166,7 +166,7 @@ def _look_at_source(city, source, rows, covered, sequence):
         The patches.
     covered : (c, CELL_DIVISIONS²) bool
     sequence : (r, 4) uint32
-        Points of each replicate of their hemisphere rays, of which the first serve here.
+        Points of each replicate of their hemisphere rays; the first ones serve here.
 
     Returns
     -------
@@ -220,8 +220,8 @@ def source_rays(patches, source, chosen, sequence, *, share):
 
 
 def _darken_rays(fate, start_cells, covered):
-    """Fates of rays, (c, rays), of which those that start in covered cells, (c, CELL_DIVISIONS²)
-    bool, are DARK.
+    """Fates of rays, (c, rays), with DARK for rays that start in covered cells, (c,
+    CELL_DIVISIONS²) bool.
 
     All rays from enclosed cells are dark. In cells along the edge of the covered part each ray is
     judged by what it hits, or the edge would count twice. Rays that escape downwards from a covered

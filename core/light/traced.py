@@ -1,5 +1,4 @@
-"""What rays of patches met: RowLight of some patches, and Traced, the same of all patches of a
-city.
+"""What rays of patches met: RowLight of some patches, and Traced of all patches of a city.
 
        sky                        A ray that escapes upwards reaches the sky, one that escapes
                                   downwards the far
@@ -22,7 +21,7 @@ from .form_factors import FormFactors, Rows
 STEP = np.float32(
     1 / 4096
 )  # of deviations stored as 16-bit integers; the range ends at eight times full light
-SKY_DOME = "sky"  # the name of its first light, beside those of `sun.sky_models`
+SKY_DOME = "sky"  # the name of its first light; the others have names in `sun.sky_models`
 
 
 @dataclass(kw_only=True)
@@ -67,8 +66,8 @@ class FirstLight:
         )
 
     def append(self, rows, part, share):
-        """The mean with the light of some patches by further rays, of which these are a share, (c,
-        1) float32.
+        """The mean with the light of some patches by further rays, `share` of all rays, (c, 1)
+        float32.
         """
         self.light[rows] += share * (part.light - self.light[rows])
         self.element[rows] += share * (part.element - self.element[rows])

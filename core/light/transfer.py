@@ -45,7 +45,7 @@ class TraceRecord:
     interrupted: dict | None = None  # suns_traced, of: if fewer suns were kept than requested
     # bias, rms [% of full load hours], patches; the same by groups
     sun_sampling: dict | None = None
-    rounds: int = 1  # samples of all rounds that were merged, in units of those of the first
+    rounds: int = 1  # samples of all rounds that were merged, in units of the first round's
     standard_error_unknown: str | None = None  # which standard error, and why
     # Kind and orientation, or "all" -> sky, each source and suns -> share of its light that further
     # reflections add at most, None: no bound is known. None: the run does not tell.
@@ -101,7 +101,7 @@ class ErrorParts:
 
 
 def scale_direct(parts, growth):
-    """Error parts with those of direct light multiplied by `growth`."""
+    """Error parts with the errors of direct light multiplied by `growth`."""
     return replace(
         parts,
         direct_passed_on=growth * parts.direct_passed_on,
@@ -162,7 +162,7 @@ class Transfer:
     error_parts: ErrorParts | None = None  # None: the standard errors are own noise only
     sources: dict = field(
         default_factory=dict
-    )  # name -> SourceLight, those of `sun.sky_models` that were traced
+    )  # name -> SourceLight, for sources of `sun.sky_models` that were traced
     outlines: Outlines | None = None  # shapes of the surfaces, for plans; None: unknown
     # the same with deciduous trees without leaves; None: one state all year
     bare: "Transfer | None" = None
@@ -189,8 +189,8 @@ def no_parts(count):
 
 
 def _own_variance(standard_error, transported, discretisation):
-    """Variance from own rays: squared standard error, (n,), less those of replicates (n, r) and
-    discretisation (n,).
+    """Variance from own rays: squared standard error, (n,), less the variance by replicates (n, r)
+    and discretisation (n,).
     """
     whole = np.asarray(standard_error, float) ** 2
     return np.maximum(whole - variance_of_mean(transported) - discretisation**2, 0)

@@ -1,6 +1,6 @@
 """Laws of reflection: Lambertian, mirror, glossy, glass.
 
-Each is a dataclass. Lambert's directions are those of `cosine_direction`; the others have
+Each is a dataclass. `cosine_direction` draws Lambert's directions; the others have
 
     sample(arriving, draws)      from (n, 3) float and (n, 2 or more) uniform random numbers: one
                                  sampled direction

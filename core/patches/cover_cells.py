@@ -1,5 +1,5 @@
-"""Cover cells: what those of a patch tell on each other, in the midst of their like or between some
-that agree.
+"""Cover cells: what the cells of a patch tell on each other, in the midst of their like or between
+some that agree.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ def settled_cells(states):
     """The verdicts on cells that all their neighbours share; UNKNOWN for the others.
 
     Along the edge of the covered part a single ray says little, and where none around reaches the
-    sky, fronts may be those of something inside.
+    sky, fronts may belong to something inside.
 
     Parameters
     ----------

@@ -2,8 +2,8 @@
 
 They are found with a hash grid: boxes sorted by the cubic cells that they touch. Triangles are
 sorted by size into layers; the cells of a layer are as large as its triangles, so that each of
-these, and every smaller one, touches at most eight cells. Every triangle is compared with those of
-its own layer and of the coarser ones.
+these, and every smaller one, touches at most eight cells. Every triangle is compared with the
+triangles of its own layer and of the coarser ones.
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from ..settings.threads import map_in_order
 # least cosine between normals to test a pair further; loose, as normals of slivers are mostly
 # rounding
 PARALLEL = 0.9
-# as a power of two: cells of one layer are four times as large as those of the next finer one
+# as a power of two: cells of one layer are four times as large as in the next finer one
 LAYER_GROWTH = 2.0
 TRIANGLES_PER_TASK = 1 << 15
 MOST_PAIRS = 256  # per triangle; a pair that shares several cells counts in each

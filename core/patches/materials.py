@@ -1,14 +1,14 @@
-"""Named materials, and those of computer graphics: how walls, roofs and streets reflect, each with
-its source.
+"""Named materials, and materials of computer graphics: how walls, roofs and streets reflect, each
+with its source.
 
 The albedo of a material is the middle of the range in its source. Real facades differ; a measured
 albedo is better.
 
 The albedo of a shader (base colour, metallic, roughness, transmission) is the luminance of the base
 colour, Y = 0.2126 R + 0.7152 G + 0.0722 B (ITU-R BT.709-6, linear RGB), as given by "RGB to BW" in
-Blender. This is the visible reflectance. About half of the solar power is infrared, of which
-bricks, tiles and leaves reflect more; a colour does not tell how much. A shader mixes metal, glass
-and a diffuse base; the one with more than half of the weight is taken. The clear coat over a
+Blender. This is the visible reflectance. About half of the solar power is infrared, and bricks,
+tiles and leaves reflect more of that half; a colour does not tell how much. A shader mixes metal,
+glass and a diffuse base; the one with more than half of the weight is taken. The clear coat over a
 diffuse base (4 % at normal incidence) is neglected.
 
 References

@@ -48,7 +48,7 @@ class Patches:
     rays_before: (
         np.ndarray
     )  # (p,) uint32, points of the sequence that each replicate of its rays took before
-    points_before: np.ndarray  # (p,) uint32, the same of its shadow points
+    points_before: np.ndarray  # (p,) uint32, points that its shadow points took before
     place_key: (
         np.ndarray
     )  # (p,) uint64, the same for every seed: what is covered is geometry, not chance

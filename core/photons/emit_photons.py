@@ -76,7 +76,7 @@ def make_source(name, box, seed, shares, **details):
     Parameters
     ----------
     name : str
-        Tells its random numbers from those of other sources.
+        Tells its random numbers from other sources' numbers.
     box : Box
     seed : int
     shares : (6,) float

@@ -53,7 +53,7 @@ def _place_on_faces(faces, power, batch, dimensions):
     -------
     places : HitPlaces
     numbers : (m, dimensions - 2) float64
-        Those not used.
+        Numbers that were not used.
     """
     replicate, place = np.divmod(batch.number, batch.per_replicate)
     numbers = low_discrepancy(batch.key, replicate, place, dimensions)

@@ -45,7 +45,7 @@ class _SpecularLight:
     """What n surfaces receive by way of faces that do not reflect by Lambert's law: the hooks for
     gather.
 
-    All but `of_suns` follows from radiosity alone, that of the sky, the far ground and patches; r
+    All but `of_suns` follows from the radiosity of the sky, the far ground and patches alone; r
     replicates.
     """
 

@@ -141,8 +141,8 @@ def _load_origins(packet, width, position):
 
 @njit(nogil=True, cache=True)
 def _choose_lanes(valid, wanted, lanes):
-    """Write which rays of a packet are traced, those of the members that are `wanted`; return
-    whether any is.
+    """Write which rays of a packet are traced, for members that are `wanted`; return whether any
+    is.
     """
     valid[:] = 0
     some = False

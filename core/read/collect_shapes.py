@@ -79,7 +79,7 @@ def collect_shapes(one, owner, shapes):
             shapes.content.polygons += shapes.templates.place_instance(geometry, owner, shapes)
         else:
             drawn.append((read_lod(geometry), geometry))
-    # Those with semantics before those without, solids before surfaces.
+    # Geometries with semantics come before others, solids before surfaces.
     ranks = [
         (not isinstance(one.get("semantics"), dict), DEPTHS[one["type"]] == 0) for _, one in drawn
     ]

@@ -27,7 +27,7 @@ EVERGREEN = (
 )  # class: 1060 is coniferous trees in the standard's list
 DENSITY = "leafAreaDensity"
 FIELDS = {"height": "height", "crownDiameter": "crown_diameter", "trunkDiameter": "trunk_diameter"}
-FIELDS |= {"averageHeight": "height", DENSITY: "area_density"}  # the former is that of a cover
+FIELDS |= {"averageHeight": "height", DENSITY: "area_density"}  # a cover has the former
 POINTS = "MultiPoint"
 
 
@@ -87,9 +87,7 @@ def _set_attributes(tree, given):
 
 
 def _read_size(text, unit, largest):
-    """A size of a tree in metres, and why it cannot be used, or "". A unit of None is that of a
-    density.
-    """
+    """A size of a tree in metres, and why it cannot be used, or "". Densities have no unit."""
     try:
         value = np.nan if isinstance(text, bool) else float(text)
     except (ValueError, TypeError):

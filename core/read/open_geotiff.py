@@ -191,7 +191,7 @@ def _read_block(page, number, absent):
         return np.full((rows, columns), absent)
     file.filehandle.seek(offset)
     packed, kind = file.filehandle.read(count), page.dtype.newbyteorder(file.byteorder)
-    # Where the samples of a cell lie apart, those of the first are read.
+    # Where the samples of a cell lie apart, only the first ones are read.
     shape = rows, columns, int(np.prod(page.chunks[2:]))
     return unpack_segment(packed, int(page.compression), int(page.predictor), shape, kind)[..., 0]
 

@@ -71,7 +71,7 @@ def clean_name(text):
 
 
 def suffix_of(path):
-    """Suffix of a file in lower case, without that of its compression."""
+    """Suffix of a file in lower case, without the compression's."""
     return next((one.lower() for one in reversed(Path(path).suffixes) if one.lower() != ".gz"), "")
 
 

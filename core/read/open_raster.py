@@ -67,7 +67,7 @@ LARGEST_BLOCK = 2**28  # bytes of one unpacked block of the raster
 
 
 def _read_ascii_grid(path):
-    """Read an ASC grid; its reference system is that of the `.prj` beside it.
+    """Read an ASC grid; the `.prj` beside it names its reference system.
 
     Returns
     -------
@@ -235,7 +235,7 @@ def average_window(raster, window, shape):
     raster : Raster
     window : (column, row, width, height)
     shape : (int, int)
-        Rows and columns wanted, at most those of the window; if equal, the cells themselves.
+        Rows and columns wanted, at most as many as the window has; if equal, the cells themselves.
 
     Returns
     -------
@@ -322,7 +322,7 @@ def windows_around(raster, places):
     and middle longitude.
 
     One for each turn around the Earth in which longitudes may be written: two where a map of the
-    globe begins and ends. The middle is that of the last place, None without longitudes.
+    globe begins and ends. The middle belongs to the last place, None without longitudes.
     """
     turn, found = raster.crs and transform_crs.full_turn(raster.crs), []
     for count in (-1, 0, 1) if turn else (0,):

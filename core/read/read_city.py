@@ -88,7 +88,7 @@ def _read_files(files, up, progress=silent):
 
 
 def _list_files(paths):
-    """Expand files and folders to files, those of a folder sorted by name.
+    """Expand files and folders to files, sorted by name within a folder.
 
     Returns
     -------

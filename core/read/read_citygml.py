@@ -27,8 +27,8 @@ MOST_UNDECLARED = 16  # prefixes; a file with more is not accepted
 def read_citygml(path, report_share=silent):
     """Read all polygons of one CityGML file, at all levels of detail.
 
-    A namespace prefix that the file uses without declaring it (such as that of an extension) is
-    declared on the fly, with a note. `report_share` is as in `open_input`.
+    A namespace prefix that the file uses without declaring it (such as an extension's) is declared
+    on the fly, with a note. `report_share` is as in `open_input`.
 
     Returns
     -------

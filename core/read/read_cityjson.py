@@ -192,7 +192,7 @@ class _Reading:
     def finish(self):
         """Write the notes, and raise an error if the file has no usable buildings."""
         content = self.content
-        content.notes = list(dict.fromkeys(content.notes))  # that of many texts once
+        content.notes = list(dict.fromkeys(content.notes))  # each note once
         for kind, count in sorted(self.extensions.items())[:MOST_TYPES]:
             content.notes.append(f"{count} {clean_name(kind)} (extension type) read as buildings.")
         for kind, count in sorted(self.others.items())[:MOST_TYPES]:

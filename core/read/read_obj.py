@@ -129,7 +129,7 @@ def _pieces(faces, vertices):
 
 
 def _stacked(faces, vertices, piece):
-    """Pairs of pieces of which, in plan view, one lies mostly on the other."""
+    """Pairs of pieces where one lies, in plan view, mostly on the other."""
     plans = [vertices[face, :2] for face in faces]
     # A face that crosses itself very often is left out later, and carries nothing.
     shapes = np.array(
@@ -150,7 +150,7 @@ def _stacked(faces, vertices, piece):
 
 
 def _without_ground(pairs, faces, vertices, piece):
-    """Of pairs of pieces, (2, k), those of which neither is the ground of the other.
+    """Pairs of pieces, (2, k), without the ones where either is the ground of the other.
 
     A piece is ground for another if all of it faces up, nothing of the other lies below it, and it
     extends beyond.

@@ -150,8 +150,7 @@ def read_relief(path):
 def place_relief(contents, city, unit):
     """Terrain of a city from the reliefs of its files, tiles of one level of detail joined.
 
-    A relief stands in the system that it names, else in that of its file, else in that of the other
-    files.
+    A relief stands in the system that it names, else in its file's, else in the other files'.
 
     Parameters
     ----------
@@ -211,8 +210,8 @@ def place_layer(layer, system, city, unit, path):
     ----------
     layer : Layer
     system : tuple
-        Coordinate reference system, None for that of the city, and the order of coordinates where
-        nothing decides it.
+        Coordinate reference system, None for the city's, and the order of coordinates where nothing
+        decides it.
     city : City
     unit : float
         [m] The unit of points without a system.
@@ -231,7 +230,7 @@ def place_layer(layer, system, city, unit, path):
     crs, axes = system
     own = grid_of(city)
     if own.crs is None or crs is None:
-        # A city in the plane of its files has metres; the unit tells those of the terrain.
+        # A city in the plane of its files has metres; the unit tells how long the terrain's are.
         points = layer.points * unit if own.plane is None else own.to_plane(layer.points)
         return Layer(points, layer.triangles)
     order = order_axes(

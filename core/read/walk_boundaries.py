@@ -179,8 +179,8 @@ def walk_boundaries(geometry):
 def _walk(boundaries, values, depth, inner=False, alike=True):
     """Each surface, the value at its place in lists of values or None, and two flags.
 
-    The first: its shell is an inner one. The second: lists of values are as long as those of the
-    boundaries; null may stand for all of a list.
+    The first: its shell is an inner one. The second: lists of values are as long as the boundaries'
+    lists; null may stand for all of a list.
     """
     if not isinstance(boundaries, list):
         raise ValueError("boundaries not nested as required by the geometry type")

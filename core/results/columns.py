@@ -165,7 +165,7 @@ COLUMNS = (
 )
 
 
-TABLED = tuple(one for one in COLUMNS if one.tabled)  # those of faces.csv and CityJSON
+TABLED = tuple(one for one in COLUMNS if one.tabled)  # in faces.csv and CityJSON
 
 
 def column_values(column, transfer, energy):

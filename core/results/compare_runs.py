@@ -40,7 +40,7 @@ GROUPS = ("weather", "surfaces", "electricity", "sky")  # of settings that have 
 FREE = ("series", "monthly", "seed", "threads")  # among them, and of no effect on what is compared
 EXISTING, CHANGED, NEW, GONE = "existing", "changed", "new", "gone"  # the second of buildings alone
 CHANGE, CHANGE_ERROR = "change.csv", "full_load_hours_change_standard_error"  # of a variant
-BEFORE = "before.csv"  # of a variant: hours before the edit, where they are not those of its base
+BEFORE = "before.csv"  # of a variant: hours before the edit, where its base has other hours
 BEFORE_COLUMNS = ("full_load_hours", "full_load_hours_standard_error")
 SIDES = {"facades": ("facade",), "roofs": ("roof", "steep", "flat", "rack")}
 ERROR = "mwh_change_standard_error"
@@ -73,8 +73,8 @@ def compare_folders(before, after):
     Parameters
     ----------
     before, after : path-like
-        Of a variant of the first, the errors are those of the difference; else the two runs count
-        as independent.
+        Where `after` is a variant of `before`, the errors hold for the difference; else the two
+        runs count as independent.
 
     Returns
     -------
@@ -185,7 +185,7 @@ def compare_surfaces(before, after, match, errors=None):
 
 
 def _check_comparable(before, after):
-    """Refuse runs of which not only the city differs.
+    """Refuse runs that differ in more than the city.
 
     Raises
     ------
@@ -297,8 +297,7 @@ def sum_buildings(table):
     """Energy of each building before and after, with the change and its standard error, roofs and
     facades apart.
 
-    A building of which some surfaces are new or gone has changed itself; the others exist as
-    before.
+    A building with surfaces that are new or gone has changed itself; the others exist as before.
     """
     for side, kinds in SIDES.items():
         table = table.assign(

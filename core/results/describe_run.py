@@ -231,7 +231,7 @@ def _describe_albedo(summary, light):
 
 
 def list_settings(summary):
-    """Every setting: what it is, how it is called, its value; those of the trace where they are
+    """Every setting: what it is, how it is called, its value; settings of the trace where they are
     known.
 
     Returns

@@ -24,7 +24,7 @@ def hour_curves(times, interval, latitude, longitude):
     Parameters
     ----------
     times : pandas.DatetimeIndex, (T,)
-        Start of the intervals, UTC; an hour of the day is that of the middle of the first interval
+        Start of the intervals, UTC; an hour of the day stands for the middle of the first interval
         in it.
     interval : pandas.Timedelta
     latitude, longitude : float [°]

@@ -1,7 +1,7 @@
 """Binary glTF 2.0 (ISO/IEC 12113:2022): a header, a JSON chunk, and a chunk of numbers with its
 views and accessors.
 
-This takes less code than the use of a library. Axes are those of glTF: x east, y up, z south.
+This takes less code than the use of a library. Axes are glTF's: x east, y up, z south.
 """
 
 import json

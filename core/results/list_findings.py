@@ -84,7 +84,7 @@ def list_findings(scene, covered_share=None, progress=silent):
 
 
 def rows_of_names(names):
-    """Rows of each surface id; those of cells ``id#k`` also under the id they were cut from."""
+    """Rows of each surface id; cells ``id#k`` stand under the id they were cut from, too."""
     rows = {}
     for row, name in enumerate(names):
         rows.setdefault(name, []).append(row)

@@ -108,8 +108,8 @@ def name_beside(folder, begin, end):
 
 @contextmanager
 def whole_folder(folder, overwrite=False, names=NAMES):
-    """Temporary folder, whose content becomes that of the output folder when the block ends without
-    an error.
+    """Temporary folder, whose content replaces the output folder's when the block ends without an
+    error.
 
     It lies in one beside the output folder, which is locked, so that a second run into the same
     folder is refused. One left behind by a killed run is not locked and is reused. Results of an

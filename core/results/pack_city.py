@@ -130,8 +130,8 @@ def measure_faces(faces, months, summary):
         Of `select_mounted`.
     values : dict of (n,) arrays
         `reason` (int): place in the header's reasons of what is to be said of the surface, 0 if it
-        counts. All others are float; hours of surfaces that carry modules are those of the area
-        that counts.
+        counts. All others are float; hours of surfaces that carry modules hold for the area that
+        counts.
     """
     mounted = select_mounted(faces)
     area, hours = faces["area"].to_numpy(float), faces["full_load_hours"].to_numpy(float)
@@ -168,7 +168,7 @@ def list_layers(values, mounted):
     """What the city can be coloured by: list of dict.
 
     Each has the name of its values, title, unit, colours, their lowest and highest value and, if a
-    month, those of all.
+    month, the lowest and highest of all months.
     """
     titles = {column.name: (column.title, column.legend_unit) for column in COLUMNS if column.title}
     rows = mounted.index.to_numpy()

@@ -127,7 +127,7 @@ def read_pieces(folder, frame):
 
 
 def _read_shapes(file, faces, first, site, frame):
-    """Piece of some rows of faces.csv, of which the first is number `first`."""
+    """Piece of some rows of faces.csv, from row number `first` on."""
     rows = slice(first, first + len(faces))
     start = file["outline_surface_start"][first : rows.stop + 1].astype(np.int64)
     rings = file["outline_ring_start"][start[0] : start[-1] + 1].astype(np.int64)
@@ -144,7 +144,7 @@ def _read_shapes(file, faces, first, site, frame):
 def _bring_to_frame(points, site, frame):
     """Points of a scene's frame, (m, 3) float64 [m], in the map's frame.
 
-    Without a reference system, or where it does not hold, the scene's frame is that of its place.
+    Without a reference system, or where it does not hold, the scene's frame is set up at its place.
     """
     there = np.full(points.shape, np.inf)
     if site.crs:

@@ -94,7 +94,7 @@ class Results:
     times: pd.DatetimeIndex  # (T,) UTC, start of each interval
     interval: pd.Timedelta
     suns: np.ndarray  # (s, 3) unit vectors towards the suns that were traced
-    outlines: Outlines | None  # None where the light is that of a file without them
+    outlines: Outlines | None  # None where the light comes from a file without them
     months: np.ndarray  # (n, 12) [h] full load hours of each surface by month
 
 
@@ -207,9 +207,7 @@ def read_table(path, texts, numbers):
 
 
 def check_columns(path, table, texts, numbers):
-    """The table, all columns but those of text as numbers; parameters and errors as of
-    `read_table`.
-    """
+    """The table, all columns but texts as numbers; parameters and errors as of `read_table`."""
     missing = [name for name in (*texts, *numbers) if name not in table]
     if missing:
         raise InputError(path, f"has no column {', '.join(missing)}", CURE)
@@ -265,9 +263,7 @@ def tabulate_periods(groups, period):
 
 
 def in_order(names, order):
-    """The different names, those of a given order first, others behind them by the alphabet: list
-    of str.
-    """
+    """The different names, first in a given order, the rest by the alphabet: list of str."""
     found = set(names)
     return [name for name in order if name in found] + sorted(found - set(order))
 

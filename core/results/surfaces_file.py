@@ -76,6 +76,6 @@ def open_surfaces(folder):
 
 
 def check_names(folder, found, surface_id):
-    """Refuse surfaces that are not those of faces.csv."""
+    """Refuse surfaces that differ from the ones in faces.csv."""
     if [text.decode() if isinstance(text, bytes) else str(text) for text in found] != surface_id:
         raise InputError(folder / NAME, "does not belong to the faces.csv beside it", CURE)

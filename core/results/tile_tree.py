@@ -35,7 +35,7 @@ class _Node:
 
     tile: dict  # as in the file of the tree
     box: np.ndarray  # (6,) [m] lowest and highest x, y, z
-    pixel: np.ndarray  # (p,) int, those of the mosaic with roofs; rows from south to north
+    pixel: np.ndarray  # (p,) int, pixels of the mosaic with roofs; rows from south to north
     # (p, k): roof area, that times roof height and ground height; area that counts, that times
     # values
     sums: np.ndarray

@@ -2,9 +2,9 @@
 
 The names in the file do not change with names in the code: what version 0.2.0 wrote is read. A
 group `bare` holds the same variables for the months in which deciduous trees have no leaves, and a
-group `base`, of a variant whose base had too little light, those of the city before the edit. Each
-group keeps the CRC-32 of every variable and attribute that it was written with, and a file that
-differs is refused: a flipped bit can look like light.
+group `base`, of a variant whose base had too little light, holds them for the city before the edit.
+Each group keeps the CRC-32 of every variable and attribute that it was written with, and a file
+that differs is refused: a flipped bit can look like light.
 """
 
 import json
@@ -43,7 +43,7 @@ PACKED = {"compression": "gzip", "shuffle": True}
 BARE = "bare"  # group with the state of deciduous trees without leaves
 BASE = "base"  # group with the light of the city before an edit, which may have such a group itself
 KEEPS_BASE = "light_before"  # attribute of a file that has it
-# attribute: JSON of names and CRC-32, those of attributes after a colon; 0.2.0 wrote none
+# attribute: JSON of names and CRC-32, names of attributes after a colon; 0.2.0 wrote none
 SUMS = "checksums"
 UNCHECKED = "has no checksums (version 0.2.0 wrote none): damage would not be noticed"
 
@@ -344,9 +344,7 @@ def _read_group(path, group):
         return replace(transfer, bare=transfer_of_dataset(bare), leaf_months=months)
     except InputError:
         raise
-    except (
-        ValueError
-    ) as error:  # texts that are no JSON, or have other keys, as those of another version
+    except ValueError as error:  # texts that are no JSON, or have other keys, as in another version
         raise blame_file(path, "garbles a value", error, OTHER_CURE) from error
 
 

@@ -44,7 +44,8 @@ def sum_buildings(transfer, energy, system, weather, *, monthly=False):
     """Sums over the surfaces of each building, in alphabetical order: pandas.DataFrame.
 
     Parameters as in `write_buildings`. Columns without a part's name are sums of the eligible
-    surfaces; those of parts count modules that lie flat on flat roofs, too. Unknown values are NaN.
+    surfaces; columns of parts count modules that lie flat on flat roofs, too. Unknown values are
+    NaN.
     """
     surfaces, area = transfer.surfaces, np.asarray(transfer.surfaces.area, float)
     names, building = np.unique(

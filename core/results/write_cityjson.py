@@ -19,7 +19,7 @@ from .write_buildings import sum_buildings
 
 STAGE = "writing city.city.json"
 FINEST, COARSEST = 6, 3  # decimals of a metre in vertices
-DEGREES = 6  # more in degrees, of which one has 111 km
+DEGREES = 6  # more decimals in degrees: one has 111 km
 LARGEST = 2**31 - 1  # many readers store vertex integers in 32 bits
 PREFIX = "citypv_"
 MONTHS = [f"full_load_hours_{number:02d}" for number in range(1, 13)]  # of buildings.csv
@@ -44,11 +44,11 @@ def write_cityjson(path, city, transfer, energy, *, system, weather, progress=si
     polygons has a semantic surface of its own. The type of that is the polygon's thematic class;
     where it has none, its kind tells: WallSurface for facades, GroundSurface for ground and floors
     on it, OuterCeilingSurface for what else faces down, RoofSurface for the rest. Trees, and the
-    terrain of the files, are objects of their own. Coordinates are those of the files. Its ``id``
-    is the ``surface_id`` of faces.csv, its attributes bear the names of that table behind
-    ``citypv_``, and ``citypv_full_load_hours_by_month`` holds twelve values. What is unknown is
-    left out. A format that knows no levels of detail is written as level 2, the outer shell of
-    level 4 as level 3.
+    terrain of the files, are objects of their own. Coordinates stand as in the files. Its ``id`` is
+    the ``surface_id`` of faces.csv, its attributes bear the names of that table behind ``citypv_``,
+    and ``citypv_full_load_hours_by_month`` holds twelve values. What is unknown is left out. A
+    format that knows no levels of detail is written as level 2, the outer shell of level 4 as level
+    3.
 
     Parameters
     ----------

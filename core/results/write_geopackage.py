@@ -119,9 +119,7 @@ def _draw_footprints(city, shapes, names):
 
 
 def write_system(file, crs):
-    """Write the reference systems that every GeoPackage has, and that of the city; return its
-    srs_id.
-    """
+    """Write the reference systems that every GeoPackage has, and the city's; return its srs_id."""
     rows = [
         ("Undefined Cartesian", -1, "NONE", -1, "undefined", None),
         ("Undefined geographic", 0, "NONE", 0, "undefined", None),
@@ -150,7 +148,7 @@ def _write_layer(file, layer, table, types, shapes):
     layer : tuple
         Name, srs_id and description.
     table : pandas.DataFrame
-        Columns, of which `types` holds the SQL types.
+        Columns, with their SQL types in `types`.
     types : dict
     shapes : (n,) array of shapely geometries
     """

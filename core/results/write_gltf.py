@@ -26,11 +26,11 @@ TRIANGLES = 4
 def write_gltf(path, scene, energy, *, label, progress=silent):
     """Write a scene with its full load hours as colours.
 
-    Axes are those of glTF: x east, y up, z south; metres from the scene's origin, which
-    `asset.extras` names together with the scale of the colours. Each building is a node of its own
-    (all together where there are more than 2,000), the ground another. The material is unlit, so
-    that colours show as they are; viewers without that extension light a rough surface. Ground and
-    surfaces without full load hours are grey.
+    Axes are glTF's: x east, y up, z south; metres from the scene's origin, which `asset.extras`
+    names together with the scale of the colours. Each building is a node of its own (all together
+    where there are more than 2,000), the ground another. The material is unlit, so that colours
+    show as they are; viewers without that extension light a rough surface. Ground and surfaces
+    without full load hours are grey.
 
     Parameters
     ----------

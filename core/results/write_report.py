@@ -134,9 +134,7 @@ def fill_page(title, body, data=""):
 
 
 def fill_template(title, body, scripts, allowed):
-    """A page with scripts as HTML, of which its Content-Security-Policy says what is `allowed`:
-    str.
-    """
+    """A page with scripts as HTML, whose Content-Security-Policy says what is `allowed`: str."""
     style = read_web("page.css") + read_web("viewer.css")
     return Template(read_web("page.html")).substitute(
         policy=(

@@ -40,7 +40,7 @@ from .write_report import (
     table,
 )
 
-SHARD = 1000  # buildings in a file of the index, and in that of the largest
+SHARD = 1000  # buildings in a file of the index, and in the file of the largest
 MOST_SAMPLED = 100_000  # surfaces from which the scales of the legends follow
 SCRIPTS = ("three.js", "tiles.js", "viewer.js", "map.js")
 NO_LICENCE = (

@@ -116,8 +116,8 @@ def measure_edge(transfer, energy):
     """Share of the facades' counted area near the edge of the city, and how much more it yields
     there: dict.
 
-    The hours of facades towards each direction are compared with those of the ones that look at no
-    edge within 100 m. Empty where there is no such edge, or no facade counts.
+    The hours of facades towards each direction are compared with the facades that look at no edge
+    within 100 m. Empty where there is no such edge, or no facade counts.
     """
     distance, surfaces = transfer.surfaces.edge_distance, transfer.surfaces
     rows = np.flatnonzero(
@@ -195,7 +195,7 @@ def budget_errors(transfer, energy, weather):
       percentile by
       counted area, among those with at least a tenth of the mean hours: walls hidden by a neighbour
       have a few or none.
-    - `surfaces`: the same of each source alone: shadow points, rays, light passed on,
+    - `surfaces`: what each source alone does to a surface: shadow points, rays, light passed on,
       discretisation, choice of suns.
     - `groups`: what each source does to the mean of each group, in hours and percent, as `meaning`
       says.

@@ -103,7 +103,7 @@ def share_periods(times, interval, longitude):
     time.
 
     An interval belongs to the month and hour of its middle, in the zone of the times. It is split
-    between hours of local mean solar time, which start at any time within those of UTC.
+    between hours of local mean solar time, which start at any time within hours of UTC.
 
     Parameters
     ----------

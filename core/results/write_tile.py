@@ -1,8 +1,8 @@
 """One tile of a solar map: glTF 2.0 with EXT_mesh_features and EXT_structural_metadata, as 3D Tiles
 1.1 has it.
 
-Surfaces are features, whose numbers stand in a property table. Colours are those of the full load
-hours, for viewers that know nothing else of the map.
+Surfaces are features, whose numbers stand in a property table. Colours show the full load hours,
+for viewers that know nothing else of the map.
 """
 
 import numpy as np

@@ -73,7 +73,7 @@ def _free_on_linux():
             names = "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"
         else:
             continue
-        # Inside a container the path may be that of the machine around it, so that only its top is
+        # Inside a container the path may belong to the machine around it, so that only its top is
         # there.
         groups = [Path(top + path), *Path(top + path).parents]
         for group in [one for one in groups if one.is_relative_to(top)]:

@@ -295,8 +295,7 @@ class Request(SystemSettings):
 
 
 def declared_settings(*groups):
-    """Name, default and Setting of each field of Request, those of some groups or all: list of
-    tuple.
+    """Name, default and Setting of each field of Request, of some groups or all: list of tuple.
 
     What a Setting leaves open follows from the field: its kind from the type, its title from the
     name.

@@ -94,7 +94,7 @@ def is_above(horizon, direction):
 
 
 def without_hidden(suns, horizon):
-    """Suns of which those behind the horizon have no weight: the weights sum to the share of open
+    """Suns without weight where they stand behind the horizon: the weights sum to the share of open
     suns.
 
     Parameters

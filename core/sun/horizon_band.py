@@ -29,14 +29,14 @@ CHUNK = 512  # normals at a time
 
 
 class HorizonBand:
-    """The part of the sky that has rays and photons of its own; its light is stated per that of an
+    """The part of the sky that has rays and photons of its own; its light is stated per light of an
     unshaded wall.
     """
 
     # of its values in a Transfer, of its variables in files, and of the stage in which it is traced
     name = "horizon"
     title = "the horizon"  # in messages
-    unit = "that of an unshaded wall"  # in descriptions of variables
+    unit = "light of an unshaded wall"  # in descriptions of variables
     stream = np.uint64(0x4071)  # sets the random numbers of its rays apart
     # region of `pvlib.iam.marion_diffuse` whose incidence angle modifier its light gets
     incidence = "horizon"

@@ -129,7 +129,7 @@ def read_horizon(path, scene):
 
 @lru_cache(maxsize=8)  # of this process: each scene asks several times
 def ask_horizon(latitude, longitude, timeout=(5.0, 60.0)):
-    """Horizon of a place from PVGIS' server, whose heights are those of SRTM (3 arc seconds).
+    """Horizon of a place from PVGIS' server, which has the heights of SRTM (3 arc seconds).
 
     Parameters
     ----------

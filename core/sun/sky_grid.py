@@ -1,9 +1,9 @@
 """A grid of sun directions over the whole sky, valid for every latitude and year, and interpolation
 between them.
 
-The grid and its mirror image below the horizon are triangulated; the triangle of a direction is
-looked for from that of the one before it, which for the hours of a year is a few steps across the
-sky.
+The grid and its mirror image below the horizon are triangulated; the search for a direction's
+triangle starts at the triangle of the direction before it, which for the hours of a year is a few
+steps across the sky.
 """
 
 from dataclasses import dataclass

@@ -24,8 +24,8 @@ from .horizon_band import HORIZON
 MODELS = ("isotropic", "perez")
 # hemisphere rays for each ray towards the horizon, which is a small part of the light
 RAYS_SHARE = 4
-MOST_SHARE = 16  # the same of a horizon that is next to nothing
-NOISE_SHARE = 0.1  # of the variance of the dome's light: what that of the horizon may add to it
+MOST_SHARE = 16  # where the horizon gives next to nothing
+NOISE_SHARE = 0.1  # of the variance of the dome's light: what the horizon's noise may add to it
 # [°] zenith angle from which on the circumsolar disc is taken as if it stood there (Eq. 9)
 LOWEST = 85.0
 SMALL_TILT = 1.0  # [°] of the plane that tells the parts apart: each is positive on it
@@ -135,8 +135,8 @@ def choose_sky(request, transfer):
 
 
 def choose_share(parts):
-    """Hemisphere rays for each ray towards the horizon, so that its noise hardly adds to that of
-    the dome.
+    """Hemisphere rays for each ray towards the horizon, so that its noise hardly adds to the
+    dome's.
 
     As many rays find light that is H/D of the dome's with (H/D)² of its variance, a share of them
     with that many times more.

@@ -146,7 +146,7 @@ def match_suns(
 
     Hourly and typical days: the nearest sun, which of hourly ones is the interval's own on the
     traced axis. Days: the suns of the days before and after, weighted. Sky grid: the three
-    directions around the sun, weighted. Year and place may differ from those of tracing.
+    directions around the sun, weighted. Year and place may differ from where and when was traced.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The sun positions that are traced, in an order of which any first part is a representative
+"""The sun positions that are traced, in such an order that any first part is a representative
 sample.
 
 A run may be interrupted: what it has traced by then stands for the whole year.
@@ -158,7 +158,7 @@ def interrupted_suns(suns, count):
     -------
     Suns
         `sampling` has their own number: of days, directions, or hourly suns. The weights are the
-        given ones, normalised; `match_suns.weigh_by_year` replaces them with those of the year.
+        given ones, normalised; `match_suns.weigh_by_year` replaces them with the year's.
     """
     name = suns.sampling.partition(":")[0]
     number = len(np.unique(suns.day[:count])) if suns.sampling.startswith(BY_DAYS) else count

@@ -14,14 +14,14 @@ SEED = 0  # of these centres, fixed: two runs differ by tracing alone
 def typical_day_suns(times, interval, latitude, longitude, *, count):
     """Suns of typical days, found by k-means over the days' sun positions.
 
-    Days are those of local solar time, so that results do not depend on longitude; where hours and
-    meridian agree, the days are the same except for nearly equivalent choices of the k-means.
+    Days begin and end by local solar time, so that results do not depend on longitude; where hours
+    and meridian agree, the days are the same except for nearly equivalent choices of the k-means.
     Features of the clustering are zenith and azimuth of every step, night included; the azimuth as
     sine and cosine, since the angle itself jumps at north. (Measured on 400 random horizons with 12
     days, mean absolute error of the hourly mean in 1e-4, with the angle / sine and cosine / unit
     vectors: 52.5° N 7.4° E 74 / 58 / 57; 33° S 7.4° E 39 / 32 / 33; on the equator 25 / 27 / 52.)
-    The sun at each step of a typical day is the mean direction of those of its member days on which
-    it is at least 2° high.
+    The sun at each step of a typical day is its mean direction over the member days on which it is
+    at least 2° high.
 
     Parameters
     ----------

@@ -23,13 +23,13 @@ LIT_DAY, LEAST_CLEARNESS, MOST_DARK_DAYS = 1500.0, 0.01, 5
 # Light [Wm⁻²] while the sun is below civil twilight; none in real records.
 TWILIGHT, NIGHT_LIGHT, MOST_LIT_NIGHTS = np.cos(np.radians(96.0)), 5.0, 2
 FLAT = pd.Timedelta(hours=8)  # of the same light; in real records less than 4 h
-# Daily GHI over that of a very clean, dry sky, of the clearest 2 % of days: 0.87 to 1.03, over snow
-# too.
+# Daily GHI over GHI under a very clean, dry sky, of the clearest 2 % of days: 0.87 to 1.03, over
+# snow too.
 CLEAN_TURBIDITY, CLEAR_DAY, CLEAREST, NAMED_BRIGHT, REFUSED_BRIGHT = 2.0, 2000.0, 0.98, 1.06, 1.15
 # Share of DHI in GHI while DNI is strong, median: 0.13 to 0.25.
 HIGH_SUN, STRONG, MOST_DIFFUSE, FEWEST = np.sin(np.radians(20.0)), 600.0, 0.45, 50
-# DNI of the clearest tenth over that of a clear sky: under a low sun 0.60 to 1.6 times that under a
-# high one.
+# DNI of the clearest tenth over DNI of a clear sky: under a low sun 0.60 to 1.6 times as much as
+# under a high one.
 LOW_SUN, LEAST_LOW = np.sin(np.radians([12.0, 20.0])), 0.5
 # Minutes by which the middle of the light moves from winter to summer: −8 to +12.
 SUMMER_TIME, FEWEST_DAYS = 35.0, 15  # of each half-year, whose median is then known to some 9 min
@@ -137,7 +137,7 @@ def middle_of_clear_days(days):
     """From the middle of the light to solar noon [min], median of the clearest 5 % of days; None
     for fewer than ten.
 
-    `days` are those of `cut_days`. Neither fog of mornings nor clouds of afternoons move it.
+    `days` comes from `cut_days`. Neither fog of mornings nor clouds of afternoons move it.
     """
     bright = days[days["clean"] > CLEAR_DAY]
     clearness = bright["ghi"] / bright["clean"]

@@ -134,8 +134,7 @@ def measure_sun_times(data, interval, latitude, position):
     Parameters
     ----------
     data : pandas.DataFrame
-        Those of ghi, dhi and dni that are given [Wm⁻²], two or more; index: tz-aware start of each
-        interval.
+        Two or more of ghi, dhi and dni [Wm⁻²], as given; index: tz-aware start of each interval.
     interval : pandas.Timedelta
     latitude : float
         [°]
@@ -257,8 +256,8 @@ def check_shift(times, source):
         return
     own = _describe_shift(daylight)
     if residual is not None and residual <= RESIDUAL:
-        # Three columns close with the sun that one of them was computed with, which need not be
-        # that of the light.
+        # Three columns close with the sun that one of them was computed with, which need not be the
+        # sun of the light.
         if times.of_another_sun and abs(shift) < CLOSURE_SHIFT and _clear_days_agree(times):
             problem = (
                 f"GHI fits the sun {own}, DNI the sun {_describe_shift(shift)}: DNI seems to be "

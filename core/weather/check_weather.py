@@ -42,7 +42,7 @@ SHORTEST_YEAR = pd.Timedelta(days=350)
 MOST_SHIFT = 90
 LONGEST_REST = pd.Timedelta(
     days=2
-)  # of an adjacent year, when the record's year is that of another time zone
+)  # of an adjacent year, when the record's year is counted in another time zone
 
 # Values outside are impossible on Earth: another unit, or a marker for missing values.
 LIMITS = {
@@ -234,9 +234,9 @@ def _check_extraterrestrial(given, year, source):
     """Refuse DNI above that outside the atmosphere in more than 20 hours of a sun above 10°; a note
     on others: list.
 
-    DNI that follows from GHI and DHI under a low sun is a quotient of small numbers, of which a few
-    hours a year are too large; under a higher sun real records have at most 5 h, those with faults
-    43 and 59 h.
+    DNI that follows from GHI and DHI under a low sun is a quotient of small numbers, and too large
+    in a few hours a year; under a higher sun real records have at most 5 h, those with faults 43
+    and 59 h.
     """
     outside = pvlib.irradiance.get_extra_radiation(year.data.index + year.interval / 2).to_numpy()
     above = year.data["dni"].to_numpy() >= outside
@@ -293,7 +293,7 @@ def check_years(record, interval, position):
             notes += check_against_climate(complete, share, usual, source)
         times.share_of_climate = share
         check_irradiance(complete, source)
-        # DHI and DNI that follow from GHI alone are those of a model, which passes.
+        # DHI and DNI that follow from GHI alone come from a model, which passes.
         if len(raw.columns) > 1:
             check_diffuse(complete, source)
             check_direct(complete, source)

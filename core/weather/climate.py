@@ -21,13 +21,13 @@ LABEL = "built-in climate (climatology: long-term monthly means, synthetic days)
 TEMP_AIR = 15.0  # [°C] of the clear sky
 WIND_SPEED = 1.0  # [ms⁻¹] of the clear sky
 CLEAN_TURBIDITY = 2.0  # Linke turbidity of very clean, dry air
-CLOSEST = 0.97  # largest monthly sum as a share of that of the cleanest sky
+CLOSEST = 0.97  # largest monthly sum as a share of the cleanest sky's
 ROUNDING = 3  # decimals of the irradiance [Wm⁻²]: processors differ far below that
 # decimals of the sine of the sun's elevation for splitting it, for the same reason
 SINE_ROUNDING = 9
 RAYLEIGH = np.sqrt(np.pi / 4)  # mean over root mean square of wind speeds
-# First annual harmonic of air temperature over that of GHI [K/Wm⁻²], for air from the sea and from
-# land.
+# First annual harmonic of air temperature over the first one of GHI [K/Wm⁻²], for air from the sea
+# and from land.
 GAIN_SEA, GAIN_LAND = 0.03, 0.19
 LAG = 29.0  # [days] of land temperature behind irradiance (Stine et al. 2009)
 
@@ -170,7 +170,7 @@ def cleanest_sky(places, times, altitude, annual, zenith=None):
     altitude : numpy.ndarray, (p, 1)
         [m].
     annual : numpy.ndarray, (p, 1)
-        Sum of GHI of the climate [Wh/m²]; where it is more than that of the cleanest sky, this is
+        Sum of GHI of the climate [Wh/m²]; where it is more than the cleanest sky gives, this sky is
         scaled up.
     zenith : numpy.ndarray, (p, t), optional
         Apparent zenith of the sun [°], if known.
@@ -235,7 +235,7 @@ def draw_irradiance(places, times, sky, monthly, seed):
     Notes
     -----
     Days are drawn by Bendt et al. and hours by Aguiar and Collares-Pereira (see `draw_clearness`);
-    the direct part is that of DISC (E. L. Maxwell, SERI/TR-215-3087, 1987).
+    the direct part follows from DISC (E. L. Maxwell, SERI/TR-215-3087, 1987).
     """
     starts, outside = _starts_of_months(times), sky["outside"]
     cleanest = sky["ghi"] / np.maximum(outside, 1e-9)
@@ -287,11 +287,11 @@ def _air_temperature(places, times, normals, outside, ghi):
     Notes
     -----
     The annual cycle is the first harmonic of GHI times a gain, delayed by 29 days. The gain is
-    interpolated between those of air from the sea and from land by the share of land upwind, which
-    explains most of its variance: A. R. Stine et al., :doi:`10.1038/nature07675`; K. A. McKinnon et
-    al., :doi:`10.1175/JCLI-D-13-00021.1`.
+    interpolated between the ones for air from the sea and from land by the share of land upwind,
+    which explains most of its variance: A. R. Stine et al., :doi:`10.1038/nature07675`; K. A.
+    McKinnon et al., :doi:`10.1175/JCLI-D-13-00021.1`.
 
-    The daily cycle is that of D. G. Erbs, S. A. Klein, W. A. Beckman, ASHRAE J. 25 (6), 60 to 65
+    The daily cycle is taken from D. G. Erbs, S. A. Klein, W. A. Beckman, ASHRAE J. 25 (6), 60 to 65
     (1983): its range follows from the clearness index, its shape is a sum of four harmonics. They
     give it for the mean day of a month; here each hour uses the clearness of the 24 hours around
     it, so that sunny days have the warmest afternoons.

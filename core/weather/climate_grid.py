@@ -63,9 +63,9 @@ def look_up_normals(latitude, longitude):
     -----
     Annual GHI is interpolated on 0.5°: Global Solar Atlas 2 on land and within 100 km of it, else
     NASA SSE. The monthly clearness is interpolated on 3° (the mean of SSE's and MERRA-2's). Air
-    temperature and wind are those of the nearest land cell of 0.25° within 100 km (PVCZ, from GLDAS
-    NOAH); at sea those of the nearest coasts, to which distances in latitude count three times, at
-    the altitude of the place.
+    temperature and wind are taken from the nearest land cell of 0.25° within 100 km (PVCZ, from
+    GLDAS NOAH); at sea from the nearest coasts, to which distances in latitude count three times,
+    at the altitude of the place.
     """
     if latitude < LEAST_LATITUDE:
         problem = f"it does not know {latitude:.2f}°, {longitude:.2f}°: it ends at 60° S"
@@ -143,7 +143,7 @@ def _interpolate_grid(values, latitude, longitude):
     Parameters
     ----------
     values : numpy.ndarray, (rows, columns, …)
-        From the South Pole and from 180° W; those of a cell stand for its middle.
+        From the South Pole and from 180° W; the values of a cell stand for its middle.
     latitude, longitude : float
         Place [°].
     """

@@ -139,10 +139,10 @@ def _check_clear_sky(year, share, source):
 def _share_of_clear_shape(year):
     """Share of sunny hours whose GHI lies within 3 % of a clear sky's, scaled to the day.
 
-    Any of five will do, as services use other models: that of Ineichen and Perez with pvlib's
-    monthly turbidity, with 2 and with 5, that of Haurwitz, and the simplified Solis. Sunny is an
-    elevation above 10°. Real records show 0.16 to
-    0.60, the last one in a desert; columns of a sixth model (Bird) 0.98 to 1.
+    Any of five will do, as services use other models: Ineichen and Perez with pvlib's monthly
+    turbidity, with 2 and with 5, Haurwitz, and the simplified Solis. Sunny is an elevation above
+    10°. Real records show 0.16 to 0.60, the last one in a desert; columns of a sixth model (Bird)
+    0.98 to 1.
     """
     middle = year.data.index + year.interval / 2
     zenith, ghi = year.data["apparent_zenith"].to_numpy(), year.data["ghi"].to_numpy()

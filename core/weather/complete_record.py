@@ -16,8 +16,8 @@ FROM_CLIMATE = {"temp_air": "air temperature", "wind_speed": "wind speed"}
 
 
 def drop_empty_columns(record):
-    """The record without columns that have no value at all, as noted: their marks are those of
-    missing values.
+    """The record without columns that have no value at all, with a note: they hold nothing but
+    marks of missing values.
     """
     empty = [name for name in record.data if record.data[name].isna().all()]
     if not empty or len(empty) == len(record.data.columns):
@@ -55,8 +55,8 @@ def fill_from_climate(record, interval):
         problem = f"missing: {', '.join(missing)}; the built-in climate ends at 60° S"
         raise InputError(record.source, problem, "add these columns to the weather")
     usual = climate(record.latitude, (record.longitude + 180.0) % 360.0 - 180.0)
-    # Each interval has the climate's value of the same day and hour; 29 February has those of the
-    # 28th.
+    # Each interval has the climate's value of the same day and hour; 29 February has the values of
+    # the 28th.
     middle = (record.data.index + interval / 2).tz_convert("UTC")
     day = middle.day_of_year - (middle.is_leap_year & (middle.day_of_year > 59)).astype(int)
     row = np.clip((day - 1) * 24 + middle.hour, 0, len(hours_of_year(2021)) - 1)

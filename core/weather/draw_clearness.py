@@ -34,8 +34,8 @@ def draw_normals(seed, shape):
 def rank_days(normals, month):
     """Rank of each day within its month as a quantile, evenly spread over 0 to 1.
 
-    The set of quantiles of a month does not depend on the seed, only their order, which is that of
-    an autoregressive sequence of first order (Graham et al. 1988,
+    The set of quantiles of a month does not depend on the seed, only their order, which follows an
+    autoregressive sequence of first order (Graham et al. 1988,
     :doi:`10.1016/0038-092X(88)90019-8`).
 
     Parameters
@@ -80,7 +80,7 @@ def draw_days(mean, cleanest, quantile, month):
     -----
     P. Bendt, M. Collares-Pereira, A. Rabl, :doi:`10.1016/0038-092X(81)90062-2`: a density
     proportional to exp(γK) between the least and the largest clearness index, where γ follows from
-    the mean. The largest one, which they take from data, is that of the cleanest sky here.
+    the mean. The largest one, which they take from data, follows from the cleanest sky here.
     """
     largest = np.stack(
         [cleanest[:, month == each].mean(axis=1) for each in range(12)], axis=1
@@ -142,7 +142,7 @@ def draw_hours(days, cleanest, sine, normals):
     Returns
     -------
     numpy.ndarray, (p, d, 24)
-        From 0 to `cleanest`. Their sums do not match those of the days yet.
+        From 0 to `cleanest`. They do not add up to the sums of the days yet.
 
     Notes
     -----
@@ -173,14 +173,14 @@ def draw_hours(days, cleanest, sine, normals):
 
 
 def scale_to_sums(clearness, cleanest, outside, sums, starts):
-    """Scale clearness indices by one factor for each period, limited to those of the cleanest sky.
+    """Scale clearness indices by one factor for each period, limited to the cleanest sky's.
 
     Parameters
     ----------
     clearness, cleanest, outside : numpy.ndarray, (p, t)
         Clearness index, its upper limit, and the corresponding extraterrestrial irradiance [Wm⁻²].
     sums : numpy.ndarray, (p, k)
-        Wanted sum of clearness · outside of each period; limited to that of the cleanest sky.
+        Wanted sum of clearness · outside of each period; limited to the cleanest sky's.
     starts : numpy.ndarray, (k,)
         First index of each period.
 

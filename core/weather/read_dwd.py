@@ -212,7 +212,7 @@ def _read_try_table(path, lines, first_names):
 def _lay_try(path, table, place):
     """Record of a test reference year, put on the calendar of 2021.
 
-    Radiation of hour 1 is that of 0:00 to 1:00, or, in files of 2017, centred at 1:00. The sun
+    Radiation of hour 1 is the mean of 0:00 to 1:00, or, in files of 2017, centred at 1:00. The sun
     tells which one it is, to some minutes: half an hour lies between them.
     """
     half_hour, notes = pd.Timedelta(minutes=30), []

@@ -45,10 +45,10 @@ def read_epw(path):
     """Read an EPW file of a station.
 
     Hour 1 covers 0:00 to 1:00 of local standard time, and pvlib's index is the start of that hour.
-    A typical year is put into one calendar year. Temperature, wind and pressure are those of the
+    A typical year is put into one calendar year. Temperature, wind and pressure hold for the
     record's own hour. Several records an hour are equal parts of it, in their order.
 
-    In files of PVGIS the irradiance is that of satellite images. PVGIS gives their time in the
+    In files of PVGIS the irradiance comes from satellite images. PVGIS gives their time in the
     header of its csv, in hours after the stamp, and one hour less in COMMENTS of its EPW (0.1761
     and -0.8239 for 45° N, 8° E). The row of hour h in EPW has the image stamped h, so the image was
     taken one hour plus the offset after h.

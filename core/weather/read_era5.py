@@ -20,7 +20,7 @@ from ..settings.errors import InputError, parsing
 from .grid_point import AXES, name_axes, weigh_lines
 from .weather import Record
 
-# Possible names of each variable; mean rates are those of the same hour in Wm⁻².
+# Possible names of each variable; mean rates of the same hour stand in Wm⁻².
 NAMES = {
     "ssrd": ("ssrd", "msdwswrf", "avg_sdswrf", "surface_solar_radiation_downwards"),
     "fdir": ("fdir", "msdrswrf", "avg_sdirswrf", "total_sky_direct_solar_radiation_at_surface"),
@@ -77,8 +77,8 @@ def read_era5(paths, latitude, longitude, altitude, point):
     """Read ERA5 weather of one place.
 
     Radiation is accumulated (Jm⁻²), or averaged (Wm⁻²), over the interval that ends at the stamp
-    (UTC). Temperature, wind and pressure are those of the stamp, half an hour after mid-interval;
-    means with the stamp before would raise the full load hours of Berlin 2017 by 0.05 to 0.17 %.
+    (UTC). Temperature, wind and pressure hold for the stamp, half an hour after mid-interval; means
+    with the stamp before would raise the full load hours of Berlin 2017 by 0.05 to 0.17 %.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """Weather of PVGIS (European Commission, Joint Research Centre): typical years and hourly series.
 
-Irradiance is that of one satellite image per hour: the interval is centred on its time, which in
+Irradiance comes from one satellite image per hour: the interval is centred on its time, which in
 typical years is "Irradiance Time Offset" hours after the stamp (UTC), and in hourly series the
 stamp itself.
 """

@@ -63,8 +63,8 @@ AGAIN = "download it again"
 def read_open_meteo(path, lies):
     """Read csv or json of Open-Meteo, hourly or by quarters of an hour.
 
-    Radiation is the mean of the interval that ends at the stamp; temperature and wind are those of
-    the stamp. Times are in a zone of a fixed offset that the file gives, also where that place has
+    Radiation is the mean of the interval that ends at the stamp; temperature and wind hold for the
+    stamp. Times are in a zone of a fixed offset that the file gives, also where that place has
     summer time.
     """
     path = Path(path)

@@ -26,7 +26,7 @@ class Weather:
 
     data: pd.DataFrame  # index: tz-aware start of each interval (UTC); see below
     interval: pd.Timedelta  # length of every interval
-    latitude: float  # [°] of the sun: the requested place, or that of the station
+    latitude: float  # [°] of the sun: the requested place, or the station
     longitude: float  # [°]
     altitude: float  # [m]
     label: str  # shown with the results: "ERA5 era5_berlin_2017.nc", "clear sky (upper bound)"

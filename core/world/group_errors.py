@@ -1,11 +1,11 @@
 """Standard errors of the groups' full load hours at any place, from what a Transfer knows of its
 own; mixes of cities.
 
-The arithmetic is that of `energy.standard_errors`, with one difference: full load hours per
-irradiance are those of the group, not of each surface, so that a place costs a few products of
-groups, for the year and each of its months. Noise of light from the sun is taken as independent
-between directions of the grid: a month has fewer of them than the year, and more noise in
-proportion to its light.
+The arithmetic is as in `energy.standard_errors`, with one difference: full load hours per
+irradiance belong to the group, not to each surface, so that a place costs a few products of groups,
+for the year and each of its months. Noise of light from the sun is taken as independent between
+directions of the grid: a month has fewer of them than the year, and more noise in proportion to its
+light.
 """
 
 from dataclasses import dataclass, replace
@@ -203,8 +203,8 @@ def parse_mix(text, names):
     Raises
     ------
     InputError
-        If a name is unknown, twice, or that of the mix, a weight is no number above 0, or they do
-        not add up to 1.
+        If a name is unknown, twice, or the mix's own, a weight is no number above 0, or they do not
+        add up to 1.
     """
     if NAME in names:
         raise InputError(
@@ -282,8 +282,8 @@ def add_mix(world, weights):
 
 
 def _join_errors(values, share, members):
-    """Standard errors, with that of a mix of environments whose errors are independent: (p, e + 1,
-    g, …).
+    """Standard errors, and the mix's, since errors of environments are independent: (p, e + 1, g,
+    …).
     """
     mix = np.sqrt(np.einsum("e,pe...->p...", share**2, values[:, members].astype(float) ** 2))
     return np.concatenate([values, mix[:, None].astype(np.float32)], axis=1)

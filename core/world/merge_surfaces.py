@@ -1,5 +1,5 @@
-"""Fewer surfaces for large maps: those of a group that get much the same light are merged
-into one.
+"""Fewer surfaces for large maps: surfaces of a group that get much the same light are merged into
+one.
 """
 
 import heapq
@@ -133,7 +133,7 @@ def _merge_block(block, weight, pieces, direction):
     return replace(
         block,
         **means,
-        sources=np.zeros((0, len(pieces)), SINGLE),  # those of the environment count
+        sources=np.zeros((0, len(pieces)), SINGLE),  # the environment's count
         source_view=np.zeros((0, len(pieces)), SINGLE),
         visible_share=np.stack(seen, axis=1).astype(SINGLE),
         group_weight=np.zeros((len(pieces), 0), SINGLE),

@@ -1,7 +1,7 @@
 """Capacity factors of the groups of an environment at each hour: the loop over hours and surfaces.
 
-The arithmetic is that of `energy.sum_block` with `energy.power`, in one pass without arrays of
-hours × surfaces.
+The arithmetic is as in `energy.sum_block` with `energy.power`, in one pass without arrays of hours
+× surfaces.
 """
 
 from dataclasses import dataclass
@@ -19,8 +19,8 @@ HALF_NODE, ONE, NONE = np.float32(0.5), np.float32(1), np.float32(0)
 
 @dataclass
 class Sunlight:
-    """Which grid directions stand for the sun of each of h hours: those of m suns, of three
-    directions each.
+    """Which grid directions stand for the sun of each of h hours: m suns, with three directions
+    each.
     """
 
     index: np.ndarray  # (h, m, 3) int64 into the grid

@@ -11,8 +11,8 @@ Every attribute is called `citypv_` + name and lives on the faces (domain FACE).
 object |
 | the names of `RESULTS` | FLOAT | NaN where there is no such result, as on generated ground |
 
-Those of `VIEWS` exist in Blender only: moments of the timeline, and differences from the result
-kept as *before*.
+Attributes of `VIEWS` exist in Blender only: moments of the timeline, and differences from the
+result kept as *before*.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
 """What a city consists of as it is seen: its own mesh, objects of the user that are part of it,
 buildings left out.
 
-Each change of these is an edit: the results are those of the city seen as long as its design is the
+Each change of these is an edit: the results belong to the city seen as long as its design is the
 one they were computed for.
 """
 
@@ -37,7 +37,8 @@ MESH, RESHAPED = (
     PREFIX + "shape",
     PREFIX + "edited",
 )  # digest of its own mesh, and whether that is another one now
-GROUND, RELAID = PREFIX + "ground_shape", PREFIX + "ground_edited"  # the same of its ground
+# digest of its ground, and whether that is another one now
+GROUND, RELAID = PREFIX + "ground_shape", PREFIX + "ground_edited"
 FAMILY, VARIANT = (
     PREFIX + "family",
     PREFIX + "variant",
@@ -45,7 +46,7 @@ FAMILY, VARIANT = (
 DESIGN, REDESIGNED = (
     PREFIX + "design",
     PREFIX + "redesigned",
-)  # the same of all else that it consists of
+)  # digest of all else that it consists of, and whether that is another one now
 OF_CITY = (*OF_OBJECTS, IDENTITY, FAMILY, VARIANT, LINEAGE, REMOVED, DESIGN, REDESIGNED, RESHAPED)
 # Properties of an object of the user.
 PUT_AWAY = PREFIX + "put_away"  # hidden with its variant
@@ -87,8 +88,8 @@ def note_edits(city, *, own=True):
     """
     if city is None or DESIGN not in city or not is_seen(city):
         return
-    # Objects in the collection CityPV are part of a city of files; those in that of a city of
-    # meshes, of this one.
+    # Objects in the collection CityPV are part of a city of files; objects in a collection that a
+    # city of meshes was taken from are part of this city.
     groups = [scene.collection.children.get(COLLECTION) for scene in city.users_scene]
     taken = {item for _, item, _ in list_taken(city)}
     for group in filter(None, [city.get(TAKEN_FROM)] if is_in_place(city) else groups):

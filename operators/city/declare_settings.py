@@ -145,9 +145,7 @@ def name_switch(key):
 
 
 def _suggest_modules(settings, context, text):
-    """Names of modules that have all words of a text, those of the Sandia library first: list of
-    str.
-    """
+    """Names of modules that have all words of a text, the Sandia library's first: list of str."""
     from ...core.energy import pv_system
     from ...core.energy.pv_system import CEC, SANDIA
 

@@ -59,7 +59,7 @@ def remember_materials(item, ground, session):
     Raises
     ------
     InputError
-        The ground has several materials, or faces of the city are not those of its surfaces.
+        The ground has several materials, or faces of the city do not match its surfaces.
     """
     of_ground = set(name_face_materials(ground, ground.data)) - {""} if ground is not None else ()
     if len(of_ground) > 1:
@@ -92,8 +92,8 @@ def remember_materials(item, ground, session):
 
 
 def read_finishes(names, colours):
-    """Read materials by name: those of Blender, and those of the city's files that Blender does not
-    have.
+    """Read materials by name: from Blender, and from the city's files where Blender does not have
+    them.
 
     Parameters
     ----------

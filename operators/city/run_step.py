@@ -103,7 +103,7 @@ class Step:
     _job = None  # the work, once it has begun
     _scene = None  # `session_uid` of the scene that the step was started in
     watched = False  # whether there is a window to show what is found so far
-    stages = None  # of `Job`; `prepare` sets those of its task where they are not always the same
+    stages = None  # of `Job`; `prepare` sets its task's where they are not always the same
     kept = ()  # what is shown so far, in words: it stays where the step is cancelled
 
     def is_wanted(self, context):

@@ -15,7 +15,7 @@ BUILDINGS = (
     PREFIX + "taken_buildings"
 )  # name of the building that each is; "" if it shows no faces of its own
 TAKEN_FROM = PREFIX + "taken_from"  # the collection that they were in, where one was chosen
-WEARERS = PREFIX + "wearers"  # the same of a city of files: objects that were added to it
+WEARERS = PREFIX + "wearers"  # objects that were added to a city of files
 SEEN = PREFIX + "seen"  # whether the city is the one to be seen
 MASK = "CityPV mask"  # modifier and vertex group of a city: faces that objects show
 WORN_COLOURS = "CityPV colours"  # modifier of such an object: shows them in pictures

@@ -1,5 +1,5 @@
-"""Which face of which object of the user shows a surface of a city: names of faces, and the objects
-it is shown by.
+"""The face and the object of the user that show a surface of a city: names of faces, and the
+objects it is shown by.
 """
 
 from collections import Counter
@@ -45,8 +45,8 @@ def remember_wearers(city, taken):
 
 
 def write_sources(city, surface_id):
-    """Write to the city's faces which face of which object they are: -1 where they are none of an
-    own mesh.
+    """Write to the city's faces the number of the face and object that they show; -1 where they
+    belong to no own mesh.
 
     Parameters
     ----------

@@ -59,8 +59,8 @@ class AddToCity(EditAction, bpy.types.Operator):
 
 
 class _NameBuilding:
-    """Mixin of operators that take a building; without an id they take that of the selected faces,
-    or ask.
+    """Mixin of operators that take a building; without an id they take the one of the selected
+    faces, or ask.
     """
 
     building: bpy.props.StringProperty(

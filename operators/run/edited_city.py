@@ -1,7 +1,7 @@
 """Read a city as it is seen: what was imported, without what was removed, with objects of the user,
 and its own mesh.
 
-Reading takes place in Blender's thread; what was read is made a City in that of the work.
+Reading takes place in Blender's thread; what was read is made a City in the thread of the work.
 """
 
 from dataclasses import dataclass

@@ -142,7 +142,8 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
 
 
 def _write_results(session, name, path, progress=silent):
-    """Write the results of a session in one format; the report is that of `citypv plot`.
+    """Write the results of a session in one format; the report is the one that `citypv plot`
+    writes.
 
     Parameters
     ----------

@@ -78,7 +78,7 @@ class CityFiles:
 class ImportCity(CityFiles, Step, bpy.types.Operator):
     """Read the buildings of a file or folder (CityGML, CityJSON, OBJ) and show them.
 
-    The same files again take the place of their earlier import; other cities are kept, hidden"""
+    Files that were imported before replace their earlier import; other cities are kept, hidden"""
 
     bl_idname, bl_label = "citypv.import_city", "Import city"
 

@@ -194,7 +194,7 @@ def _properties_of_preset(preset):
 
 
 def find_preset(settings):
-    """Preset that the panel's settings are those of: str, "" if of none."""
+    """Preset that has the panel's settings: str, "" if none has."""
     shown = {name: _properties_of_preset(name).items() for name in PRESETS}
     return next(
         (

@@ -36,7 +36,7 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
     below.
 
     Each result is shown as soon as it is there: the buildings, their kinds, a first look at full
-    load hours by few rays, then those of all rays"""
+    load hours by few rays, then the hours by all rays"""
 
     bl_idname, bl_label = "citypv.solar_city", "Solar city"
 

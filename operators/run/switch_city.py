@@ -62,7 +62,7 @@ def show_objects_of(city, *, visible):
     either.
 
     What was added to it comes and goes with it. The objects of the user that a city was taken from
-    stay, but for those of variants; only its colours come and go.
+    stay, but for a variant's; only its colours come and go.
     """
     for item in list_members(city) if VARIANT in city or not is_in_place(city) else ():
         if not visible and item.visible_get():

@@ -59,7 +59,7 @@ class TakeMeshes(Step, bpy.types.Operator):
 
 
 def _find_items(context):
-    """Candidate objects: those of the chosen collection and its children, else the selected ones.
+    """Candidate objects: all of the chosen collection and its children, else the selected ones.
 
     Returns
     -------
@@ -127,8 +127,8 @@ def read_meshes(name, items, context, *, named=None, frame=None):
         names[building] += 1
         if names[building] > 1:
             building += f"~{names[building]}"
-        # Its faces are those of its mesh where that has no other user, and no modifier adds or
-        # removes faces.
+        # Its faces are its mesh's where the mesh has no other user, and no modifier adds or removes
+        # faces.
         meshes = item.data, instance.object.data
         same = (
             not instance.is_instance
@@ -156,9 +156,7 @@ def read_meshes(name, items, context, *, named=None, frame=None):
 
 
 def _is_outline(item):
-    """Whether the mesh that Blender makes of an object is no building: that of letters or a curve
-    as such.
-    """
+    """Whether the mesh that Blender makes of an object is no building but letters or a curve."""
     return item.type in OTHER_SHAPES and all(
         modifier.type != "NODES" for modifier in item.modifiers
     )

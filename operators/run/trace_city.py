@@ -113,7 +113,7 @@ def work_of_trace(request):
 
 
 def keep_light(context, session, found, findings, albedos):
-    """Write results that do not depend on weather, and remove those of an earlier weather.
+    """Write results that do not depend on weather, and remove results of an earlier weather.
 
     Parameters
     ----------
@@ -154,8 +154,8 @@ def _trace_rounds(session, weather, request, progress, found):
     """Trace a session's scene in one round, or in as many as target and time ask for.
 
     Every further round is left in the queue `found` as ("rounds", (session, Transfer of all so far,
-    its energy)). The numbers are those of the command line with as many rounds. Cancelled among
-    further rounds, those that are finished are kept.
+    its energy)). The command line gives the same numbers with as many rounds. Cancelled among
+    further rounds, it keeps the finished ones.
 
     Returns
     -------

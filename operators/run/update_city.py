@@ -173,8 +173,8 @@ def estimate_hours(session, scene, light):
     """Full load hours of an edited city before its suns are solved, from light under the sky and
     all suns together.
 
-    Hours follow light closely: those of before, and the change of light by what light is worth in
-    this city.
+    Hours follow light closely: hours before, and the change of light by what light is worth in this
+    city.
 
     Parameters
     ----------

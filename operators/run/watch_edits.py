@@ -21,7 +21,7 @@ from .update_city import UpdateCity, is_editing
 
 TICK = 0.1  # [s]
 _cities = {}  # `session_uid` of a scene: names of its cities, as long as it was not updated
-_grounds = {}  # `session_uid` of each city that has a ground: that of the ground
+_grounds = {}  # `session_uid` of each city that has a ground: the ground's
 
 
 @persistent

@@ -149,7 +149,7 @@ def linear_colour(text):
 def colour_faces(city, ground, attribute, ends=None, colour_map="viridis"):
     """Colour the city by a face attribute; faces without result and the generated ground stay grey.
 
-    The colours are those of the legend exactly: the colour attribute `citypv_colour`, which the
+    The colours agree with the legend exactly: the colour attribute `citypv_colour`, which the
     viewport's solid mode shows as it is, and a material as emission.
 
     Parameters

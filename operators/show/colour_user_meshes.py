@@ -1,11 +1,11 @@
 """Show the colours of a city on the objects of the user that it was taken from, without changing
 their materials.
 
-Where the faces of an object are those of its mesh, the mesh gets the results as face attributes,
-and the colour attribute `citypv_colour`. Other objects (meshes that several objects share,
-modifiers that make faces, instances, faces split into cells) have no place for results of each
-face: while colours are shown, they are drawn as lines, and can be moved as before; the city's own
-object shows their faces.
+Where an object shows the faces of its mesh as they are, the mesh gets the results as face
+attributes, and the colour attribute `citypv_colour`. Other objects (meshes that several objects
+share, modifiers that make faces, instances, faces split into cells) have no place for results of
+each face: while colours are shown, they are drawn as lines, and can be moved as before; the city's
+own object shows their faces.
 """
 
 import bpy

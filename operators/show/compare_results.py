@@ -252,7 +252,7 @@ class KeepBefore(OfCity, Action, bpy.types.Operator):
         elif session is None or session.energy is None:
             return check_unedited(city)
         else:
-            # Its own mesh is another one by now than that of the results.
+            # Its own mesh is another one by now than when the results were computed.
             item = build_meshes.build_city(session.scene, name)
             attributes.write_classes(item, None, session.scene.surfaces)
             attributes.write_results(item, None, session.transfer, session.energy)
