@@ -2,5 +2,5 @@
 back.
 
 In: the user's scene, settings and files. Out: results on faces, in tables, pictures, files. Read
-first: `run.solar_city`. Three rooms, each of which may use those before it: city, show, run.
+first: `run.solar_city`. Three rooms: city, show, run; a room may use the ones before it.
 """
