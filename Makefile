@@ -1,7 +1,7 @@
 # `make demo` computes the Berlin example, `make world` the maps of the world, `make test` checks everything. All do their
 # set-up themselves.
 .DEFAULT_GOAL := help
-.PHONY: help demo world check test test-all slow docs extension versions clean
+.PHONY: help demo world check test test-all oldest slow docs extension versions clean
 
 help:
 	@echo "make demo       Berlin, 166 buildings: set up, trace, full load hours, report -> results/berlin/"
@@ -9,6 +9,7 @@ help:
 	@echo "make check      style, fast tests and a few cases of each law, with one Python: a minute"
 	@echo "make test       set up and run the tests, with each Python and Blender at hand: 20 minutes"
 	@echo "make test-all   the same, and all that is thorough: before a release"
+	@echo "make oldest     the quick tests with the oldest versions that pyproject.toml allows: 7 minutes"
 	@echo "make slow       measure which tests are slow -> tests/slow.txt, which make check leaves out"
 	@echo "make docs       the manual as pages with search -> build/docs/"
 	@echo "make extension  the extensions for Blender, one zip per platform -> dist/"
@@ -47,7 +48,7 @@ world:
 
 STYLE = echo "[test] style: ruff"; .venv/bin/ruff check . || failed=1; .venv/bin/ruff format --check . || failed=1
 # Compiled tests are kept: else each process compiles all of them again, for 15 s.
-check slow test test-all: export PYTHONDONTWRITEBYTECODE =
+check slow test test-all oldest: export PYTHONDONTWRITEBYTECODE =
 PYTEST = -m pytest --dist loadfile --no-loadscope-reorder
 QUICK = -m "law or not (slow or thorough or window)"
 
@@ -76,6 +77,16 @@ test test-all:
 	  fi; \
 	done; \
 	CITYPV_BLENDER=$$($$first tools/blender_window.py find) $$first -m pytest -m "$$window" --durations 9 || failed=1; exit $$failed
+
+# The floors of pyproject.toml are what the tests pass with; Blender has versions of its own.
+oldest:
+	@$(NEEDS_PYTHON)
+	@python3 tools/set_up.py one
+	.venv/bin/python -m pip install --quiet uv
+	[ -x .venv-oldest/bin/python ] || .venv/bin/uv venv --quiet --python 3.11 .venv-oldest
+	.venv/bin/uv pip install --quiet --python .venv-oldest/bin/python --resolution lowest-direct --editable '.[test,cluster]'
+	.venv-oldest/bin/python $(PYTEST) --numprocesses 2 --quiet -m "not slow and not thorough and not window" \
+	  tests/core tests/hard tests/test_rooms.py
 
 # The pages quote the tables of measurements, so that these stand beside them.
 docs:
