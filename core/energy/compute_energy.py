@@ -26,13 +26,9 @@ BLOCK = 1024
 # surface-hours up to which pvlib itself is called; for more, tables take half of its time or less
 PLAIN_LIMIT = 1e6
 YEAR = pd.Timedelta(days=365)
-AREAS = (
-    "eligible",
-    "flat_roof",
-    "open_area",
-    "counted_area",
-    "module_area",
-)  # of CountedArea, also of Energy
+# of CountedArea, also of Energy
+AREAS = ("kind", "eligible", "open_area", "counted_area", "module_area")
+AREAS += ("kwp", "reason", "reason_note")
 
 
 def compute_energy(
@@ -282,11 +278,7 @@ def compute_building_power(transfer, weather, energy, system, threads=None):
     names, building = np.unique(
         np.array(transfer.surfaces.building_id, dtype=object).astype(str), return_inverse=True
     )
-    kwp = np.where(
-        energy.eligible,
-        kwp_of_hours(np.asarray(transfer.surfaces.area, float), energy, system),
-        0.0,
-    )
+    kwp = np.where(energy.eligible, kwp_of_hours(transfer.surfaces.area, energy), 0.0)
     rows = np.flatnonzero(kwp)
     rows = rows[np.argsort(building[rows], kind="stable")]
     blocks = [rows[first : first + BLOCK] for first in range(0, len(rows), BLOCK)]

@@ -11,34 +11,44 @@ from ..city.classify import ORIENTATIONS, PAPER, SMALLEST_ELIGIBLE_AREA, classif
 from ..city.find_twins import find_twins
 from ..city.racks import RACK, find_racked_roofs, orient_racks
 from ..settings.errors import InputError
-from .pv_system import KINDS
+from .pv_system import KINDS, area_of_kwp
 
 # share of a surface: if more of it is covered or has no room, it carries no modules
 MOST_COVERED = 0.5
 SMALLEST_LIT_SHARE = 1 / 64  # below it the light of a surface is too uncertain to be divided by it
-GROUND, COVERED = (
-    "ground, or under a building",
-    "covered by a neighbour, or inside a building",
-)  # without modules
-PARTS = "covered, or without room, of surfaces that carry modules on the rest"
+REASONS = {  # why a surface carries no modules: key in tables, words; the first that holds
+    "ground": "ground, or under its building",
+    "closure": "closes a building towards its neighbour",
+    "underside": "faces down",
+    "overhang": "leans outward by more than 1°",
+    "racks": "racks stand on it and count in its place",
+    "covered": "more than half covered by a neighbour, inside a building, or below the ground",
+    "no-room": "more than half covered, or with another face too close before it",
+    "small": f"smaller than {SMALLEST_ELIGIBLE_AREA:g} m²",
+    "direction": "steep, or more than 30° off north, east, south and west",
+    "twin": "drawn twice",
+    "usable": "of its kind nothing is usable (--usable)",
+}
+# area without modules, by reason; and parts of surfaces that carry modules on the rest
+LEFT_OUT = REASONS | {"parts": "covered, or without room, of surfaces with modules on the rest"}
 STEEPEST_UNDERSIDE = 165.0  # [°] of tilt; beyond it a surface is a ceiling, without an orientation
 
 
 @dataclass
 class _CountedArea:
-    """The area that counts, of n surfaces."""
+    """The area that counts, of n surfaces, and why others carry no modules."""
 
     kind: np.ndarray  # (n,) str; facade also where overhangs count as such
     orientation: np.ndarray  # (n,) str
     eligible: np.ndarray  # (n,) bool
-    flat_roof: (
-        np.ndarray
-    )  # (n,) bool: without racks; with the paper's sectors not among the eligible
     open_area: np.ndarray  # (n,) [m²] not inside or under buildings, with room for modules
-    counted_area: (
-        np.ndarray
-    )  # (n,) [m²] open area of eligible surfaces and flat roofs, or all of it; 0 of others
+    # (n,) [m²] open area, or all of it, of eligible surfaces, and of level roofs where the paper's
+    # sectors leave these beside them; 0 of others
+    counted_area: np.ndarray
     module_area: np.ndarray  # (n,) [m²] of it, without windows and edges (usable share)
+    kwp: np.ndarray  # (n,) [kWp] of modules on it
+    reason: np.ndarray  # (n,) str, of `REASONS`; "" exactly where kwp is above zero
+    reason_note: np.ndarray  # (n,) str, words of the user on it
 
 
 def find_counted_area(transfer, system):
@@ -60,33 +70,59 @@ def find_counted_area(transfer, system):
     InputError
         The Transfer knows the room for modules for other clearances.
     """
-    surfaces = transfer.surfaces
+    surfaces, area = transfer.surfaces, np.asarray(transfer.surfaces.area, float)
     kind, orientation, eligible = (
         np.array(surfaces.kind),
         np.array(surfaces.orientation),
         np.array(surfaces.eligible),
     )
-    if system.overhangs:  # walls that lean outward are facades, as in the paper
-        tilt, thematic = np.asarray(surfaces.surface_tilt), np.asarray(surfaces.thematic, str)
+    tilt, thematic = np.asarray(surfaces.surface_tilt), np.asarray(surfaces.thematic, str)
+    # Walls that lean outward are facades where asked for, as in the paper.
+    if system.overhangs:
         chosen = (kind == "downward") & (tilt < STEEPEST_UNDERSIDE) & (thematic != "GroundSurface")
         upright = np.where(chosen, 90.0, tilt)
-        found = classify(surfaces.area, upright, surfaces.surface_azimuth, thematic, system.sectors)
+        found = classify(area, upright, surfaces.surface_azimuth, thematic, system.sectors)
         pairs = zip(found, (kind, orientation, eligible), strict=True)
         kind, orientation, eligible = (np.where(chosen, one, own) for one, own in pairs)
-    area, covered = np.asarray(surfaces.area, float), np.asarray(transfer.covered_share, float)
+    # Mostly covered, or mostly without room, or under racks.
+    covered, whole = np.asarray(transfer.covered_share, float), system.hidden_walls == "count"
     taken = np.minimum(covered + _share_without_room(transfer, system), 1.0)
+    hidden = (taken > MOST_COVERED) & (not whole)
+    racked = find_racked_roofs(surfaces.surface_id, kind)
+    # Level roofs stand beside what the paper's sectors count.
+    level = (kind == "flat") & (thematic != "ClosureSurface") & (area >= SMALLEST_ELIGIBLE_AREA)
+    carries = (eligible | (level & (system.sectors == PAPER))) & ~hidden & ~racked
+    # Whether the sectors count a surface of its shape, however small.
+    large = np.full(len(area), SMALLEST_ELIGIBLE_AREA), np.where(kind == "facade", 90.0, tilt)
+    facing = classify(*large, surfaces.surface_azimuth, thematic, system.sectors)[2]
+    usable = np.array([system.usable.get(name, 1.0) for name in kind.tolist()])
+    # The first that holds; a surface that all this would let carry modules lies on another.
+    holds = {
+        "": carries & (usable > 0),
+        "usable": carries,
+        "ground": (kind == "ground") | (thematic == "GroundSurface"),
+        "closure": thematic == "ClosureSurface",
+        "underside": (kind == "downward") & (tilt >= STEEPEST_UNDERSIDE),
+        "overhang": kind == "downward",
+        "racks": racked,
+        "covered": hidden & (covered > MOST_COVERED),
+        "no-room": hidden,
+        "small": area < SMALLEST_ELIGIBLE_AREA,
+        "direction": ~facing,
+    }
+    # Area that is open, area that counts, and of it the usable share with its power.
     open_area = area * (1.0 - taken)
-    whole = system.hidden_walls == "count"
-    free = ~find_racked_roofs(surfaces.surface_id, surfaces.kind) & (
-        (taken <= MOST_COVERED) | whole
-    )
-    flat_roof = free & (kind == "flat") & (np.asarray(surfaces.thematic, str) != "ClosureSurface")
-    flat_roof &= (area >= SMALLEST_ELIGIBLE_AREA) if system.sectors == PAPER else eligible
-    eligible &= free
-    counted_area = np.where(eligible | flat_roof, area if whole else open_area, 0.0)
-    share = np.array([system.usable.get(name, 1.0) for name in kind.tolist()])
+    counted_area = np.where(carries, area if whole else open_area, 0.0)
     return _CountedArea(
-        kind, orientation, eligible, flat_roof, open_area, counted_area, counted_area * share
+        kind=kind,
+        orientation=orientation,
+        eligible=eligible & carries,
+        open_area=open_area,
+        counted_area=counted_area,
+        module_area=counted_area * usable,
+        kwp=counted_area * usable / area_of_kwp(system.module),
+        reason=np.select(list(holds.values()), list(holds), "twin"),
+        reason_note=np.full(len(area), ""),
     )
 
 
@@ -119,59 +155,31 @@ def find_lit_share(transfer, system):
     return np.maximum(1.0 - dark, SMALLEST_LIT_SHARE)
 
 
-def sum_left_out(transfer, system):
-    """Surfaces that carry no modules, and their area [m²], each under the first reason that holds.
+def sum_left_out(area, energy):
+    """Surfaces that do not count, and their area [m²], by the reason; and what is covered or has no
+    room of those that count.
 
-    With the counted area they add up to the area of all surfaces: what is covered or has no room of
-    surfaces that carry modules on the rest stands apart.
+    With the counted area they add up to the area of all surfaces.
 
     Parameters
     ----------
-    transfer : Transfer
-    system : PvSystem
+    area : numpy.ndarray, (n,)
+        Whole area of the surfaces [m²].
+    energy : Energy
 
     Returns
     -------
     dict of str to dict
-        Reason -> count, area.
+        Key of `LEFT_OUT` -> count, area.
     """
-    surfaces, counted = transfer.surfaces, find_counted_area(transfer, system)
-    kind, thematic, area = (
-        counted.kind,
-        np.asarray(surfaces.thematic, str),
-        np.asarray(surfaces.area, float),
-    )
-    leaves, covered = system.hidden_walls == "leave-out", np.asarray(transfer.covered_share, float)
-    cramped, no_room = (
-        _share_without_room(transfer, system),
-        f"no room: another face within {system.clearance:g} m",
-    )
-    large, tilt = np.full(len(area), SMALLEST_ELIGIBLE_AREA), np.asarray(surfaces.surface_tilt)
-    upright = np.where(kind == "facade", 90.0, tilt)  # overhangs that count
-    facing = classify(large, upright, surfaces.surface_azimuth, thematic, system.sectors)[2]
-    reasons = {
-        GROUND: (kind == "ground") | (thematic == "GroundSurface"),
-        "closing a building towards its neighbour": thematic == "ClosureSurface",
-        "facing down": (kind == "downward") & (tilt >= STEEPEST_UNDERSIDE),
-        "leaning outward by more than 1°": kind == "downward",
-        "under racks": find_racked_roofs(surfaces.surface_id, surfaces.kind),
-        COVERED: leaves & (covered > MOST_COVERED),
-        no_room: leaves & (covered + cramped > MOST_COVERED),
-        f"smaller than {SMALLEST_ELIGIBLE_AREA:g} m²": area < SMALLEST_ELIGIBLE_AREA,
-        "steep, flat, or more than 30° off a main direction": ~facing,
-        "drawn twice": np.ones(len(area), bool),
+    counts, left_out = energy.counted_area > 0, area - energy.counted_area
+    rows = {reason: ~counts & (energy.reason == reason) for reason in REASONS}
+    rows["parts"] = counts & (left_out > 0)
+    return {
+        name: {"count": int(own.sum()), "area": float(left_out[own].sum())}
+        for name, own in rows.items()
+        if own.any()
     }
-    first = np.select(list(reasons.values()), list(reasons), default="")
-    carries = counted.eligible | counted.flat_roof
-    found = {}
-    for reason in reasons:
-        own = ~carries & (first == reason)
-        if own.any():
-            found[reason] = {"count": int(own.sum()), "area": float(area[own].sum())}
-    hidden = np.where(carries, area - counted.counted_area, 0.0)
-    if (hidden > 0).any():
-        found[PARTS] = {"count": int((hidden > 0).sum()), "area": float(hidden.sum())}
-    return found
 
 
 def classify_again(transfer, sectors):

@@ -7,8 +7,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from .pv_system import area_of_kwp
-
 WHOLE_YEAR = pd.Timedelta(days=364)  # shorter years are not reported separately
 
 
@@ -42,13 +40,15 @@ class Energy:
     capacity_factor: np.ndarray  # (T, g) float64, mean over the group's counted area
     years: float  # number of years of the weather
     longitude: float  # [°] of the weather
-    eligible: np.ndarray  # (n,) bool: carries modules
-    flat_roof: np.ndarray  # (n,) bool: not eligible only because it is flat
-    open_area: np.ndarray  # (n,) [m²] not inside or under buildings, with room for modules
-    counted_area: (
-        np.ndarray
-    )  # (n,) [m²] counted area of eligible surfaces and flat roofs; 0 for others
-    module_area: np.ndarray  # (n,) [m²] of it that carries modules
+    # of `counted_area.find_counted_area`: kinds, areas [m²] and power [kWp], and why it has none
+    kind: np.ndarray  # (n,) str
+    eligible: np.ndarray  # (n,) bool
+    open_area: np.ndarray  # (n,)
+    counted_area: np.ndarray  # (n,)
+    module_area: np.ndarray  # (n,)
+    kwp: np.ndarray  # (n,)
+    reason: np.ndarray  # (n,) str
+    reason_note: np.ndarray  # (n,) str
     # (n,) [h] from rays, patch sizes and suns
     full_load_hours_standard_error: np.ndarray | None = None
     # (g,) [h] of the mean full load hours of each group
@@ -86,7 +86,7 @@ def states_of_year(transfer, times, interval):
     ]
 
 
-def kwp_of_hours(area, energy, system):
+def kwp_of_hours(area, energy):
     """Nominal power by which the hours of whole polygons count, as their modules lie on the counted
     area: (n,) [kWp].
 
@@ -95,7 +95,6 @@ def kwp_of_hours(area, energy, system):
     area : numpy.ndarray, (n,)
         Whole area of the surfaces [m²].
     energy : Energy
-    system : PvSystem
 
     Returns
     -------
@@ -104,7 +103,7 @@ def kwp_of_hours(area, energy, system):
     """
     counts = np.isfinite(energy.full_load_hours) & (energy.counted_area > 0)
     spread = np.divide(area, energy.counted_area, out=np.zeros(len(counts)), where=counts)
-    return energy.module_area / area_of_kwp(system.module) * spread
+    return energy.kwp * spread
 
 
 def exceeded_energy(by_year):
@@ -131,7 +130,7 @@ def exceeded_energy(by_year):
     }
 
 
-def sum_potential(rows, area, energy, system):
+def sum_potential(rows, area, energy):
     """Total power and energy and mean full load hours of some surfaces.
 
     Parameters
@@ -141,7 +140,6 @@ def sum_potential(rows, area, energy, system):
     area : numpy.ndarray, (n,)
         Whole area of the surfaces [m²].
     energy : Energy
-    system : PvSystem
 
     Returns
     -------
@@ -152,17 +150,17 @@ def sum_potential(rows, area, energy, system):
     """
     rows = np.arange(len(area))[rows]
     rows = rows[np.isfinite(energy.full_load_hours[rows]) & (energy.counted_area[rows] > 0)]
-    modules = energy.module_area[rows].sum()
-    total = {"eligible_area": energy.counted_area[rows].sum(), "module_area": modules}
-    total["kwp"] = modules / area_of_kwp(system.module)
+    total = {
+        "eligible_area": energy.counted_area[rows].sum(),
+        "module_area": energy.module_area[rows].sum(),
+        "kwp": energy.kwp[rows].sum(),
+    }
     for name, sum_name in (
         ("full_load_hours", "mwh_per_year"),
         ("full_load_hours_dc", "mwh_dc_per_year"),
     ):
-        total[sum_name] = (
-            kwp_of_hours(area, energy, system)[rows] @ getattr(energy, name)[rows] / 1000
-        )
-        total[name] = 1000 * total[sum_name] / total["kwp"] if modules else None
+        total[sum_name] = kwp_of_hours(area, energy)[rows] @ getattr(energy, name)[rows] / 1000
+        total[name] = 1000 * total[sum_name] / total["kwp"] if total["kwp"] else None
     return {name: None if value is None else float(value) for name, value in total.items()}
 
 

@@ -42,7 +42,7 @@ class Timeline:
         return self.relative[moment] * np.float32(self.dni[moment])
 
 
-def build_timeline(transfer, weather, energy, system):
+def build_timeline(transfer, weather, energy):
     """Timeline of a traced city under a year of weather.
 
     Parameters
@@ -51,8 +51,6 @@ def build_timeline(transfer, weather, energy, system):
     weather : Weather
     energy : Energy
         Of both.
-    system : PvSystem
-        Of the energy.
 
     Returns
     -------
@@ -68,7 +66,7 @@ def build_timeline(transfer, weather, energy, system):
     # Hours are means over whole polygons, power comes from the modules on their counted area.
     by_month = energy.full_load_hours_by_month
     rows = np.flatnonzero(energy.eligible & np.isfinite(energy.full_load_hours))
-    kwp = kwp_of_hours(np.asarray(transfer.surfaces.area, float), energy, system)[rows]
+    kwp = kwp_of_hours(transfer.surfaces.area, energy)[rows]
     energy_by_month = kwp @ by_month[rows] / 1000.0
     return Timeline(
         relative, direction, dni, dhi, by_month, energy_by_month, _zone_of(axis.longitude)

@@ -78,6 +78,16 @@ COLUMNS = (
         "m2",
     ),
     Column("module_area", "energy", "area that carries modules", "m2"),
+    Column("kwp", "energy", "nominal power of modules on it", "kW"),
+    Column(
+        "reason",
+        "energy",
+        "why it carries no modules, a key of `core.energy.counted_area.REASONS`; empty where it "
+        "does",
+        "",
+        "text",
+    ),
+    Column("reason_note", "energy", "words of the user on the reason", "", "text"),
     Column("surface_tilt", "surfaces", "tilt from the horizontal", "degree", stored=True),
     Column(
         "surface_azimuth", "surfaces", "azimuth clockwise from true north", "degree", stored=True

@@ -268,18 +268,10 @@ def _yields_of(results):
     """Hours [h] and energy [MWh] of each surface that carries modules, with standard errors:
     pandas.DataFrame.
     """
-    faces, summary = results.faces, results.summary
-    counted = faces["area" if summary["settings"]["hidden_walls"] == "count" else "open_area"]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        # Hours are means over the whole polygon; modules lie on the part that counts.
-        power = (
-            faces["module_area"]
-            / summary["totals"]["area_per_kwp"]
-            * faces["area"]
-            / counted
-            / 1000
-        )
-    power = power.where(faces["module_area"] > 0)
+    faces = results.faces
+    # Hours are means over the whole polygon; modules lie on the part that counts.
+    counted = faces["counted_area"].where(faces["kwp"] > 0)
+    power = faces["kwp"] * faces["area"] / counted / 1000
     return tell_yields(power, faces["full_load_hours"], faces["full_load_hours_standard_error"])
 
 

@@ -6,7 +6,7 @@ import math
 from pathlib import PurePath
 
 from ..city.choose_levels import SHAPELESS
-from ..energy.counted_area import GROUND
+from ..energy.counted_area import LEFT_OUT
 from ..settings.errors import count_of, show_number
 from ..settings.request import SKIES, declared_settings, option_of
 from ..settings.system_settings import HIDDEN_WALLS, MOUNTINGS, SECTORS
@@ -169,11 +169,11 @@ def describe_left_out(summary):
     a shape: list.
     """
     totals, report, lines = summary["totals"], summary["input"].get("report") or {}, []
-    parts = {reason: one for reason, one in totals["without_modules"].items() if reason != GROUND}
+    parts = {key: one for key, one in totals["without_modules"].items() if key != "ground"}
     whole = totals["eligible_area"] + sum(one["area"] for one in parts.values())
     told = [
-        f"{reason} {one['area']:,.0f} m² ({percent(100 * one['area'] / whole)})"
-        for reason, one in parts.items()
+        f"{one['area']:,.0f} m² ({percent(100 * one['area'] / whole)}) {LEFT_OUT[key]}"
+        for key, one in parts.items()
         if one["area"] > WORTH_NAMING * whole
     ]
     if told:

@@ -4,15 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..energy.counted_area import MOST_COVERED
+from ..energy.counted_area import MOST_COVERED, REASONS
 from ..light.measure_cover import measure_cover
 from ..settings.progress import silent
 
-CLOSURE, FOOTPRINT = (
-    "closes a building towards its neighbour (ClosureSurface)",
-    "lies under its building, on the ground",
-)
-COVERED = "more than half covered: shared with a neighbour, inside a building or below the ground"
 SHEET = (
     "has no thickness and encloses nothing: its back receives and reflects too, its row is the "
     "front as drawn"
@@ -69,8 +64,10 @@ def list_findings(scene, covered_share=None, progress=silent):
         if covered_share is None
         else np.asarray(covered_share)
     )
-    found = [("inside", CLOSURE, closure), ("inside", FOOTPRINT, footprint & ~closure)]
-    found += [("inside", COVERED, (covered > MOST_COVERED) & ~closure & ~footprint)]
+    found = [("inside", REASONS["closure"], closure)]
+    found += [("inside", REASONS["ground"], footprint & ~closure)]
+    covered = (covered > MOST_COVERED) & ~closure & ~footprint
+    found += [("inside", REASONS["covered"], covered)]
     if scene.sheet is not None:
         found += [("sheet", SHEET, np.isin(every, owner[scene.sheet]))]
     for heading, reason, mask in found:

@@ -14,10 +14,11 @@ from scipy.spatial import cKDTree
 
 from ..city.classify import ORIENTATIONS
 from ..city.polygons import triangulate
+from ..energy.counted_area import REASONS
 from ..energy.pv_system import KINDS
 from .colour_map import DIVERGING, GROUND, MAPS, MISSING, choose_range
 from .columns import COLUMNS
-from .read_results import MONTHS, REASONS, WORDS, explain_faces, in_order, select_mounted
+from .read_results import MONTHS, WORDS, in_order, select_mounted
 
 COLOUR_MAP = "viridis"
 GROUND_STEPS = 40  # of the ground's heights along each side
@@ -47,7 +48,7 @@ def pack_city(results, change=None):
     str
     """
     faces = results.faces
-    mounted, values = measure_faces(faces, results.months, results.summary)
+    mounted, values = measure_faces(faces, results.months)
     if change is not None:
         own = change.iloc[: len(faces)]  # behind them are those that are gone
         values["change"] = own["full_load_hours_change"].to_numpy(float)
@@ -114,15 +115,14 @@ def _pack_array(name, array):
     return {"name": name, "whole": whole, "count": int(numbers.size)}, data
 
 
-def measure_faces(faces, months, summary):
+def measure_faces(faces, months):
     """Numbers of each surface.
 
     Parameters
     ----------
     faces : pandas.DataFrame
-        faces.csv.
+        Of `count_faces`.
     months : (n, 12) float [h]
-    summary : dict
 
     Returns
     -------
@@ -130,30 +130,24 @@ def measure_faces(faces, months, summary):
         Of `select_mounted`.
     values : dict of (n,) arrays
         `reason` (int): place in the header's reasons of what is to be said of the surface, 0 if it
-        counts. All others are float; hours of surfaces that carry modules hold for the area that
-        counts.
+        counts, 1 if it does beside the totals. All others are float; hours of surfaces that carry
+        modules hold for the area that counts.
     """
     mounted = select_mounted(faces)
     area, hours = faces["area"].to_numpy(float), faces["full_load_hours"].to_numpy(float)
-    counted = (
-        area
-        if summary["settings"]["hidden_walls"] == "count"
-        else faces["open_area"].to_numpy(float)
-    )
-    carries = np.zeros(len(faces), bool)
-    carries[mounted.index] = True
+    counted = faces["counted_area"].to_numpy(float)
+    carries = counted > 0
     # Hours of faces.csv are means over the whole polygon, covered parts with zero.
     spread = np.where(carries, area / np.where(carries, counted, 1.0), 1.0)
     values = {
         "reason": np.where(
             carries,
             faces["eligible"] != "true",
-            pd.Index(REASONS).get_indexer(explain_faces(faces)) + 2,
+            pd.Index(REASONS).get_indexer(faces["reason"]) + 2,
         ),
         "area": area,
-        "counted": np.where(carries, counted, 0.0),
-        "kwp": np.where(carries, faces["module_area"].to_numpy(float), 0.0)
-        / summary["totals"]["area_per_kwp"],
+        "counted": counted,
+        "kwp": faces["kwp"].to_numpy(float),
         "tilt": faces["surface_tilt"].to_numpy(float),
         "azimuth": faces["surface_azimuth"].to_numpy(float),
         "sky": faces["sky_view_factor"].to_numpy(float),

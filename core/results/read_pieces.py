@@ -16,7 +16,7 @@ from ..city.polygons import triangulate
 from ..city.scene import Site
 from ..city.transform_crs import plane_of
 from ..settings.errors import InputError
-from .read_results import FACE_NUMBERS, FACE_TEXTS, check_columns, read_summary
+from .read_results import FACE_NUMBERS, FACE_TEXTS, check_columns, count_faces, read_summary
 from .surfaces_file import AGAIN, CURE, MONTHLY, NAME, check_names, open_surfaces
 
 ROWS = 20_000  # of faces.csv at a time
@@ -45,7 +45,7 @@ class Shapes:
 class _Piece:
     """Some surfaces, with shapes."""
 
-    faces: pd.DataFrame  # rows of faces.csv
+    faces: pd.DataFrame  # of `count_faces`
     months: np.ndarray  # (n, 12) [h]
     shapes: Shapes  # of these rows, the corners of a surface one after the other
 
@@ -104,7 +104,8 @@ def read_pieces(folder, frame):
     """
     if not (folder / "faces.csv").is_file():
         raise InputError(folder / "faces.csv", "there is no such file", CURE)
-    site = read_summary(folder / "summary.json")["input"]["site"]
+    summary = read_summary(folder / "summary.json")
+    site = summary["input"]["site"]
     site, path, first = Site(**site | {"origin": tuple(site["origin"])}), folder / "faces.csv", 0
     rows = {"dtype": dict.fromkeys(FACE_TEXTS, str), "keep_default_na": False, "chunksize": ROWS}
     try:
@@ -113,6 +114,7 @@ def read_pieces(folder, frame):
                 raise InputError(folder / NAME, "has no shapes of the surfaces", AGAIN)
             for table in tables:
                 faces = check_columns(path, table, FACE_TEXTS, FACE_NUMBERS).reset_index(drop=True)
+                faces = count_faces(path, faces, summary)
                 check_names(
                     folder,
                     file["surface_id"][first : first + len(faces)],

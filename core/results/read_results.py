@@ -12,11 +12,10 @@ import numpy as np
 import pandas as pd
 
 from ..city.build_ground import Lattice
-from ..city.classify import ORIENTATIONS, SMALLEST_ELIGIBLE_AREA
+from ..city.classify import ORIENTATIONS
 from ..city.grid_cells import Outlines
-from ..city.racks import find_racked_roofs
 from ..city.scene import Site
-from ..energy.counted_area import MOST_COVERED
+from ..energy.counted_area import REASONS
 from ..energy.pv_system import KINDS
 from ..read.open_netcdf import refuse_links
 from ..settings.errors import InputError, id_of_cell, parsing
@@ -26,14 +25,8 @@ from .transfer_file import read_fields
 
 NEEDED = ("summary.json", "faces.csv", "groups.csv", "timeseries.nc")
 FACE_TEXTS = ("surface_id", "building_id", "kind", "orientation", "eligible")
-FACE_NUMBERS = (
-    "area",
-    "open_area",
-    "module_area",
-    "surface_tilt",
-    "surface_azimuth",
-    "covered_share",
-)
+FACE_TEXTS += ("reason", "reason_note")
+FACE_NUMBERS = ("area", "open_area", "kwp", "surface_tilt", "surface_azimuth")
 FACE_NUMBERS += ("sky_view_factor", "full_load_hours", "full_load_hours_standard_error")
 GROUP_TEXTS = ("kind", "orientation", "period")
 GROUP_NUMBERS = ("index", "full_load_hours", "count", "area", "full_load_hours_standard_error")
@@ -65,20 +58,6 @@ WORDS = {  # kind -> one, several, what bounds it
     "ground": ("Ground", "Ground", ""),
     "rack": ("Rack on a flat roof", "Racks on flat roofs", ""),
 }
-REASONS = {  # of surfaces that do not count, the first that holds
-    "ground": "it is ground",
-    "downward": "it faces downwards",
-    "racked": "racks stand on it and count in its place",
-    "small": f"it is smaller than {SMALLEST_ELIGIBLE_AREA:g} m²",
-    "covered": f"more than {MOST_COVERED:.0%} of it lies inside or against a building",
-    "cramped": (
-        f"more than {MOST_COVERED:.0%} of it is covered or has another face too close before it"
-    ),
-    "steep": "it is too steep for a roof and no wall",
-    "turned": "it faces none of the directions that count",
-    "unknown": "it has no full load hours",
-    "other": "the run leaves it out",
-}
 MOST_BINS = 40
 BIN_WIDTHS = (1, 2, 5, 10, 20, 25, 50, 100, 200, 250, 500)  # [h]
 
@@ -88,7 +67,7 @@ class Results:
     """What the files of a result folder say."""
 
     name: str  # of the folder
-    faces: pd.DataFrame  # faces.csv, a row per surface
+    faces: pd.DataFrame  # of `count_faces`, a row per surface
     groups: pd.DataFrame  # groups.csv
     summary: dict  # summary.json
     times: pd.DatetimeIndex  # (T,) UTC, start of each interval
@@ -123,7 +102,8 @@ def read_results(folder):
         if not (folder / name).is_file():
             raise InputError(folder / name, "there is no such file", CURE)
     summary = read_summary(folder / "summary.json")
-    faces = read_table(folder / "faces.csv", FACE_TEXTS, FACE_NUMBERS)
+    path = folder / "faces.csv"
+    faces = count_faces(path, read_table(path, FACE_TEXTS, FACE_NUMBERS), summary)
     groups = read_table(folder / "groups.csv", GROUP_TEXTS, GROUP_NUMBERS)
     if groups.duplicated([*GROUP_TEXTS, "index"]).any():
         raise InputError(folder / "groups.csv", "has two rows for one period of a group", CURE)
@@ -224,6 +204,22 @@ def check_columns(path, table, texts, numbers):
     return table
 
 
+def count_faces(path, faces, summary):
+    """Rows of faces.csv with `counted_area` [m²], on which their modules are; 0 without modules.
+
+    Raises
+    ------
+    InputError
+        A reason is not known.
+    """
+    unknown = sorted(set(faces["reason"]) - {"", *REASONS})
+    if unknown:
+        raise InputError(path, f"has the reason {unknown[0]!r}, which is not known", AGAIN)
+    whole = summary["settings"]["hidden_walls"] == "count"
+    area = faces["area" if whole else "open_area"]
+    return faces.assign(counted_area=area.where(faces["reason"] == "", 0.0))
+
+
 def _read_times(path):
     """Time axis of timeseries.nc, and its interval."""
     with parsing(path, "cannot be read as a time series of CityPV", CURE):
@@ -269,45 +265,25 @@ def in_order(names, order):
 
 
 def select_mounted(faces):
-    """Surfaces that modules may lie on, with the area that is open and the hours there.
+    """Surfaces that carry modules, with the area that counts and the hours there.
 
     Parameters
     ----------
     faces : pandas.DataFrame
+        Of `count_faces`.
 
     Returns
     -------
     pandas.DataFrame
-        kind, area [m²] that is open, full_load_hours [h] of that area; eligible surfaces, and flat
-        roofs without racks. The rows keep the index of `faces`.
+        kind, area [m²] that counts, full_load_hours [h] of that area. The rows keep the index of
+        `faces`.
     """
-    flat = (faces["kind"] == "flat") & (explain_faces(faces) == "other")
-    known = faces["full_load_hours"].notna() & (faces["open_area"] > 0)
-    chosen = faces[((faces["eligible"] == "true") | flat) & known]
+    chosen = faces[faces["counted_area"] > 0]
     # Hours of faces.csv are means over the whole polygon, covered parts with zero.
-    hours = chosen["full_load_hours"] * chosen["area"] / chosen["open_area"]
+    hours = chosen["full_load_hours"] * chosen["area"] / chosen["counted_area"]
     return pd.DataFrame(
-        {"kind": chosen["kind"], "area": chosen["open_area"], "full_load_hours": hours}
+        {"kind": chosen["kind"], "area": chosen["counted_area"], "full_load_hours": hours}
     )
-
-
-def explain_faces(faces):
-    """The first of the reasons not to carry modules that holds for each row of faces.csv: (n,) str,
-    of `REASONS`.
-    """
-    area, kind = faces["area"], faces["kind"]
-    holds = {
-        "ground": kind == "ground",
-        "downward": kind == "downward",
-        "racked": (kind == "flat") & find_racked_roofs(faces["surface_id"].tolist(), kind),
-        "small": area < SMALLEST_ELIGIBLE_AREA,
-        "covered": faces["covered_share"] > MOST_COVERED,
-        "cramped": faces["open_area"] < (1 - MOST_COVERED) * area,
-        "steep": kind == "steep",
-        "turned": kind.isin(("facade", "roof")) & (faces["orientation"] == "none"),
-        "unknown": faces["full_load_hours"].isna(),
-    }
-    return np.select(list(map(np.asarray, holds.values())), list(holds), "other")
 
 
 def tabulate_histograms(mounted):

@@ -26,7 +26,7 @@ ROOFS = ("roof", "flat", "steep", "rack")
 OVERLAP = 3.0  # [m]
 NODES = 9  # of the ground's heights along each side of a tile
 FEW_DIGITS = np.uint32(0xFFFFF000)  # of numbers from afar, so that gzip finds more
-AFAR = ("reason", "kwp", "hours", "error", "sky")  # columns from afar, beside the months
+AFAR = ("kwp", "hours", "error", "sky")  # columns from afar, beside the months
 
 
 @dataclass
@@ -157,7 +157,7 @@ def _sum_pixels(low, shapes, roofs, columns, feet):
     values = np.column_stack(
         [energy, columns["hours"], columns["error"], columns["sky"], *months]
     ).astype(float)[row]
-    counted = np.where((columns["reason"][row] <= 1) & np.isfinite(values).all(axis=1), share, 0.0)
+    counted = np.where((columns["kwp"][row] > 0) & np.isfinite(values).all(axis=1), share, 0.0)
     column, line = np.clip((place[:, :2] - low) / SIDE * PIXELS, 0, PIXELS - 1).astype(int).T
     height = [share * place[:, 2], share * heights_at(place[:, :2], feet)]
     weighted = np.where(counted[:, None] > 0, counted[:, None] * values, 0.0)
@@ -237,13 +237,8 @@ def _compose_mosaic(low, side, pixel, sums, look):
             "sky",
             *(f"month_{number:02d}" for number in range(1, len(means) - 2)),
         ]
-        # Nothing of it counts: the last of the reasons.
-        reason = np.where(sums[:, 3] > 0, 0, len(look["enums"]["reason"]) - 1).astype(np.uint8)
-        columns = {
-            "reason": reason,
-            "kwp": energy / means[0],
-            **dict(zip(named, means, strict=True)),
-        }
+        # NaN where nothing of it counts.
+        columns = {"kwp": energy / means[0], **dict(zip(named, means, strict=True))}
     columns = {name: _round_off(values) for name, values in columns.items()}
     shapes = Shapes(corners.reshape(-1, 3), np.repeat(np.arange(len(pixel)), 4), triangles)
     ground = _lay_ground(low, side, np.column_stack([middle, heights[:, 1]]))

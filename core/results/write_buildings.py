@@ -7,9 +7,7 @@ import pandas as pd
 
 from ..city.locate_site import bring_to_grid, find_on_earth
 from ..city.transform_crs import grid_of
-from ..energy.counted_area import find_counted_area
 from ..energy.energy import exceeded_energy, kwp_of_hours
-from ..energy.pv_system import area_of_kwp
 from ..energy.standard_errors import add_errors, errors_of_energy
 from .columns import name_months, write_table
 
@@ -20,7 +18,7 @@ PARTS = {
 }  # -> kinds
 
 
-def write_buildings(path, transfer, energy, system, weather, *, monthly=False):
+def write_buildings(path, transfer, energy, weather, *, monthly=False):
     """Write sums over the surfaces of each building.
 
     Parameters
@@ -28,19 +26,18 @@ def write_buildings(path, transfer, energy, system, weather, *, monthly=False):
     path : path-like
     transfer : Transfer
     energy : Energy
-    system : PvSystem
     weather : Weather
         Of the energy.
     monthly : bool
         Whether to add columns with the full load hours of each month.
     """
-    table = sum_buildings(transfer, energy, system, weather, monthly=monthly)
+    table = sum_buildings(transfer, energy, weather, monthly=monthly)
     for name, digits in (("easting", 12), ("northing", 12), ("latitude", 9), ("longitude", 10)):
         table[name] = [f"{value:.{digits}g}" if np.isfinite(value) else "" for value in table[name]]
     write_table(path, table)
 
 
-def sum_buildings(transfer, energy, system, weather, *, monthly=False):
+def sum_buildings(transfer, energy, weather, *, monthly=False):
     """Sums over the surfaces of each building, in alphabetical order: pandas.DataFrame.
 
     Parameters as in `write_buildings`. Columns without a part's name are sums of the eligible
@@ -51,10 +48,10 @@ def sum_buildings(transfer, energy, system, weather, *, monthly=False):
     names, building = np.unique(
         np.array(surfaces.building_id, dtype=object).astype(str), return_inverse=True
     )
-    kwp, kind = kwp_of_hours(area, energy, system), find_counted_area(transfer, system).kind
+    kwp = kwp_of_hours(area, energy)
     eligible = energy.eligible & (kwp > 0)
     parts = {"": eligible} | {
-        f"{part}_": np.isin(kind, kinds) & (kwp > 0) for part, kinds in PARTS.items()
+        f"{part}_": np.isin(energy.kind, kinds) & (kwp > 0) for part, kinds in PARTS.items()
     }
     errors = errors_of_energy(transfer, weather, energy)
 
@@ -75,7 +72,7 @@ def sum_buildings(transfer, energy, system, weather, *, monthly=False):
     for part, own in parts.items():
         rows = np.flatnonzero(own)
         table[f"{part}module_area"] = add(energy.module_area, own)
-        table[f"{part}kwp"] = table[f"{part}module_area"] / area_of_kwp(system.module)
+        table[f"{part}kwp"] = add(energy.kwp, own)
         table[f"{part}mwh_per_year"] = add(kwp * energy.full_load_hours, own) / 1000
         table[f"{part}mwh_standard_error"] = (
             add_errors(errors, rows, kwp[rows], building[rows], len(names)) / 1000

@@ -37,7 +37,7 @@ BY_KIND = {"facade": "WallSurface", "ground": "GroundSurface", "downward": "Oute
 HIGHEST_LOD = "3"  # CityJSON has no LoD 4, whose outer shell corresponds to LoD 3
 
 
-def write_cityjson(path, city, transfer, energy, *, system, weather, progress=silent):
+def write_cityjson(path, city, transfer, energy, *, weather, progress=silent):
     """Write a city with its results.
 
     Every building, and every part of one, is a city object with a MultiSurface; each of its
@@ -57,7 +57,6 @@ def write_cityjson(path, city, transfer, energy, *, system, weather, progress=si
         Its polygons are the surfaces of the Transfer, in their order.
     transfer : Transfer
     energy : Energy
-    system : PvSystem
     weather : Weather
         Of the energy.
     progress : callable, optional
@@ -91,7 +90,7 @@ def write_cityjson(path, city, transfer, energy, *, system, weather, progress=si
         part = city.part[polygon] if city.part else ""
         members.setdefault(building, {}).setdefault(part, {}).setdefault(lod, []).append(polygon)
     sums, objects = (
-        sum_buildings(transfer, energy, system, weather, monthly=True).set_index("building_id"),
+        sum_buildings(transfer, energy, weather, monthly=True).set_index("building_id"),
         {},
     )
     colours = list(city.colours)
@@ -250,7 +249,7 @@ def _describe_surfaces(city, transfer, energy):
         {
             name: short(value) if isinstance(value, float) else value
             for name, value in row.items()
-            if value is not None
+            if value not in (None, "")
         }
         for row in table.astype(object).where(table.notna(), None).to_dict("records")
     ]

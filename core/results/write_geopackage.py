@@ -43,7 +43,7 @@ CREATE TABLE gpkg_geometry_columns (table_name TEXT NOT NULL, column_name TEXT N
 """
 
 
-def write_geopackage(path, city, transfer, energy, *, system, weather, progress=silent):
+def write_geopackage(path, city, transfer, energy, *, weather, progress=silent):
     """Write a city with its results as a GeoPackage with two layers.
 
     `surfaces` has a 3D polygon for each surface with the columns of faces.csv; `buildings` has the
@@ -57,7 +57,6 @@ def write_geopackage(path, city, transfer, energy, *, system, weather, progress=
         Its polygons are the surfaces of the Transfer, in their order.
     transfer : Transfer
     energy : Energy
-    system : PvSystem
     weather : Weather
         Of the energy.
     progress : callable, optional
@@ -70,7 +69,7 @@ def write_geopackage(path, city, transfer, energy, *, system, weather, progress=
         [shapely.Polygon(rings[0], rings[1:]) for rings in map(city.rings, range(len(city)))],
         object,
     )
-    columns, rows = TABLED, sum_buildings(transfer, energy, system, weather)
+    columns, rows = TABLED, sum_buildings(transfer, energy, weather)
     types = dict.fromkeys(rows, "DOUBLE") | {
         "building_id": "TEXT",
         "surfaces": "INTEGER",

@@ -103,7 +103,7 @@ def write_site(folders, out, *, attribution="", private=False, overwrite=False):
             },
             "copyright": attribution,
         }
-        frame, box = _write_tiles(work, store, frame, summary, look=look, private=private)
+        frame, box = _write_tiles(work, store, frame, look=look, private=private)
         total = store.base.execute("SELECT count(*) FROM building").fetchone()[0]
         header = {"frame": frame.ravel().tolist(), "box": box.round(2).tolist(), "buildings": total}
         _write_index(work, store, header | view, private)
@@ -166,7 +166,7 @@ def _sort_surfaces(store, folders, frame, summary):
             piece = store.add_piece(found, number, folder)
             kinds, sides = kinds | set(piece.faces["kind"]), sides | set(piece.faces["orientation"])
             count += len(piece.faces)
-            mounted, values = measure_faces(piece.faces, piece.months, summary)
+            mounted, values = measure_faces(piece.faces, piece.months)
             sampled.append(np.column_stack([*values.values()])[mounted.index][::step])
     if not count:
         raise InputError(folders[0] / "faces.csv", "has no surfaces with shapes", CURE)
@@ -175,7 +175,7 @@ def _sort_surfaces(store, folders, frame, summary):
     return count, describe_view(in_order(kinds, KINDS), in_order(sides, ORIENTATIONS), layers)
 
 
-def _write_tiles(work, store, frame, summary, *, look, private):
+def _write_tiles(work, store, frame, *, look, private):
     """Write all tiles and their tree, from the squares of one tile to the next, so that few tiles
     are held at a time.
 
@@ -207,7 +207,7 @@ def _write_tiles(work, store, frame, summary, *, look, private):
         piece = join_pieces(store.pieces((int(x + low[0]), int(y + low[1]))))
         piece.shapes.corners -= origin
         boxes.append(bound(piece.shapes.corners))
-        columns = _tabulate_columns(piece, summary, look["enums"])
+        columns = _tabulate_columns(piece, look["enums"])
         store.describe_buildings(_list_buildings(piece, columns, private))
         if not private:
             columns |= {
@@ -220,9 +220,9 @@ def _write_tiles(work, store, frame, summary, *, look, private):
     return frame, bound(np.reshape(boxes, (-1, 3)))
 
 
-def _tabulate_columns(piece, summary, enums):
+def _tabulate_columns(piece, enums):
     """Columns of the surfaces' tile: dict of arrays."""
-    values = measure_faces(piece.faces, piece.months, summary)[1]
+    values = measure_faces(piece.faces, piece.months)[1]
     places = {
         "kind": [enums["kind"].index(kind) for kind in piece.faces["kind"]],
         "orientation": [enums["orientation"].index(side) for side in piece.faces["orientation"]],

@@ -16,7 +16,7 @@ from ..accuracy.error_budget import WHAT
 from ..accuracy.yield_errors import split_errors
 from ..city.edge_distance import FURTHEST, NEAREST
 from ..city.scene import surface_of_triangles
-from ..energy import counted_area
+from ..energy.counted_area import name_group, sum_left_out
 from ..energy.energy import exceeded_energy, kwp_of_hours, sum_potential, sum_years
 from ..energy.pv_system import KINDS, area_of_kwp, build_system
 from ..weather.weather import distance_of_weather
@@ -250,35 +250,27 @@ def sum_totals(transfer, energy, system):
     `without_modules` has all other area, by the reason why it counts nothing; `dark` surfaces that
     count although next to no light reaches them, in deep courts and shafts.
     """
-    area, kind = (
-        np.asarray(transfer.surfaces.area, float),
-        counted_area.find_counted_area(transfer, system).kind,
-    )
-    rows = {
-        name: energy.flat_roof if name == "flat" else energy.eligible & (kind == name)
-        for name in KINDS
-    }
+    area, counts = np.asarray(transfer.surfaces.area, float), energy.counted_area > 0
+    rows = {name: counts & (energy.kind == name) for name in KINDS}
     own = energy.eligible & np.isfinite(energy.full_load_hours)
-    carries = energy.eligible | energy.flat_roof
-    counted = energy.counted_area[carries]
-    hours = energy.full_load_hours[carries] * area[carries] / np.maximum(counted, 1e-9)
+    counted = energy.counted_area[counts]
+    hours = energy.full_load_hours[counts] * area[counts] / counted
     dark = hours * counted.sum() < DARK * (hours @ counted)
-    by_year = (
-        kwp_of_hours(area, energy, system)[own] @ energy.full_load_hours_by_year[own] / 1000
-    )  # (y,) [MWh]
+    # (y,) [MWh]
+    by_year = kwp_of_hours(area, energy)[own] @ energy.full_load_hours_by_year[own] / 1000
     return {
         "count": int(energy.eligible.sum()),
-        **sum_potential(energy.eligible, area, energy, system),
+        **sum_potential(energy.eligible, area, energy),
         **{
             f"{name}_mwh_per_year": float(value) for name, value in exceeded_energy(by_year).items()
         },
         "area_per_kwp": area_of_kwp(system.module),
         "kinds": {
-            name: {"count": int(chosen.sum()), **sum_potential(chosen, area, energy, system)}
+            name: {"count": int(chosen.sum()), **sum_potential(chosen, area, energy)}
             for name, chosen in rows.items()
             if chosen.any()
         },
-        "without_modules": counted_area.sum_left_out(transfer, system),
+        "without_modules": sum_left_out(area, energy),
         "dark": {"count": int(dark.sum()), "area": float(counted[dark].sum())},
         "unit": "m², m²/kWp, kWp, h, kWh/kWp, MWh",
     }
@@ -292,7 +284,7 @@ def describe_years(energy):
     if not years:
         return {}
     table = pd.DataFrame(
-        years, index=[counted_area.name_group(*names) for names in energy.groups]
+        years, index=[name_group(*names) for names in energy.groups]
     ).T  # (y, g) [h]
     spread = table.agg(["mean", "std", "min", "max"])
     spread.index = ["mean", "standard_deviation", "lowest", "highest"]

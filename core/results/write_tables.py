@@ -250,7 +250,7 @@ def write_tables(folder, transfer, energy, weather, request, *, progress):
         "faces.csv": lambda path: write_faces(path, transfer, energy, monthly=monthly),
         "groups.csv": lambda path: write_groups(path, energy),
         "buildings.csv": lambda path: write_buildings(
-            path, transfer, energy, system, weather, monthly=monthly
+            path, transfer, energy, weather, monthly=monthly
         ),
         "timeseries.nc": lambda path: write_timeseries(
             path, energy, weather, system, power if wanted else None

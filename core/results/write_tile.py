@@ -99,10 +99,10 @@ def index(buffer, shapes):
 
 def _colour_features(columns, level):
     """Colour of each feature, (n, 4) uint8 in linear light; grey where the hours are not known or
-    do not count.
+    there are no modules.
     """
     hours = np.asarray(columns["hours"], float)
-    known = np.isfinite(hours) & (np.asarray(columns["reason"]) <= 1)
+    known = np.isfinite(hours) & (np.asarray(columns["kwp"]) > 0)
     shade = np.ones(len(hours))
     if "tilt" in columns:
         tilt, azimuth = np.radians(columns["tilt"]), np.radians(np.nan_to_num(columns["azimuth"]))

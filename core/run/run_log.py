@@ -60,6 +60,7 @@ def report_outcome(log, folder, energy, totals, report=None):
     An ImportReport, where there is one, tells the buildings that have none.
     """
     from ..city.choose_levels import SHAPELESS
+    from ..energy.counted_area import LEFT_OUT
 
     interval = energy.interval.total_seconds() / 3600  # [h]
     hours = energy.capacity_factor.sum(axis=0) * interval / energy.years  # (groups,) [h]
@@ -81,12 +82,12 @@ def report_outcome(log, folder, energy, totals, report=None):
                 f"  {name}: {one['full_load_hours']:.0f} h, {count_of(one['count'], 'surface')}, "
                 f"{power}"
             )
-    for reason, one in totals["without_modules"].items():
+    for key, one in totals["without_modules"].items():
         if not one["count"] and one["area"] < 1:
             continue
         log.write(
-            f"  without modules: {count_of(one['count'], 'surface')}, {one['area']:,.0f} m² "
-            f"{reason}"
+            f"  without modules: {count_of(one['count'], 'surface')}, {one['area']:,.0f} m²: "
+            f"{LEFT_OUT[key]}"
         )
     if (dark := totals["dark"])["count"]:
         log.write(

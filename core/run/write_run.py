@@ -141,11 +141,11 @@ def write_exports(work, results, request, exports, progress=silent):
         See `core.settings.progress`.
     """
     city, scene, transfer, energy, weather = results
-    told = {"system": build_system(request), "progress": progress}
+    told = {"weather": weather, "progress": progress}
     if "cityjson" in exports:
-        write_cityjson(work / "city.city.json", city, transfer, energy, weather=weather, **told)
+        write_cityjson(work / "city.city.json", city, transfer, energy, **told)
     if "geopackage" in exports:
-        write_geopackage(work / "city.gpkg", city, transfer, energy, weather=weather, **told)
+        write_geopackage(work / "city.gpkg", city, transfer, energy, **told)
     if "gltf" in exports:
         write_gltf(work / "city.glb", scene, energy, label=weather.label, progress=progress)
 

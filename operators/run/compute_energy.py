@@ -38,13 +38,12 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
 
         session, kept, request = task
         transfer, weather, energy = weigh(session, kept, request, progress)
-        system = build_system(request)
-        kwp = kwp_of_hours(np.asarray(transfer.surfaces.area), energy, system)
+        kwp = kwp_of_hours(transfer.surfaces.area, energy)
         told = {
             "place": describe_distance(weather, transfer.site),
-            "whole": sum_totals(transfer, energy, system),
+            "whole": sum_totals(transfer, energy, build_system(request)),
         }
-        told["buildings"] = sum_buildings(transfer, energy, system, weather)
+        told["buildings"] = sum_buildings(transfer, energy, weather)
         return session, transfer, weather, energy, request, (told, kwp)
 
     def finish(self, context, result):

@@ -135,15 +135,11 @@ def describe_surfaces(session, rows):
     -------
     list of str
     """
+    from ...core.energy.counted_area import REASONS
     from ...core.energy.energy import exceeded_energy, kwp_of_hours, sum_potential
-    from ...core.energy.pv_system import build_system
 
-    surfaces, energy, system = (
-        session.transfer.surfaces,
-        session.energy,
-        build_system(session.request),
-    )
-    total = sum_potential(rows, surfaces.area, energy, system)
+    surfaces, energy = session.transfer.surfaces, session.energy
+    total = sum_potential(rows, surfaces.area, energy)
     names = list(dict.fromkeys(surfaces.building_id[k] for k in rows))
     kinds = list(dict.fromkeys(f"{surfaces.kind[k]} {surfaces.orientation[k]}" for k in rows))
     area = surfaces.area[rows]
@@ -159,17 +155,21 @@ def describe_surfaces(session, rows):
         ]
     error = f" ± {energy.full_load_hours_standard_error[rows[0]]:.1f}" if len(rows) == 1 else ""
     hours, counted = total["full_load_hours"], rows[energy.counted_area[rows] > 0]
-    years = (
-        kwp_of_hours(surfaces.area, energy, system)[counted]
-        @ energy.full_load_hours_by_year[counted]
-        / 1000
-    )
+    kwp = kwp_of_hours(surfaces.area, energy)[counted]
+    years = kwp @ energy.full_load_hours_by_year[counted] / 1000
+    reasons = energy.reason[rows].tolist()
+    told = [
+        (f"{reasons.count(key):,}: {words}" if len(rows) > 1 else words)
+        for key, words in REASONS.items()
+        if key in reasons
+    ]
     return [
         *lines,
         "Full load hours|–" if hours is None else f"Full load hours|{hours:,.0f}{error} h per year",
         f"Irradiation|{np.average(energy.poa_global_annual[rows], weights=area):,.0f} kWh/m² per "
         "year",
         f"Power|{total['kwp']:,.1f} kWp",
+        *(f"Without modules|{words}" for words in told),
         f"Energy|{total['mwh_per_year']:,.2f} MWh per year",
         *(
             f"{name.upper()}|{value:,.2f} MWh per year"
@@ -190,18 +190,13 @@ def _chart_surfaces(session, rows):
         Surfaces. Of more than `MOST` there is no day curve (zeros).
     """
     from ...core.energy.energy import kwp_of_hours
-    from ...core.energy.pv_system import build_system
     from ...core.light.transfer import take_rows
     from ...core.study import compute_energy
     from ...core.sun.solar_position import local_middle
 
-    energy, area, curves = (
-        session.energy,
-        np.asarray(session.transfer.surfaces.area),
-        np.zeros((len(CURVES), 24)),
-    )
+    energy, curves = session.energy, np.zeros((len(CURVES), 24))
     counted = rows[np.isfinite(energy.full_load_hours[rows]) & (energy.counted_area[rows] > 0)]
-    kwp = kwp_of_hours(area, energy, build_system(session.request))[counted]
+    kwp = kwp_of_hours(session.transfer.surfaces.area, energy)[counted]
     months = kwp @ energy.full_load_hours_by_month[counted] / 1000
     if 0 < len(counted) <= MOST:
         transfer = take_rows(session.transfer, counted)

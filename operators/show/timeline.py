@@ -39,16 +39,13 @@ class StartTimeline(OfTransfer, Step, bpy.types.Operator):
     @staticmethod
     def work(task, progress):
         """Compute light and yield of all frames, and the energy where it is not known."""
-        from ...core.energy.pv_system import build_system
         from ...core.energy.timeline import build_timeline
         from ...core.results.colour_map import choose_range
 
         session, kept, request = task
         weighed = with_energy(session, kept, request, progress)
         progress("hours of the months", 0, 1, "months")
-        timeline = build_timeline(
-            weighed.transfer, weighed.weather, weighed.energy, build_system(weighed.request)
-        )
+        timeline = build_timeline(weighed.transfer, weighed.weather, weighed.energy)
         # The scales of all moments together end where the brightest hour's and the best month's do.
         light = timeline.relative * timeline.dni[:, None].astype("float32")
         best = timeline.hours_by_month[:, timeline.energy_by_month.argmax()]

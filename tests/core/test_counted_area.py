@@ -16,7 +16,7 @@ from weathers import ERA5, HOUR
 
 from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.energy.counted_area import COVERED, PARTS
+from citypv.core.energy.counted_area import REASONS, find_counted_area
 from citypv.core.energy.energy import split_years
 from citypv.core.energy.pv_system import build_system, dc_system
 from citypv.core.results.write_buildings import sum_buildings
@@ -48,6 +48,8 @@ def test_hidden_walls_are_left_out(transfer, berlin):
     """A group's hours are Σ FLH·A / Σ A·(1 − covered_share): here those of an open wall."""
     energy = compute_energy(transfer, berlin)
     assert energy.eligible.tolist() == [True] * 3 + [False] * 4 + [True] * 2 + [False] * 2
+    walls, level = ["", "", "", "covered", "covered"], ["", "", "covered", "small"]
+    assert energy.reason.tolist() == [*walls, "overhang", "underside", *level]
     assert energy.groups == [
         ("facade", "south"),
         ("flat", "none"),
@@ -70,11 +72,11 @@ def test_hidden_walls_are_left_out(transfer, berlin):
     assert total["kwp"] == pytest.approx(sum(one["kwp"] for one in total["kinds"].values()))
     # Walls of 300 and 200 m² are hidden, and a roof of 70 m²; of those that count 10, 20 and 24 m².
     assert total["without_modules"] == {
-        COVERED: {"count": 3, "area": pytest.approx(300 + 200 + 70)},
-        PARTS: {"count": 3, "area": pytest.approx(10 + 20 + 24)},
-        "leaning outward by more than 1°": {"count": 1, "area": 30.0},
-        "facing down": {"count": 1, "area": 90.0},
-        "smaller than 6.25 m²": {"count": 1, "area": 5.0},
+        "covered": {"count": 3, "area": pytest.approx(300 + 200 + 70)},
+        "parts": {"count": 3, "area": pytest.approx(10 + 20 + 24)},
+        "overhang": {"count": 1, "area": 30.0},
+        "underside": {"count": 1, "area": 90.0},
+        "small": {"count": 1, "area": 5.0},
     }
     left_out = sum(one["area"] for one in total["without_modules"].values())
     assert total["eligible_area"] + left_out == pytest.approx(transfer.surfaces.area.sum())
@@ -100,11 +102,11 @@ def test_what_has_no_room_carries_no_modules(transfer, berlin):
     # The second has 0.2 covered and 0.4 cramped, together more than half.
     np.testing.assert_allclose(energy.open_area[[0, 1, 2, 7, 8]], [70, 20, 8, 0, 56])
     left_out = sum_totals(known, energy, system)["without_modules"]
-    assert left_out["no room: another face within 0.3 m"] == {
+    assert left_out["no-room"] == {
         "count": 3,
         "area": pytest.approx(50 + 40 + 60),
     }
-    assert left_out[PARTS]["area"] == pytest.approx(30 + 24)
+    assert left_out["parts"]["area"] == pytest.approx(30 + 24)
     whole = sum_totals(known, energy, system)["eligible_area"] + sum(
         one["area"] for one in left_out.values()
     )
@@ -171,7 +173,9 @@ def test_usable_shares_and_flat_roofs(transfer, berlin):
     facade, flat = (all_of_it["kinds"][kind] for kind in ("facade", "flat"))
     assert total["kinds"]["facade"]["full_load_hours"] == pytest.approx(facade["full_load_hours"])
     none = build_system(Request(usable={"facade": 0.0}))
-    bare = sum_totals(transfer, compute_energy(transfer, berlin, none), none)
+    left = compute_energy(transfer, berlin, none)
+    assert left.reason[:4].tolist() == ["usable", "usable", "usable", "covered"]
+    bare = sum_totals(transfer, left, none)
     assert (
         bare["kinds"]["facade"]["full_load_hours"] is None
         and bare["kinds"]["facade"]["eligible_area"] > 0
@@ -201,6 +205,40 @@ def test_with_the_papers_sectors_flat_roofs_stand_beside_the_whole(transfer, ber
         total["kwp"] == total["kinds"]["facade"]["kwp"]
         and total["without_modules"] == whole["without_modules"]
     )
+
+
+def test_each_reason_and_none_where_there_are_modules():
+    """A surface for each reason, most of which have others too: the first of the table holds."""
+    suns = choose_suns("days:1", *read_weather("clear-sky", 52.5, 13.4).axis)
+    shapes = {  # -> tilt, azimuth, area [m²], covered, without room, class, kind
+        "ground": (0, 0, 5, 0.9, 0, "GroundSurface", "ground"),
+        "closure": (90, 180, 5, 0.9, 0, "ClosureSurface", "facade"),
+        "underside": (180, 0, 5, 0.9, 0, "", "downward"),
+        "overhang": (100, 180, 5, 0.9, 0, "", "downward"),
+        "racks": (0, 0, 5, 0.9, 0, "", "flat"),
+        "covered": (90, 180, 5, 0.6, 0.4, "", "facade"),
+        "no-room": (90, 180, 5, 0.4, 0.2, "", "facade"),
+        "small": (90, 140, 6.24, 0.5, 0, "", "facade"),
+        "direction": (90, 140, 6.25, 0, 0.5, "", "facade"),
+        "twin": (90, 180, 6.25, 0, 0, "", "facade"),
+        "usable": (30, 180, 6.25, 0, 0, "", "roof"),
+        "": (90, 180, 6.25, 0.5, 0, "", "facade"),
+    }
+    columns = map(list, zip(*shapes.values(), strict=True))
+    tilt, azimuth, area, covered, cramped, thematic, kind = columns
+    result = unshaded_transfer(suns, [*tilt, 10, 10], [*azimuth, 180, 0])
+    result.surfaces.surface_id[:] = [*map(str, range(len(tilt))), "4/rack1", "level"]
+    result.surfaces.kind[:] = np.array([*kind, "rack", "flat"])
+    result.surfaces.thematic[:] = [*thematic, "", ""]
+    result.surfaces.area[:] = [*area, 1, 7]
+    result.surfaces.eligible[:] = [False] * 10 + [True] * 3 + [False]
+    result.covered_share[:] = [*covered, 0, 0]
+    result.no_room[:, 1] = [*cramped, 0, 0]
+    system = build_system(Request(sectors="paper", usable={"roof": 0}))
+    counted = find_counted_area(result, system)
+    assert counted.reason.tolist() == [*shapes, "", ""]  # the paper's level roof carries modules
+    assert ((counted.kwp > 0) == (counted.reason == "")).all() and list(shapes) == [*REASONS, ""]
+    np.testing.assert_allclose(counted.kwp[-3:], np.array([6.25 / 2, 1, 7]) / KWP)
 
 
 def three_years(berlin):
@@ -243,11 +281,8 @@ def test_years_are_computed_each_and_averaged(berlin, tmp_path):
     assert describe_years(alone[0]) == {}
     # Of three years the middle one is exceeded in half; a tenth is below all of them.
     system, dc = dc_system(), "mwh_per_year"
-    table = sum_buildings(transfer, energy, system, together)
-    each = [
-        sum_buildings(transfer, one, system, own)[dc]
-        for one, own in zip(alone, single, strict=True)
-    ]
+    table = sum_buildings(transfer, energy, together)
+    each = [sum_buildings(transfer, one, own)[dc] for one, own in zip(alone, single, strict=True)]
     np.testing.assert_allclose(table[f"p50_{dc}"], np.median(each, axis=0), rtol=1e-6)
     np.testing.assert_allclose(table[f"p90_{dc}"], np.min(each, axis=0), rtol=1e-6)
     whole = sum_totals(transfer, energy, system)

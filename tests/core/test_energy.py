@@ -144,10 +144,10 @@ def test_buildings_sum_up(berlin, tmp_path):
     transfer.covered_share[::3] = 0.4
     system = build_system(Request(losses=10.0, inverter=None, usable={"facade": 0.7}))
     energy = compute_energy(transfer, berlin, system)
-    write_buildings(tmp_path / "buildings.csv", transfer, energy, system, berlin, monthly=True)
+    write_buildings(tmp_path / "buildings.csv", transfer, energy, berlin, monthly=True)
     table = pd.read_csv(tmp_path / "buildings.csv").set_index("building_id")
     assert sorted(table.index) == sorted(set(transfer.surfaces.building_id))
-    total = sum_potential(energy.eligible, transfer.surfaces.area, energy, system)
+    total = sum_potential(energy.eligible, transfer.surfaces.area, energy)
     for name in ("eligible_area", "module_area", "kwp", "mwh_per_year", "mwh_dc_per_year"):
         assert table[name].sum() == pytest.approx(total[name], rel=1e-4)
     assert total["mwh_per_year"] == pytest.approx(0.9 * total["mwh_dc_per_year"], rel=1e-9)

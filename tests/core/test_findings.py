@@ -13,12 +13,12 @@ from test_read_citygml import EXPECTED, find
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.city.city import ImportReport
 from citypv.core.commands.inspect_city import describe_city, inspect_city
+from citypv.core.energy.counted_area import REASONS
 from citypv.core.results.list_findings import list_findings
 from citypv.core.settings.errors import list_some, show_number
 from citypv.core.settings.request import Request
 
-SHARED = "more than half covered: shared with a neighbour, inside a building or below the ground"
-FOOT = "lies under its building, on the ground"
+CLOSING, FOOT, SHARED = (REASONS[name] for name in ("closure", "ground", "covered"))
 
 
 def findings_of(city):
@@ -72,7 +72,7 @@ def test_closure_surfaces_of_the_real_tile_are_switched_off():
     count, area = EXPECTED[name]["area_by_lod_class"]["lod2:ClosureSurface"]
     found = inspect_city([find(name)], Request())
     rows = {row["reason"]: row for row in found["findings"]}
-    closing = rows["closes a building towards its neighbour (ClosureSurface)"]
+    closing = rows[CLOSING]
     assert closing["count"] == count
     assert closing["area"] == pytest.approx(area, rel=1e-3)
     assert rows[FOOT]["count"] == EXPECTED[name]["area_by_lod_class"]["lod2:GroundSurface"][0]

@@ -14,15 +14,15 @@ import pytest
 import shapely
 
 from citypv.core.city.grid_cells import Outlines
-from citypv.core.results import pack_city as packing
+from citypv.core.energy.counted_area import REASONS
 from citypv.core.results import write_report
-from citypv.core.results.pack_city import pack_city, pack_shapes
-from citypv.core.results.read_results import Results
+from citypv.core.results.pack_city import BELOW, pack_city, pack_shapes
+from citypv.core.results.read_results import Results, count_faces
+from citypv.core.settings.errors import InputError
 
 WEB = Path(write_report.__file__).parent / "web"
 SUMMARY = {
     "settings": {"module": "m", "hidden_walls": "leave-out", "usable": {"facade": 0.5}},
-    "totals": {"area_per_kwp": 5.0},
 }
 
 
@@ -52,18 +52,17 @@ def some_results(count=4, seed=0, **columns):
         "open_area": np.multiply(numbers["area"], rng.choice([1.0, 1.0, 0.75], size)),
         "surface_tilt": [90.0, 90.0, 90.0, 90.0, 0.0, 180.0] * count,
         "surface_azimuth": [180.0, 90.0, 0.0, 270.0, 0.0, 0.0] * count,
-        "covered_share": 0.0,
         "sky_view_factor": rng.uniform(0, 1, size).round(6),
     }
-    faces["module_area"] = faces["open_area"] * np.array(([0.5] * 4 + [1.0] * 2) * count)
+    faces["kwp"] = faces["open_area"] * np.array(([0.1] * 4 + [0.2, 0.0]) * count)
+    faces["reason"] = ([""] * 5 + ["ground"]) * count
     outlines = Outlines(
         points.astype(np.float32), np.arange(0, 4 * size + 1, 4, np.int32), np.arange(size + 1)
     )
     groups = pd.DataFrame(columns=["kind", "orientation", "period", "index", "full_load_hours"])
     months = rng.uniform(0, 150, (size, 12)).astype(np.float32)
-    return Results(
-        "R", pd.DataFrame(faces | columns), groups, SUMMARY, None, None, None, outlines, months
-    )
+    faces = count_faces("faces.csv", pd.DataFrame(faces | columns), SUMMARY)
+    return Results("R", faces, groups, SUMMARY, None, None, None, outlines, months)
 
 
 def unpack(text):
@@ -105,37 +104,33 @@ def test_numbers_come_out_as_they_are_in_the_tables():
             results.months[row, 1] * one.area
         )
     assert city["kwp"][floor] == city["counted"][floor] == 0 and np.isnan(city["month_02"][floor])
-    assert [city["reasons"][city["reason"][row]] for row in (wall, floor)] == ["", "it is ground"]
+    assert [city["reasons"][city["reason"][row]] for row in (wall, floor)] == [
+        "",
+        REASONS["ground"],
+    ]
     assert city["reason"][roof] == 1
 
 
-def test_the_area_of_modules_is_that_of_the_table_where_there_is_one():
-    results = some_results(module_area=np.arange(24.0))
-    assert unpack(pack_city(results))["kwp"][:4] == pytest.approx(np.arange(4) / 5)
-    count_all = replace(results, summary=SUMMARY | {"settings": {"hidden_walls": "count"}})
-    assert unpack(pack_city(count_all))["hours"][0] == np.float32(
-        results.faces["full_load_hours"][0]
+def test_hours_are_those_of_the_area_that_counts():
+    results = some_results()
+    whole = {"settings": {"hidden_walls": "count"}}
+    count_all = replace(results, faces=count_faces("faces.csv", results.faces, whole))
+    assert unpack(pack_city(count_all))["hours"][:5] == pytest.approx(
+        results.faces["full_load_hours"][:5].to_numpy()
     )
 
 
-@pytest.mark.parametrize(
-    ("reason", "column", "value"),
-    [
-        ("downward", "kind", "downward"),
-        ("steep", "kind", "steep"),
-        ("small", "area", 6.0),
-        ("covered", "covered_share", 0.6),
-        ("turned", "orientation", "none"),
-        ("unknown", "full_load_hours", np.nan),
-        ("other", "eligible", "false"),
-    ],
-)
-def test_what_does_not_count_says_why(reason, column, value):
-    results = some_results()
-    results.faces.loc[0, "eligible"] = "false"
-    results.faces.loc[0, column] = value
+@pytest.mark.parametrize("reason", REASONS)
+def test_what_does_not_count_says_why(reason):
+    results = some_results(reason=[reason] * 24, kwp=0.0)
     city = unpack(pack_city(results))
-    assert city["reasons"][city["reason"][0]] == packing.REASONS[reason]
+    assert city["reasons"][city["reason"][0]] == REASONS[reason]
+    assert not city["counted"].any() and np.isnan(city["month_01"]).all()
+
+
+def test_a_reason_of_another_version_is_refused():
+    with pytest.raises(InputError, match=r"faces\.csv: has the reason 'new', which is not known"):
+        some_results(reason=["new"] * 24)
 
 
 def test_a_change_has_zero_in_the_middle():
@@ -176,7 +171,7 @@ def test_triangles_cover_the_surfaces_and_the_ground_lies_below():
     corners = shapes["corners"].T / 1000
     area = sum(shapely.Polygon(corners[triangle][:, :2]).area for triangle in shapes["triangles"])
     assert area == pytest.approx(12)
-    assert shapes["plate"] == pytest.approx(5 - packing.BELOW)
+    assert shapes["plate"] == pytest.approx(5 - BELOW)
     west, east, south, north = shapes["plate_bounds"]
     assert west < 0 and south < 0 and east > 4 and north > 4
 

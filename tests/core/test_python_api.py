@@ -19,7 +19,6 @@ import citypv
 from citypv.__main__ import main
 from citypv.core.commands.choose_settings import request_of_settings, take_exports
 from citypv.core.commands.python_api import Result
-from citypv.core.energy.counted_area import PARTS
 from citypv.core.results.read_results import read_summary
 from citypv.core.results.write_summary import versions
 
@@ -321,8 +320,13 @@ def test_areas_of_all_tables_agree(result):
     annual = result.groups[result.groups["period"] == "annual"]
     assert totals["eligible_area"] == pytest.approx(counted.open_area.sum(), rel=1e-5)
     assert annual["area"].sum() == pytest.approx(counted.open_area.sum(), rel=1e-5)
+    assert ((faces.kwp > 0) == (faces.reason == "")).all()
+    assert faces.kwp.sum() == pytest.approx(totals["kwp"], rel=1e-5)
     left_out = dict(totals["without_modules"])
-    parts = left_out.pop(PARTS, {"count": 0, "area": 0.0})
+    for reason, own in faces[faces.reason != ""].groupby("reason"):
+        found = {"count": len(own), "area": pytest.approx(own.area.sum(), rel=1e-5)}
+        assert left_out[reason] == found and (own.reason_note == "").all()
+    parts = left_out.pop("parts", {"count": 0, "area": 0.0})
     hidden = (counted.area - counted.open_area).clip(lower=0)
     assert parts["area"] == pytest.approx(hidden.sum(), abs=0.1)
     assert sum(one["count"] for one in left_out.values()) == (~faces.eligible).sum()

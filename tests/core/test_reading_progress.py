@@ -22,7 +22,6 @@ from citypv.core.city.build_scene import build_scene
 from citypv.core.city.join_contents import JOINING
 from citypv.core.effects.table import PLANNING, TABLE
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.energy.pv_system import dc_system
 from citypv.core.light import sun_matrix
 from citypv.core.read.open_input import BUFFER
 from citypv.core.read.read_city import READING, read_city
@@ -205,7 +204,6 @@ def test_writing_is_told(results, tmp_path, monkeypatch):
         city,
         transfer,
         energy,
-        system=dc_system(),
         weather=weather,
         progress=kept,
     )

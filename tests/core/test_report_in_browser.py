@@ -12,6 +12,7 @@ from matplotlib.image import imread
 from report_page import Picture, numbers, on_counted_area, shown, shown_parts, simulate_houses
 
 from citypv.core.commands.command_line import main
+from citypv.core.energy.counted_area import REASONS
 from citypv.core.results.read_results import read_results
 
 pytestmark = [pytest.mark.once, pytest.mark.slow]
@@ -62,7 +63,6 @@ def page(chromium, folder):
 
 def test_a_hundred_clicks_show_what_faces_csv_says(page, folder, faces):
     places, kinds = Picture(page, folder).places(100, seed=5), set()
-    kwh_per_kwp = read_results(folder).summary["totals"]["area_per_kwp"]
     hours = on_counted_area(faces, "full_load_hours")
     error = on_counted_area(faces, "full_load_hours_standard_error")
     months = [on_counted_area(faces, f"full_load_hours_{month:02d}") for month in range(1, 13)]
@@ -84,9 +84,9 @@ def test_a_hundred_clicks_show_what_faces_csv_says(page, folder, faces):
         assert numbers(told["Sky view factor"])[0] == pytest.approx(row.sky_view_factor, abs=0.0006)
         kinds.add(row.kind)
         if not row.eligible:
-            assert told["Does not count"]
+            assert told["Does not count"] == REASONS[row.reason]
             continue
-        kwp = row.open_area / kwh_per_kwp
+        kwp = row.kwp
         assert numbers(told["Power"])[0] == pytest.approx(kwp, abs=0.006)
         assert numbers(told["Full load hours"]) == pytest.approx(
             [hours[name], error[name]], abs=0.06

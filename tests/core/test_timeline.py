@@ -102,8 +102,8 @@ def test_the_months_add_up_to_the_year(berlin):
         dc_system(),
     )
     energy = compute_energy(transfer, berlin, system)
-    timeline = build_timeline(transfer, berlin, energy, system)
-    whole = sum_potential(energy.eligible, transfer.surfaces.area, energy, system)
+    timeline = build_timeline(transfer, berlin, energy)
+    whole = sum_potential(energy.eligible, transfer.surfaces.area, energy)
     assert timeline.energy_by_month.sum() == pytest.approx(whole["mwh_per_year"], rel=1e-9)
     noon = 5 * 24 + 12
     np.testing.assert_allclose(

@@ -68,7 +68,7 @@ function tableRow(tag, texts, firstNumber = 1) {
 // ---- The data
 
 function carries(surface) {
-  return city.reason[surface] <= 1; // 0: counts, 1: a flat roof, which stands beside the totals
+  return city.kwp[surface] > 0;
 }
 
 function sumSurfaces(surfaces) {
@@ -92,6 +92,7 @@ function addParts(parts) {
 
 // Sums over the kinds of some surfaces that count, and over flat roofs, which stand beside these.
 function sumKinds(surfaces) {
+  // 0: in the totals, 1: beside them.
   const of = (reason) => surfaces.filter((surface) => city.reason[surface] === reason);
   const counted = city.kinds
     .map((_, kind) => ({ kind, ...sumSurfaces(of(0).filter((surface) => city.kind[surface] === kind)) }))
