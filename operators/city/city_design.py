@@ -7,6 +7,7 @@ one they were computed for.
 
 import hashlib
 import uuid
+from dataclasses import dataclass
 
 import bpy
 
@@ -54,11 +55,22 @@ BUILDING = PREFIX + "building_id"  # what its building is called, where not as t
 ORIGINAL = (
     PREFIX + "original"
 )  # digest of the shape in which it was made of a building of the files
-_known = {}  # (`session_uid`, place of its city) of objects -> digest, until they are edited
-# `session_uid` of a city -> list of (key of `_known`, name, of `_read_original`) of all that is
-# seen of it
+# (`session_uid`, place of its city) of objects -> digest, until they are edited
+_known = {}
+# `session_uid` of a city -> `_Parts` as it is seen, as long as all of these are in `_known`
 _parts = {}
+# `session_uid` of a city -> its design, and `_state_of` it when it was seen as its results are
+_at_results = {}
 COLLECTION = "CityPV"  # what is put into it joins the city that is seen
+
+
+@dataclass
+class _Parts:
+    """All that is seen of a city."""
+
+    names: dict  # key of `_known` -> (name, of `_read_original`)
+    results: dict | None  # of `_state_of`, which its results are of; None where that is not known
+    edited: set  # keys of what differs from it
 
 
 def begin_design(city, earlier=None):
@@ -82,11 +94,41 @@ def remember_design(city, design):
     city[DESIGN], city[REDESIGNED] = design, design != describe_design(city)
 
 
+def arrangement_of(scene, cities):
+    """What of a Blender scene may change which objects its cities consist of, and is not told by
+    itself: names of objects, which are seen, and which are part of a city or in a collection that
+    one takes from.
+
+    Parameters
+    ----------
+    scene : bpy.types.Scene
+    cities : list of bpy.types.Object
+        Of the scene.
+
+    Returns
+    -------
+    tuple
+        Of lists; equal ones mean that nothing came, went, was renamed, hidden or shown.
+    """
+    layer, items = scene.view_layers[0], scene.objects.values()
+    groups = [scene.collection.children.get(COLLECTION), *(city.get(TAKEN_FROM) for city in cities)]
+    return (
+        scene.objects.keys(),
+        [item.session_uid for item in items],
+        [item.visible_get(view_layer=layer) for item in items],
+        [item.get(OWNER) for item in items],
+        *(group.all_objects.keys() for group in filter(None, groups)),
+    )
+
+
 def note_edits(city, *, own=True):
     """Note on a city that is seen whether its results are of it; `own`: its own mesh or its ground
     may have changed.
     """
-    if city is None or DESIGN not in city or not is_seen(city):
+    if city is None:
+        return
+    _parts.pop(city.session_uid, None)
+    if DESIGN not in city or not is_seen(city):
         return
     # Objects in the collection CityPV are part of a city of files; objects in a collection that a
     # city of meshes was taken from are part of this city.
@@ -97,24 +139,51 @@ def note_edits(city, *, own=True):
             if PREFIX + "part" not in item and OWNER not in item and item.type in ("MESH", "EMPTY"):
                 item[OWNER] = city[IDENTITY]
     # What was put beside it since it was imported or taken, and is not part of it.
-    added = sorted(set(list_beside(city)) - set(city[BESIDE])) if BESIDE in city else []
+    added = sorted(set(list_beside(city, taken)) - set(city[BESIDE])) if BESIDE in city else []
     more = f" and {len(added) - 1} more are" if len(added) > 1 else " is"
     _note_change(city, ADDED, f"{added[0]}{more} not part of the city" if added else "")
+    members = list_members(city, taken)
     if any(
-        item.mode == "EDIT"
-        for item in filter(None, (city, city.get(PREFIX + "ground"), *list_members(city)))
+        item.mode == "EDIT" for item in filter(None, (city, city.get(PREFIX + "ground"), *members))
     ):
         return
     if own:
         _note_change(city, RESHAPED, describe_mesh(city) != city[MESH])
         now, laid = describe_ground(city), city.get(GROUND)
         _note_change(city, RELAID, bool(now and laid and now not in laid))
-    seen, place = list_seen(city), _place_of(city)
-    _note_change(city, REDESIGNED, describe_design(city, seen=seen, known=_known) != city[DESIGN])
+    seen, place = list_seen(city, members), _place_of(city)
+    design = describe_design(city, seen=seen, known=_known)
+    _note_change(city, REDESIGNED, design != city[DESIGN])
     if not any(item.instance_collection for item in seen):
-        _parts[city.session_uid] = [
-            ((i.session_uid, place), name, _read_original(i, name)) for i, name in seen.items()
-        ]
+        names = {
+            (item.session_uid, place): (name, _read_original(item, name))
+            for item, name in seen.items()
+        }
+        _parts[city.session_uid] = _compare_with_results(city, names, design)
+
+
+def _compare_with_results(city, names, design):
+    """Which of the parts that are seen of a city differ from those its results are of: _Parts.
+
+    That is not known where it was never seen as its results are, nor where objects are buildings
+    of the files: such a one is none of the design as long as it is as in the files.
+    """
+    if any(original for _, original in names.values()):
+        return _Parts(names, None, set())
+    state = _state_of(city, names)
+    if design == city[DESIGN]:
+        _at_results[city.session_uid] = design, state
+    known, results = _at_results.get(city.session_uid, ("", None))
+    if known != city[DESIGN]:
+        return _Parts(names, None, set())
+    keys = state.keys() | results.keys()
+    return _Parts(names, results, {key for key in keys if state.get(key) != results.get(key)})
+
+
+def _state_of(city, names):
+    """Name and digest of each part of a city, and what it consists of beside them: dict."""
+    beside = city.get(LINEAGE, ""), city.get(REMOVED, "")
+    return {"": beside} | {key: (name, _known[key]) for key, (name, _) in names.items()}
 
 
 def note_touched(city, touched):
@@ -133,6 +202,7 @@ def note_touched(city, touched):
         Whether that was enough.
     """
     if not is_seen(city):
+        _parts.pop(city.session_uid, None)
         return True
     objects = [one for one in touched if one.id_type == "OBJECT"]
     ground, parts = city.get(PREFIX + "ground"), _parts.get(city.session_uid)
@@ -143,14 +213,20 @@ def note_touched(city, touched):
         or any(item.mode == "EDIT" for item in objects)
     ):
         return False
-    place, keys = _place_of(city), {key for key, *_ in parts}
-    for item in objects:
-        if (item.session_uid, place) in keys:
-            _known[item.session_uid, place] = describe_object(city, item)
-    if not all(key in _known for key in keys):
+    place = _place_of(city)
+    known, results = _at_results.get(city.session_uid, ("", None))
+    if parts.results is not None and (parts.results is not results or known != city[DESIGN]):
         return False
-    known = [(name, _known[key], original) for key, name, original in parts]
-    _note_change(city, REDESIGNED, _digest_parts(city, None, known) != city[DESIGN])
+    for item in objects:
+        if (key := (item.session_uid, place)) in parts.names:
+            _known[key] = describe_object(city, item)
+            same = results is not None and results.get(key) == (parts.names[key][0], _known[key])
+            (parts.edited.discard if same else parts.edited.add)(key)
+    if parts.results is not None:
+        _note_change(city, REDESIGNED, bool(parts.edited))
+        return True
+    every = [(name, _known[key], original) for key, (name, original) in parts.names.items()]
+    _note_change(city, REDESIGNED, _digest_parts(city, None, every) != city[DESIGN])
     return True
 
 
@@ -166,9 +242,9 @@ def has_edits(city):
     return bool(city.get(RESHAPED) or city.get(REDESIGNED))
 
 
-def list_members(city):
-    """Objects of the user that are part of a city, seen or not, by name: those it was taken from,
-    and those added.
+def list_members(city, taken=None):
+    """Objects of the user that are part of a city, seen or not, by name: those it was taken from
+    (`taken`, a set of them, where it is known), and those added.
     """
     identity, scenes = city.get(IDENTITY), city.users_scene
     added = {
@@ -177,14 +253,19 @@ def list_members(city):
         for item in scene.objects
         if identity and item.get(OWNER) == identity
     }
-    taken = {item for _, item, _ in list_taken(city)} if is_in_place(city) else set()
+    if not is_in_place(city):
+        taken = set()
+    elif taken is None:
+        taken = {item for _, item, _ in list_taken(city)}
     return sorted(added | taken, key=lambda item: item.name)
 
 
-def list_seen(city):
-    """Of these, those that are seen, with the names of their buildings: dict of object to str."""
+def list_seen(city, members=None):
+    """Of these (`members`, where they are known), those that are seen, with the names of their
+    buildings: dict of object to str.
+    """
     layer, names, used = city.users_scene[0].view_layers[0] if city.users_scene else None, {}, set()
-    for item in list_members(city):
+    for item in list_members(city) if members is None else members:
         if not item.visible_get(view_layer=layer):
             continue
         name = item.get(BUILDING, item.name)
@@ -270,6 +351,12 @@ def forget_edited(touched=None):
         }
     for key in [key for key in _known if key[0] in uids]:
         del _known[key]
+    there = {item.session_uid for item in bpy.data.objects}
+    for city in _at_results.keys() - there:
+        del _at_results[city]
+    whole = {city for city, parts in _parts.items() if parts.names.keys() <= _known.keys()}
+    for city in _parts.keys() - (whole & there):
+        del _parts[city]
 
 
 def removed_of(city):

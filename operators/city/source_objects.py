@@ -79,11 +79,14 @@ def is_single(mesh):
     return mesh.users - mesh.use_fake_user == 1
 
 
-def list_beside(city):
-    """Names of the meshes that are seen in the scenes of a city, but are neither part of it nor
-    made by CityPV.
+def list_beside(city, taken=None):
+    """Names of the meshes that are seen in the scenes of a city, but are neither part of it (it was
+    taken from `taken`, a set, where that is known) nor made by CityPV.
     """
-    own = {item for _, item, _ in list_taken(city)} if is_in_place(city) else set()
+    if not is_in_place(city):
+        taken = set()
+    elif taken is None:
+        taken = {item for _, item, _ in list_taken(city)}
     seen = {
         item
         for one in city.users_scene
@@ -92,7 +95,7 @@ def list_beside(city):
     }
     others = [
         item
-        for item in seen - own
+        for item in seen - taken
         if PREFIX + "part" not in item and item.get(OWNER, "") != city.get(IDENTITY)
     ]
     solid = [

@@ -20,7 +20,8 @@ from ..show.timeline import follow_frame
 from .update_city import UpdateCity, is_editing
 
 TICK = 0.1  # [s]
-_cities = {}  # `session_uid` of a scene: names of its cities, as long as it was not updated
+# `session_uid` of a scene: names of its cities, and its arrangement, as long as nothing else changed
+_arranged = {}
 _grounds = {}  # `session_uid` of each city that has a ground: the ground's
 
 
@@ -44,15 +45,13 @@ def _follow_edits(scene, graph):
         if update.is_updated_geometry or update.is_updated_transform
     ]
     touched = {update.id.original for update in updates}
-    # Where an object comes, goes, is hidden or selected, the scene is updated, too, and one that is
-    # renamed is neither moved nor reshaped; else cities have the same parts.
-    same = not graph.id_type_updated("SCENE") and len(updates) == len(graph.updates)
-    cities = (
-        [bpy.data.objects.get(name) for name in _cities.get(scene.session_uid, [""])]
-        if same
-        else [None]
-    )
-    if all(cities) and all(city_design.note_touched(city, touched) for city in cities):
+    names, arranged = _arranged.get(scene.session_uid, ([""], None))
+    cities = [bpy.data.objects.get(name) for name in names]
+    # Where an object comes, goes, is hidden, renamed or selected, the scene or more than a place
+    # and a shape is updated. It is not told which, and selecting changes nothing.
+    told = not graph.id_type_updated("SCENE") and len(updates) == len(graph.updates)
+    same = all(cities) and (told or city_design.arrangement_of(scene, cities) == arranged)
+    if same and all(city_design.note_touched(city, touched) for city in cities):
         return
     city_design.forget_edited(touched)
     if graph.id_type_updated("OBJECT"):
@@ -60,12 +59,13 @@ def _follow_edits(scene, graph):
         every = {city for one in bpy.data.scenes for city in session.list_cities(one)}
         session.part_sessions(sorted(every, key=lambda city: city.session_uid))
     cities = session.list_cities(scene)
-    _cities[scene.session_uid] = [city.name for city in cities]
     for city in cities:
         ground = city.get(PREFIX + "ground")
         city_design.note_edits(
             city, own=bool(touched & {city, city.data, ground, ground and ground.data})
         )
+    names = [city.name for city in cities]
+    _arranged[scene.session_uid] = names, city_design.arrangement_of(scene, cities)
 
 
 def remove_left_grounds():

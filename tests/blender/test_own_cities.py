@@ -62,6 +62,10 @@ def test_of_a_city_only_the_object_that_was_moved_is_read_again(town, monkeypatc
     town[3].hide_set(True)
     bpy.context.view_layer.update()
     assert describe_edit(here())[0] == "objects of it were edited"
+    for step in (5, -5):
+        town[7].location.x += step
+        bpy.context.view_layer.update()
+        assert describe_edit(here())[0] == "objects of it were edited"
     town[3].hide_set(False)
     bpy.context.view_layer.update()
     assert describe_edit(here()) == ("", "")
@@ -76,6 +80,29 @@ def test_of_a_city_only_the_object_that_was_moved_is_read_again(town, monkeypatc
     add_box("other", (0, -40, 3))
     bpy.context.view_layer.update()
     assert describe_edit(here())[0] == "other is not part of the city"
+
+
+def test_moving_and_selecting_look_at_no_other_object_of_a_city(town, monkeypatch):
+    """Neither are all objects compared nor is what is known of them put together anew; an object
+    that is marked as part of the city by a script is found.
+    """
+    bpy.ops.object.select_all(action="DESELECT")
+    bpy.context.view_layer.update()
+    with monkeypatch.context() as patch:
+        for name in ("note_edits", "describe_design", "_digest_parts"):
+            patch.setattr(f"citypv.operators.city.city_design.{name}", None)
+        for step, edited in ((5, True), (-5, False)):
+            town[7].location.x += step
+            town[8].select_set(edited)
+            bpy.context.view_layer.update()
+            assert bool(describe_edit(here())[0]) == edited
+    other = add_box("other", (0, -40, 3))
+    bpy.context.view_layer.update()
+    assert describe_edit(here())[0] == "other is not part of the city"
+    other["citypv_of"] = here()["citypv_id"]
+    other.select_set(False)
+    bpy.context.view_layer.update()
+    assert describe_edit(here())[0] == "objects of it were edited"
 
 
 def test_a_deleted_city_takes_its_ground_along_but_no_other(addon, city_file, row_file):
