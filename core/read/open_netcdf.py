@@ -47,6 +47,20 @@ def open_netcdf(path, **options):
         )
     if start in CLASSIC:
         return xarray.open_dataset(path, engine="scipy", **options)
+    check_hdf5(path)
+    return xarray.open_dataset(path, engine=ENGINE, **options)
+
+
+def check_hdf5(path):
+    """Refuse an HDF5 file that is compressed by a method that is not read here, or takes values
+    from other files.
+
+    Raises
+    ------
+    InputError
+    Exception
+        As of `open_netcdf`.
+    """
     # Deflate (zlib), which nearly every file uses, is always there; hdf5plugin brings Zstandard,
     # Blosc, bzip2, others.
     if importlib.util.find_spec("hdf5plugin") is not None:
@@ -68,7 +82,6 @@ def open_netcdf(path, **options):
         raise InputError(
             path, problem, f"type: pip install hdf5plugin, or: nccopy -F none {path} new.nc"
         )
-    return xarray.open_dataset(path, engine=ENGINE, **options)
 
 
 def rename_groups(dataset):

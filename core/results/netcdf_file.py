@@ -38,6 +38,36 @@ def write_variables(group, variables):
         variable.attrs.update(details)
 
 
+def read_variables(place):
+    """Variables and attributes of an open HDF5 file or a group of it, as NetCDF has them, by name.
+
+    Parameters
+    ----------
+    place : h5py.File or h5py.Group
+
+    Returns
+    -------
+    variables : dict of str to numpy.ndarray
+        Texts as objects; dimensions without values of their own are among them, as zeros.
+    attributes : dict of str to value
+    """
+    variables = {}
+    for name, stored in place.items():
+        if isinstance(stored, h5py.Dataset):
+            texts = h5py.check_string_dtype(stored.dtype) is not None
+            variables[name] = np.asarray((stored.asstr() if texts else stored)[...])
+    return variables, {name: _read_attribute(value) for name, value in place.attrs.items()}
+
+
+def _read_attribute(value):
+    """An attribute as it was given: a text, a number, or an array of several."""
+    if isinstance(value, h5py.Empty):
+        return ""
+    if isinstance(value, np.ndarray) and value.size == 1:
+        value = value.ravel()[0]
+    return value.decode() if isinstance(value, bytes) else value
+
+
 @contextmanager
 def netcdf_file(path):
     """Create a file that HDF5 writes to.

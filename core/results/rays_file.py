@@ -15,6 +15,7 @@ from pathlib import Path
 from zlib import crc32
 
 import h5netcdf
+import h5py
 import numpy as np
 
 from ..city.build_ground import Lattice
@@ -160,18 +161,14 @@ def read_rays(folder):
         raise InputError(path, "there is no such file, so this run cannot be edited", CURE)
     with parsing(path, "cannot be read", CURE):
         refuse_links(path)
-    with parsing(path, "cannot be read", CURE), h5netcdf.File(path) as file:
+    with parsing(path, "cannot be read", CURE), h5py.File(path) as file:
         if file.attrs.get("title") != FORMAT:
             problem = f"is of another version, not of {FORMAT!r}"
             raise InputError(path, problem, f"trace the city again: {_command_again(folder)}")
-        text = np.asarray(file["content"][:]).tobytes()
+        text = file["content"][:].tobytes()
         if crc32(text) != file["content"].attrs["crc32"]:
             raise InputError(path, "is damaged", "trace the city again with --editable")
-        arrays = {
-            name: np.asarray(values[...])
-            for name, values in file.variables.items()
-            if name != "content"
-        }
+        arrays = {name: file[name][...] for name in file if name.startswith("array_")}
     try:
         found = decode(json.loads(text), arrays)
         request, files = build_from(Request, found.pop("request")), found.pop("files")

@@ -10,23 +10,25 @@ that differs is refused: a flipped bit can look like light.
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 from zlib import crc32
 
 import h5netcdf
+import h5py
 import numpy as np
 
 from ..city.grid_cells import Outlines
 from ..city.scene import Site, Surfaces
 from ..light.sun_matrix import row_blocks
 from ..light.transfer import ErrorParts, SourceLight, Transfer, record_of_dict
-from ..read.open_netcdf import open_netcdf
+from ..read.open_netcdf import check_hdf5
 from ..settings.errors import InputError, blame_file, build_from, parsing
 from ..settings.progress import silent
 from ..sun.horizon import TerrainHorizon
 from ..sun.horizon_band import SOURCES
 from ..sun.suns import Suns
 from .columns import COLUMNS
-from .netcdf_file import netcdf_file, write_variables
+from .netcdf_file import netcdf_file, read_variables, write_variables
 from .write_summary import finite
 
 FORMAT = "CityPV transfer 1"
@@ -314,67 +316,72 @@ def read_transfer(path):
     return _read_group(path, None)
 
 
+class _Stored(NamedTuple):
+    """What stands in a group of a file."""
+
+    variables: dict  # name -> array
+    attributes: dict
+
+
 def _read_group(path, group):
     """Transfer of a group of a file, None for all of it, with its state without leaves and the
     light before an edit.
     """
     with parsing(path, "cannot be read as NetCDF", CURE):
-        with open_netcdf(path, group=group) as dataset:
-            dataset.load()
-        bare = None
-        if "leaf_months" in dataset.attrs:
-            with open_netcdf(path, group=f"{group}/{BARE}" if group else BARE) as bare:
-                bare.load()
-    if dataset.attrs.get("title") != FORMAT:
-        raise InputError(
-            path, f"its title is {dataset.attrs.get('title')!r}, not {FORMAT!r}", OTHER_CURE
-        )
+        check_hdf5(path)
+        with h5py.File(path) as file:
+            place = file[group] if group else file
+            stored = _Stored(*read_variables(place))
+            bare = None
+            if "leaf_months" in stored.attributes:
+                bare = _Stored(*read_variables(place[BARE]))
+    title = stored.attributes.get("title")
+    if title != FORMAT:
+        raise InputError(path, f"its title is {title!r}, not {FORMAT!r}", OTHER_CURE)
     try:
-        for state in (dataset, *([] if bare is None else [bare])):
+        for state in (stored, *([] if bare is None else [bare])):
             _check_sums(path, state)
             _check_names(path, state)
-        notes = () if SUMS in dataset.attrs else (UNCHECKED,)
-        notes += () if "no_room" in dataset else (UNKNOWN_ROOM,)
-        transfer = replace(transfer_of_dataset(dataset), notes=notes)
-        if KEEPS_BASE in dataset.attrs:
+        notes = () if SUMS in stored.attributes else (UNCHECKED,)
+        notes += () if "no_room" in stored.variables else (UNKNOWN_ROOM,)
+        transfer = replace(make_transfer(*stored), notes=notes)
+        if KEEPS_BASE in stored.attributes:
             transfer = replace(transfer, base=_read_group(path, BASE))
         if bare is None:
             return transfer
-        months = tuple(int(month) for month in json.loads(dataset.attrs["leaf_months"]))
-        return replace(transfer, bare=transfer_of_dataset(bare), leaf_months=months)
+        months = tuple(int(month) for month in json.loads(stored.attributes["leaf_months"]))
+        return replace(transfer, bare=make_transfer(*bare), leaf_months=months)
     except InputError:
         raise
     except ValueError as error:  # texts that are no JSON, or have other keys, as in another version
         raise blame_file(path, "garbles a value", error, OTHER_CURE) from error
 
 
-def _check_names(path, dataset):
+def _check_names(path, stored):
     """Refuse a file without what every run writes."""
     wanted = [
         name for name, (owner, *_) in VARIABLES.items() if owner in ("surfaces", "suns", "transfer")
     ]
-    missing = [name for name in (*wanted, *MATRICES) if name not in dataset]
-    missing += [name for name in ("way", "ground_albedo", "site") if name not in dataset.attrs]
+    missing = [name for name in (*wanted, *MATRICES) if name not in stored.variables]
+    missing += [name for name in ("way", "ground_albedo", "site") if name not in stored.attributes]
     if missing:
         raise InputError(path, f"lacks {', '.join(missing)}", OTHER_CURE)
 
 
-def _check_sums(path, dataset):
+def _check_sums(path, stored):
     """Refuse variables and attributes that are not what was written; files without
     checksums pass.
     """
-    for name, expected in json.loads(dataset.attrs.get(SUMS, "{}")).items():
-        if name.lstrip(":") not in (dataset.attrs if name.startswith(":") else dataset):
-            raise InputError(path, f"is damaged: {name.lstrip(':')} is missing", COPY)
-        stored = dataset.attrs[name[1:]] if name.startswith(":") else dataset[name].values
-        if _checksum(stored) != expected:
-            raise InputError(
-                path, f"is damaged: {name.lstrip(':')} is not what was written (CRC-32)", COPY
-            )
+    for entry, expected in json.loads(stored.attributes.get(SUMS, "{}")).items():
+        values, name = stored.attributes if entry[0] == ":" else stored.variables, entry.lstrip(":")
+        if name not in values:
+            raise InputError(path, f"is damaged: {name} is missing", COPY)
+        if _checksum(values[name]) != expected:
+            raise InputError(path, f"is damaged: {name} is not what was written (CRC-32)", COPY)
 
 
 def read_fields(file, owner, *, needed=False):
-    """What an open file or dataset has of an owner, by field; empty if it lacks any of it and that
+    """What an open file, or variables by name, have of an owner, by field; empty if it lacks any of it and that
     is not `needed`.
     """
     names = {field: name for name, (whose, field, *_) in VARIABLES.items() if whose == owner}
@@ -387,41 +394,41 @@ def read_fields(file, owner, *, needed=False):
     }
 
 
-def transfer_of_dataset(dataset):
-    """Transfer from the variables and attributes of a dataset; what only some runs have is None
+def make_transfer(variables, attributes):
+    """Transfer from the variables and attributes of a file; what only some runs have is None
     where it is missing.
     """
     surfaces, suns, own = (
-        read_fields(dataset, name, needed=True) for name in ("surfaces", "suns", "transfer")
+        read_fields(variables, name, needed=True) for name in ("surfaces", "suns", "transfer")
     )
     surfaces |= {name: np.array(surfaces[name], dtype=str) for name in ("kind", "orientation")}
     surfaces["eligible"] = surfaces["eligible"].astype(bool)
-    surfaces |= read_fields(dataset, "edge")
-    own |= read_fields(dataset, "albedos") | read_fields(dataset, "room")
+    surfaces |= read_fields(variables, "edge")
+    own |= read_fields(variables, "albedos") | read_fields(variables, "room")
     if "clearances" in own:
         own["clearances"] = tuple(own["clearances"].tolist())
     texts = {
-        name: json.loads(dataset.attrs[name])
+        name: json.loads(attributes[name])
         for name in ("site", "albedos", "record")
-        if name in dataset.attrs
+        if name in attributes
     }
     if "record" in texts:
         own["record"] = record_of_dict(texts["record"])
     for name, build in (("error_parts", ErrorParts), ("outlines", Outlines)):
-        if found := read_fields(dataset, name):
+        if found := read_fields(variables, name):
             own[name] = build(**found)
-    if terrain := read_fields(dataset, "terrain"):
-        own["terrain"] = TerrainHorizon(**terrain, source=str(dataset.attrs["terrain_source"]))
+    if terrain := read_fields(variables, "terrain"):
+        own["terrain"] = TerrainHorizon(**terrain, source=str(attributes["terrain_source"]))
     sources = {
-        name: SourceLight(**found) for name in SOURCES if (found := read_fields(dataset, name))
+        name: SourceLight(**found) for name in SOURCES if (found := read_fields(variables, name))
     }
     return Transfer(
         surfaces=Surfaces(**surfaces),
         site=build_from(Site, texts["site"] | {"origin": tuple(texts["site"].get("origin", ()))}),
-        suns=Suns(dataset.attrs["way"], **suns),
-        ground_albedo=float(dataset.attrs["ground_albedo"]),
+        suns=Suns(attributes["way"], **suns),
+        ground_albedo=float(attributes["ground_albedo"]),
         albedos=texts.get("albedos"),
         sources=sources,
         **own,
-        **{name: dataset[name].values for name in MATRICES},
+        **{name: variables[name] for name in MATRICES},
     )

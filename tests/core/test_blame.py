@@ -39,7 +39,7 @@ READERS = {
     "ERA5": (read_era5, "convert_era5", lambda _: read_weather(ERA5, *BERLIN)),
     "raster": (open_geotiff, "matrix_of_page", open_tiff),
     "cells": (open_geotiff, "unpack_segment", open_tiff),
-    "transfer": (transfer_file, "transfer_of_dataset", read_traced),
+    "transfer": (transfer_file, "make_transfer", read_traced),
 }
 
 
