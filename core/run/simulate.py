@@ -8,7 +8,7 @@ from pathlib import Path
 from .. import study
 from ..accuracy.error_budget import suggest_more
 from ..accuracy.rounds_to_target import CELLS
-from ..accuracy.trace_run import trace_run
+from ..accuracy.trace_run import trace_run, weigh_kept_suns
 from ..cluster import run_tasks
 from ..cluster.trace_tiles import check_cluster_settings, plan_tiles, trace_tiles
 from ..effects.plan_effects import describe_plan
@@ -111,14 +111,18 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
             with run_tasks.keeping(kept := run_tasks.kept_beside(folder), log.write):
                 told = {"progress": log.progress, "tell": lambda line: log.write(f"  {line}")}
                 transfer, tiles = trace_tiles(prepared, weather, request, cluster, kept, **told)
-        elif "editable" in output.exports:
-            base = _trace_to_edit(scene, weather, request, log, prepared=prepared)
-            transfer = base.transfer
-            write_rays(work / RAYS, base, city)
         else:
-            transfer = trace_until_interrupted(
-                scene, weather, request, log, work.parent.parent, prepared=prepared
+            transfer, base = trace_city(
+                scene,
+                weather,
+                request,
+                log,
+                work.parent.parent,
+                prepared=prepared,
+                editable="editable" in output.exports,
             )
+            if base is not None:
+                write_rays(work / RAYS, base, city)
         log.clock.lap("trace")
         results = write_results(
             work, Results(city, scene, transfer, None, weather), request, output, log
@@ -132,23 +136,12 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
     return describe_interruption(transfer.record)
 
 
-def _trace_to_edit(scene, weather, request, log, *, prepared):
-    """Trace a city so that `citypv variant` can edit it: EditableCity, with its error of sun
-    sampling.
-    """
-    base = study.trace_base(scene, weather, request, log.progress, prepared=prepared)
-    transfer = base.transfer
-    sampling = study.measure_sun_sampling(
-        scene, weather, transfer, request, log.progress, prepared=prepared
-    )
-    leaf = base.city.states[0]
-    leaf.transfer = replace(leaf.transfer, record=replace(transfer.record, sun_sampling=sampling))
-    return base
+def trace_city(scene, weather, request, log, folder=None, *, prepared, editable=False):
+    """Trace a city in one round, or in as many as target and time ask for, and measure the error of
+    its choice of suns.
 
-
-def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
-    """Transfer of a scene with its error of sun sampling; after Ctrl-C, of the suns that were
-    traced until then.
+    After Ctrl-C, or once the log's progress raises CancelledError, the suns that were traced until
+    then stand for the whole year.
 
     Parameters
     ----------
@@ -156,20 +149,26 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
     weather : Weather
     request : Request
     log : RunLog
-    folder : path-like
-        As in `trace_scene`.
+    folder : path-like, optional
+        As in `study.trace_scene`.
     prepared : PreparedScene
+    editable : bool
+        Whether to keep what its rays met: of gather, in one round.
 
     Returns
     -------
-    Transfer
+    transfer : Transfer
+    base : EditableCity or None
+        None, too, if it was interrupted.
 
     Raises
     ------
     KeyboardInterrupt, CancelledError
         Before any usable set of suns was traced, or after a second Ctrl-C.
+    InputError
+        A city that cannot be edited shall be.
     """
-    with Interruption(log.progress, log.stream) as heard:
+    with Interruption(log.progress, log.stream) as interruption:
         if request.wants_rounds:
             if request.shadow_samples < CELLS:
                 log.write(
@@ -178,11 +177,19 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
                 )
                 request = replace(request, shadow_samples=CELLS)
             prepared = replace(build_tree(prepared, request), rounds=True)
-        run = trace_run(scene, weather, request, heard, folder, prepared=prepared)
-        transfer = run.transfer
-        # This takes seconds: after an interruption it is the only estimate of the error from
-        # missing suns.
-        progress = log.progress if heard.asked else heard
+        base = run = None
+        if editable:
+            base = study.trace_base(scene, weather, request, interruption, prepared=prepared)
+            transfer = base.transfer
+            if transfer.record.interrupted:
+                base, transfer = None, weigh_kept_suns(transfer, weather.axis)
+                log.write("What its rays met is not kept, since it was interrupted")
+        else:
+            run = trace_run(scene, weather, request, interruption, folder, prepared=prepared)
+            transfer = run.transfer
+        # After an interruption this is the only estimate of the error from missing suns, and takes
+        # seconds.
+        progress = log.progress if interruption.asked else interruption
         try:
             sampling = study.measure_sun_sampling(
                 scene, weather, transfer, request, progress, prepared=prepared
@@ -190,13 +197,17 @@ def trace_until_interrupted(scene, weather, request, log, folder, *, prepared):
             transfer = replace(transfer, record=replace(transfer.record, sun_sampling=sampling))
         except CancelledError:
             log.write("The error of sun sampling was not measured")
-        if request.wants_rounds and not heard.asked:
-            transfer = refine_run(replace(run, transfer=transfer), log, heard, folder)
-    if heard.asked:
+        if base is not None:
+            base.city.states[0].transfer = replace(
+                base.city.states[0].transfer, record=transfer.record
+            )
+        if request.wants_rounds and not interruption.asked:
+            transfer = refine_run(replace(run, transfer=transfer), log, interruption, folder)
+    if interruption.asked:
         count = len(transfer.suns)
         noted = transfer.record.interrupted or {"suns_traced": count, "of": count}
         transfer = replace(transfer, record=replace(transfer.record, interrupted=noted))
-    return transfer
+    return transfer, base
 
 
 def recompute(transfer_path, folder, request, *, overwrite=False, log=None):

@@ -1,6 +1,7 @@
 """`citypv variant`: an edited city from what is known of the city before, in seconds."""
 
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -23,6 +24,7 @@ from ..results.output_folder import ASKED, whole_folder
 from ..results.rays_file import NAME, read_rays, write_rays
 from ..results.transfer_file import read_transfer
 from ..settings.errors import InputError, id_of_cell
+from ..settings.progress import silent
 from ..study import ELSEWHERE
 from ..weather.climate_grid import is_land
 from .run_log import RunLog, describe_weather, report_outcome
@@ -83,11 +85,7 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
         if wish.albedo_of:
             path = _write_albedos(Path(place), request.albedo_file, city, wish.albedo_of)
             request = replace(request, albedo_file=path)
-        change = study.change_scene(base, kept.city, city, request, log.progress)
-        scene = written_scene(change.scene, change.rows)
-        if scene.surfaces.edge_distance is not None:  # a new building may be at the rim
-            change.scene.surfaces.edge_distance[change.rows] = measure_edge_distance(scene)
-        edited = trace_change(base, change, request, log.progress)
+        scene, edited = trace_edit(base, kept.city, city, request=request, progress=log.progress)
         log.clock.lap("trace")
         # Files are named as they were given, and the choice of suns is the base's.
         named = replace(request, **kept.names)
@@ -116,18 +114,61 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
             work, Results(city, scene, transfer, None, weather), named, output, log
         )
         # The standard errors of the changes that surfaces of both cities see.
-        both, _ = errors_of_difference(edited.before or base, edited)
-        errors = study.compute_energy(
-            both, weather, replace(named, series=())
-        ).full_load_hours_standard_error
-        table = {
-            "surface_id": both.surfaces.surface_id,
-            "full_load_hours_change_standard_error": errors,
-        }
+        ids, errors = errors_of_change(edited.before or base, edited, weather, named)
+        table = {"surface_id": ids, "full_load_hours_change_standard_error": errors}
         write_table(work / CHANGE, pd.DataFrame(table))
         totals = write_run(work, found, named, log, beside={"variant": told})
         write_exports(work, found, named, output.exports, log.progress)
     report_outcome(log, folder, found.energy, totals)
+
+
+def trace_edit(base, before, after, *, request=None, progress=silent, preview=None):
+    """Trace an edited city from a traced one.
+
+    Parameters
+    ----------
+    base : EditableCity
+        Of the city before.
+    before, after : City
+    request : Request, optional
+        With other materials than the base's.
+    progress, preview : callable, optional
+        As in `light.change_light.trace_change`; `preview` gets the edited Scene before its light.
+
+    Returns
+    -------
+    scene : Scene
+        Of the edited city, in its order.
+    edited : EditableCity
+    """
+    request = request or base.request
+    change = study.change_scene(base, before, after, request, progress)
+    scene = written_scene(change.scene, change.rows)
+    if scene.surfaces.edge_distance is not None:  # a new building may be at the rim
+        change.scene.surfaces.edge_distance[change.rows] = measure_edge_distance(scene)
+    look = None if preview is None else partial(preview, scene)
+    return scene, trace_change(base, change, request, progress, look)
+
+
+def errors_of_change(before, after, weather, request):
+    """Standard errors of the change of full load hours, whose noise before and after cancels.
+
+    Parameters
+    ----------
+    before, after : EditableCity
+        The latter of an edit of the former.
+    weather : Weather
+    request : Request
+
+    Returns
+    -------
+    surface_id : (n,) str
+        Of surfaces that both have.
+    error : (n,) float64 [h]
+    """
+    both, _ = errors_of_difference(before, after)
+    energy = study.compute_energy(both, weather, replace(request, series=()))
+    return both.surfaces.surface_id, np.asarray(energy.full_load_hours_standard_error)
 
 
 def _tell_light(base):

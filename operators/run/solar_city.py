@@ -27,7 +27,7 @@ STAGE = "first look"
 TOLD = (
     "First look, by 16 rays, 4 shadow points and 4 days. Trace light computes it as set in its step"
 )
-FOLDER = Path(__file__).parents[1] / "examples" / "berlin"
+FOLDER = Path(__file__).parents[2] / "examples" / "berlin"
 CITY, WEATHER = "berlin_3910_5817.gml", "era5_berlin_2017.nc"
 
 

@@ -100,7 +100,8 @@ def stages_of_trace(request):
     sky, sun = work_of_trace(request)
     shares = {COMPILING: 0.01, "reading weather": 0.04, PLANNING: 0.05, "sky and reflections": 1.0}
     shares |= {"number of reflections": 0.3, "reflections of the sky": 0.05, "horizon": 0.05}
-    return {stage: share * sky for stage, share in shares.items()} | {SUN_STAGE: sun}
+    work = {stage: share * sky for stage, share in shares.items()} | {SUN_STAGE: sun}
+    return work | {f"error check, {suns}": 0.1 * sky for suns in (request.suns, "hourly")}
 
 
 def work_of_trace(request):
@@ -150,47 +151,28 @@ def read_goal(seeing, request):
         request.time_budget = seeing.time_budget or None
 
 
-def _trace_rounds(session, weather, request, progress, found):
-    """Trace a session's scene in one round, or in as many as target and time ask for.
+def _trace_rounds(session, weather, request, progress, rounds):
+    """Trace a session's scene as the command line does: its Transfer, and the EditableCity of a
+    single round of gather or None.
 
-    Every further round is left in the queue `found` as ("rounds", (session, Transfer of all so far,
-    its energy)). The command line gives the same numbers with as many rounds. Cancelled among
-    further rounds, it keeps the finished ones.
-
-    Returns
-    -------
-    transfer : core.light.transfer.Transfer
-    base : core.light.editable_city.EditableCity or None
-        What the rays of a single round met, so that the city can be edited.
+    Every further round is left in the queue `rounds` as ("rounds", (session, Transfer of all so
+    far, its energy)). Cancelled among further rounds, those that are finished are kept.
     """
-    from ...core import study
-    from ...core.accuracy.trace_run import weigh_kept_suns
-
-    scene = session.scene
-    if not request.wants_rounds and request.estimator != "gather":
-        return study.trace_scene(scene, weather, request, progress), None
-    if not request.wants_rounds:
-        base = study.trace_base(scene, weather, request, progress)
-        if base.transfer.record.interrupted:
-            return weigh_kept_suns(base.transfer, weather.axis), None
-        return base.transfer, base
     from ...core.run.run_log import RunLog
-    from ...core.run.simulate import trace_until_interrupted
+    from ...core.run.simulate import trace_city
+    from ...core.study import compute_energy, prepare_study
 
     def show(transfer):
         # The matrices of the next rounds go into the same arrays: only means of surfaces are shown.
-        energy = study.compute_energy(transfer, weather, request)
-        found.put(
-            (
-                "rounds",
-                (session, replace(transfer, visible_share=None, direct_reflected=None), energy),
-            )
-        )
+        energy = compute_energy(transfer, weather, request)
+        shown = replace(transfer, visible_share=None, direct_reflected=None)
+        rounds.put(("rounds", (session, shown, energy)))
 
     log = RunLog(None, progress)
     log.show = show
-    prepared = study.prepare_study(scene, weather, request, progress=progress)
-    return trace_until_interrupted(scene, weather, request, log, None, prepared=prepared), None
+    prepared = prepare_study(session.scene, weather, request, progress=progress)
+    editable = request.estimator == "gather" and not request.wants_rounds
+    return trace_city(session.scene, weather, request, log, prepared=prepared, editable=editable)
 
 
 def show_round(context, session, transfer, energy):

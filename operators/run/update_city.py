@@ -67,11 +67,9 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
     @staticmethod
     def work(task, progress):
         """Put the city on its ground; trace what the edit changes; weigh it with the weather."""
-        from ...core.city.written_scene import written_scene
-        from ...core.light.change_light import trace_change
         from ...core.patches.read_albedo import describe_albedo
         from ...core.results.list_findings import list_findings
-        from ...core.study import change_scene
+        from ...core.run.variant import trace_edit
 
         session, seen, request, state, known, before, found = task
         solved = None
@@ -79,17 +77,15 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
             base = session.base
             imported, city = seen.make()
             traced = session.base_city or session.city
-            change = change_scene(base, traced, city, base.request, progress)
-            scene = written_scene(change.scene, change.rows)
 
-            def preview(*light):
+            def preview(scene, *light):
                 if session.energy is not None and found.empty():
                     draft = Session(
                         city=city, imported=imported, scene=scene, base=base, base_city=traced
                     )
                     found.put((draft, seen, estimate_hours(session, scene, light)))
 
-            edited = trace_change(base, change, progress=progress, preview=preview)
+            scene, edited = trace_edit(base, traced, city, progress=progress, preview=preview)
             solved = edited.before if before.base is base else None
             edited = replace(edited, before=None)
             known = Session(
@@ -271,11 +267,9 @@ def tell_errors(before, after, weather, request):
     tuple of EditableCity, dict, or None
         As `before`, and the errors [h] by surface_id.
     """
-    from ...core.light.errors_of_change import errors_of_difference
-    from ...core.study import compute_energy
+    from ...core.run.variant import errors_of_change
 
     if before is None or after.base is None or before is after.base:
         return None
-    transfer, _ = errors_of_difference(before, after.base)
-    errors = compute_energy(transfer, weather, request).full_load_hours_standard_error
-    return before, dict(zip(transfer.surfaces.surface_id, np.asarray(errors).tolist(), strict=True))
+    surface_id, errors = errors_of_change(before, after.base, weather, request)
+    return before, dict(zip(surface_id, errors.tolist(), strict=True))

@@ -64,7 +64,7 @@ def refuse_to_trace(monkeypatch):
     def trace_change(*_, **__):
         raise AssertionError("traced")
 
-    monkeypatch.setattr("citypv.core.light.change_light.trace_change", trace_change)
+    monkeypatch.setattr("citypv.core.run.variant.trace_change", trace_change)
 
 
 def test_a_tower_joins_the_city_is_moved_and_comes_back_by_undo(traced, monkeypatch):

@@ -12,8 +12,9 @@ from small_city import TABLES
 from weathers import ERA5
 
 from citypv.__main__ import main
+from citypv.core import study
 from citypv.core.light import sun_blocks
-from citypv.core.run import simulate, write_run
+from citypv.core.run import write_run
 
 
 @pytest.fixture(autouse=True)
@@ -52,7 +53,7 @@ def interrupt(monkeypatch, moment):
 
         monkeypatch.setattr(sun_blocks.SunProgress, "end", stop)
         return
-    room = simulate if hasattr(simulate, moment) else write_run
+    room = study if hasattr(study, moment) else write_run
     stage = getattr(room, moment)
 
     def stop_before(*arguments, **more):
