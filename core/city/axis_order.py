@@ -19,8 +19,6 @@ from .transform_crs import find_globe_places, plane_of, registered_axes
 
 # [°] outside the area of use of a system; surveys and zones reach a few kilometres beyond theirs
 MARGIN = 1.0
-NEAR = 100e3  # [m] from the place that the user gives
-SURE = 0.95  # share of the area of roofs and grounds that faces the way of its class
 CLASSES = "classes of surfaces"
 ORDERS = ("xy", "yx")
 WORDS = {"xy": "east first", "yx": "north first"}
@@ -171,7 +169,8 @@ def _is_within(place, area):
 
 
 def _is_near(other, latitude, longitude):
-    return pyproj.Geod(ellps="WGS84").inv(longitude, latitude, *other[::-1])[2] <= NEAR
+    # Near is within 100 km of the place that the user gives.
+    return pyproj.Geod(ellps="WGS84").inv(longitude, latitude, *other[::-1])[2] <= 100e3
 
 
 def _order_of_extents(content, middle, registered):
@@ -230,4 +229,6 @@ def _faces_right(content, axes):
             )
             right += max(up[polygon.thematic] * turn * area, 0.0)
             total += abs(area)
-    return total > 0 and right >= SURE * total
+    # A share of 95 % of the area of roofs and grounds that faces the way of its class makes it
+    # sure.
+    return total > 0 and right >= 0.95 * total

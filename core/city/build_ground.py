@@ -34,12 +34,7 @@ from .scene import Site, Surfaces
 from .slope_filter import draw_lines, highest_foot
 from .triangulate_feet import drop_on_triangles, triangulate_feet, triangulate_plan
 
-GROWTH = 0.35  # [m/m] how much a patch may grow per metre of distance from the nearest foot
-KEEP_AWAY = 0.5  # [patch sizes] no points closer to a foot than this
-SHIFT = 1e-2  # [squares] by which points are moved at random, so that no four lie on one circle
-
 MILLIMETRE = 3  # decimals of a metre
-PERIOD = 1 << 11  # [half patches] after which these random numbers repeat
 
 
 class Lattice(NamedTuple):
@@ -133,16 +128,20 @@ def spread_points(foot_places, footprints, lattice):
         cells = cells[((cells + 1) * size > low).all(axis=1) & (cells * size < high).all(axis=1)]
         # Random numbers of each square: of those near each other no two have the same middle in
         # half patches.
-        middles = ((2 * cells + 1) * (size / patch_size)).astype(np.int64) % PERIOD
+        # The numbers repeat after 2048 half patches.
+        middles = ((2 * cells + 1) * (size / patch_size)).astype(np.int64) % (1 << 11)
         shifts = uniform(mix(pair_keys(middles).view(np.uint64)), 2) - 0.5
-        middles = size * (cells + 0.5 + SHIFT * shifts)
+        # Random shifts by a hundredth of a square, so that no four points lie on one circle.
+        middles = size * (cells + 0.5 + 1e-2 * shifts)
         places = lattice.place(middles.round(MILLIMETRE))
         away, _ = tree.query(places)
-        fine = size <= patch_size * 1.0001 + GROWTH * np.maximum(away - 0.7 * size, 0)
+        # A patch may grow by 0.35 m per metre of distance from the nearest foot.
+        fine = size <= patch_size * 1.0001 + 0.35 * np.maximum(away - 0.7 * size, 0)
         fine &= (size <= lattice.step) | ((cells * size >= low) & ((cells + 1) * size <= high)).all(
             axis=1
         )
-        done.append(places[fine & (away > KEEP_AWAY * patch_size)])
+        # No point lies closer to a foot than half a patch.
+        done.append(places[fine & (away > 0.5 * patch_size)])
         cells = (2 * cells[~fine, None] + np.array([[0, 0], [1, 0], [0, 1], [1, 1]])).reshape(-1, 2)
         size /= 2
     places = np.concatenate(done)
@@ -152,13 +151,11 @@ def spread_points(foot_places, footprints, lattice):
 
 
 DEFAULT_PATCH = 10.0  # [m]
-FEET_FOUND, SPREAD, TRIANGULATED = 0.28, 0.45, 0.8  # shares of the time that are over then
+SPREAD, TRIANGULATED = 0.45, 0.8  # shares of the time that are over then
 REACH = 3.0  # [building heights] least extent of the ground beyond the city's edge
-REACH_WHITE = 8.0  # [building heights] the same where the ground absorbs nothing
 SHORTEST_REACH = 30.0  # [m]
 # points on a circle around the ground; each has the height of the feet nearest to it
 CONTROL_COUNT = 32
-AROUND = 100.0  # [m] within which these are averaged
 STEPS = 0.1  # [m] to which that mean is rounded
 
 
@@ -176,7 +173,8 @@ def choose_reach(ground_albedo):
     float
         [building heights]
     """
-    return max(REACH, REACH_WHITE * ground_albedo**0.5)
+    # Where the ground absorbs nothing, it reaches eight building heights.
+    return max(REACH, 8.0 * ground_albedo**0.5)
 
 
 class PlacedCity(NamedTuple):
@@ -238,7 +236,7 @@ def build_ground(
     lattice = lay_lattice(placed.points, feet, reach, patch_size, placed.site, kept=lattice)
     lines = draw_lines(feet)
     foot_points, edges = cut_feet(feet, lines, 0.5 * patch_size)
-    report_share(FEET_FOUND)
+    report_share(0.28)
     free = spread_points(foot_points[:, :2], feet.footprints, lattice)
     free = _interpolate_heights(foot_points, free, lattice)
     report_share(SPREAD)
@@ -316,7 +314,8 @@ def _interpolate_heights(foot_points, free, lattice):
         [np.cos(angle), np.sin(angle)]
     )
     rim, tree = lattice.place(rim), cKDTree(foot_points[:, :2])
-    around = tree.query_ball_point(foot_points[tree.query(rim)[1], :2], AROUND)
+    # Heights are averaged over feet within 100 m.
+    around = tree.query_ball_point(foot_points[tree.query(rim)[1], :2], 100.0)
     rim_height = [STEPS * np.round(foot_points[some, 2].mean() / STEPS) for some in around]
     known = np.concatenate([foot_points, np.column_stack([rim, rim_height])])
     heights = drop_on_triangles(known[triangulate_plan(known[:, :2])], free)

@@ -25,9 +25,7 @@ from .terrain import Terrain
 
 GROUNDS = ("auto", "feet", "none")
 DRAWN_TWICE = "lies on a surface that faces the same way, counted once"
-TRIANGULATED, CUT, GROUNDED = 0.05, 0.27, 0.65  # shares of the time that are over then
-# relative deviation of the triangles' area from the polygon's from which it is reported
-LOST_SHARE = 0.01
+CUT, GROUNDED = 0.27, 0.65  # shares of the time that are over then
 
 
 @dataclass(frozen=True)
@@ -111,7 +109,7 @@ def build_scene(
     points = bring_to_origin(city.points, site)
     surfaces = _describe(city, points, whole_area, options.sectors)
     shape = points, city.ring_start, city.polygon_start
-    report_share(TRIANGULATED)
+    report_share(0.05)
     vertices, triangles, triangle_surface = _cut_polygons(shape, patch_size)
     report = copy.deepcopy(city.report)
     if options.site is latitude is longitude is None:
@@ -168,7 +166,8 @@ def _note_faults(shape, drawn, surfaces, report):
     covered = np.bincount(
         owner, 0.5 * np.linalg.norm(normals_of(vertices, triangles), axis=1), len(surfaces)
     )
-    lost = np.abs(covered - surfaces.area) > np.maximum(LOST_SHARE * surfaces.area, 1e-3)
+    # Triangles whose area is off by more than 1 % of the polygon's are reported.
+    lost = np.abs(covered - surfaces.area) > np.maximum(0.01 * surfaces.area, 1e-3)
     torn = "triangles do not match the area (crossing or strongly bent outline)"
     for reason, found in ((DRAWN_TWICE, twins), (torn, lost)):
         report.repair(reason, [surfaces.surface_id[i] for i in np.flatnonzero(found)])

@@ -25,16 +25,8 @@ from .slope_filter import draw_lines
 from .terrain import HORIZON, NEAR, measure_heights, nearest_heights
 from .triangulate_feet import drop_on_triangles, triangulate_plan
 
-TOLERANCE, SLACK = (
-    0.15,
-    0.01,
-)  # [m], [m/m] largest height error of the ground, and its growth with distance
-ROUNDS = 8  # of adding points where the error is larger
 MOST_POINTS = 60_000
 JOINED = 0.01  # [m] a foot this close to the ground counts as on it
-SUNK = 0.05  # [m] walls extended downwards end that far below the ground
-SUSPICIOUS = 3.0  # [m] a larger offset between feet and terrain suggests another vertical datum
-BELOW = 10.0  # [m] depth of the bottom below the lowest point of ground and city
 
 
 @dataclass
@@ -87,7 +79,8 @@ def build_terrain(feet, points, terrain, patch_size=None, reach=REACH, *, site=A
     vertices, triangles = _refine(np.column_stack([places, heights]), terrain, foot_points[:, :2])
     triangles = faces_up(vertices, triangles.astype(np.int64))
     skirts, raised, below_ground, words = _join(feet, vertices[triangles], 0.5 * patch_size)
-    body, body_triangles = _close(vertices, min(points[:, 2].min(), vertices[:, 2].min()) - BELOW)
+    # The bottom lies 10 m below the lowest point of ground and city.
+    body, body_triangles = _close(vertices, min(points[:, 2].min(), vertices[:, 2].min()) - 10.0)
     triangles = triangles[~under_buildings(vertices, triangles, feet.footprints)]
     pieces = [(vertices, triangles), skirts, (body, body_triangles)]
     starts = np.cumsum([0, *[len(piece[0]) for piece in pieces]])
@@ -173,8 +166,10 @@ def _refine(vertices, terrain, foot_places):
     ]  # not covered by a finer layer
     distance = feet.query(own[:, :2])[0]
     own, distance = own[distance > 1.0], distance[distance > 1.0]
-    allowed = TOLERANCE + SLACK * distance
-    for _ in range(ROUNDS):
+    # The ground may err by 0.15 m in height, and by 0.01 m more per metre of distance.
+    allowed = 0.15 + 0.01 * distance
+    # Points are added where the error is larger, in eight rounds at most.
+    for _ in range(8):
         triangulation = Delaunay(vertices[:, :2])
         simplex = triangulation.find_simplex(own[:, :2])
         corners = vertices[triangulation.simplices[simplex], 2]
@@ -206,7 +201,8 @@ def _join(feet, ground, longest):
     above, below = (between[..., 2] - height).max(axis=0), (height - between[..., 2]).max(axis=0)
     own = feet.polygon[edge] >= 0
     lifted = own & (above > JOINED)
-    bottom = height.min(axis=0) - SUNK
+    # Walls that are extended downwards end 5 cm below the ground.
+    bottom = height.min(axis=0) - 0.05
     lower = [
         np.column_stack([place[:, :2], np.minimum(bottom, place[:, 2])])[lifted]
         for place in (start, end)
@@ -227,7 +223,8 @@ def _join(feet, ground, longest):
     )
     words = []
     apart = float(np.median((between[..., 2] - height)[:, own])) if own.any() else 0.0
-    if abs(apart) > SUSPICIOUS:
+    # An offset of more than 3 m between feet and terrain suggests another vertical datum.
+    if abs(apart) > 3.0:
         where = "above" if apart > 0 else "below"
         words.append(
             f"The buildings' feet are {abs(apart):.1f} m {where} the terrain (median): "

@@ -28,8 +28,6 @@ from ..rays.random_numbers import GOLDEN, mix
 from ..rays.ray_scene import RayScene
 from .crossing_loops import build_hierarchy, sum_crossings
 
-OPAQUE = 1e6  # optical depth of a trunk
-MARGIN = 1e-9  # of optical depth, more than rounding
 GOLDEN_RATIO = 0.6180339887498949
 
 
@@ -63,7 +61,8 @@ class Canopy:
         # A crossing of a crown is an entry and an exit: half each.
         costs = (
             np.where(trunk, 0.0, per_metre[tree]),
-            np.where(trunk, OPAQUE, per_crossing[tree] / 2),
+            # A trunk has an optical depth of a million: nothing passes.
+            np.where(trunk, 1e6, per_crossing[tree] / 2),
         )
         share = np.ones(len(per_metre)) if without_leaves is None else without_leaves
         self._costs = (
@@ -93,7 +92,8 @@ class Canopy:
         met = np.flatnonzero(self.ray_scene.trace_closest(ray_origins, ray_directions) >= 0)
         ends = np.full(len(met), 1e30) if reach is None else np.asarray(reach, float)[met]
         rays = (np.ascontiguousarray(part[met], float) for part in (ray_origins, ray_directions))
-        enough = np.full(len(met), np.inf) if least is None else MARGIN - np.log(least[met])
+        # A billionth of optical depth is more than rounding.
+        enough = np.full(len(met), np.inf) if least is None else 1e-9 - np.log(least[met])
         depth = np.empty((2, len(met)))
         sum_crossings(*self._bodies, self._costs, (*rays, ends, enough), depth)
         passed[:, met] = np.exp(-np.maximum(depth, 0))

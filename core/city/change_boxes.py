@@ -2,8 +2,6 @@
 
 import numpy as np
 
-MOST_BOXES = 16  # around what has changed
-
 
 def touch_boxes(scene, boxes, within):
     """Triangles with area whose box meets any of some boxes, wider by a distance [m]: (t,) bool."""
@@ -47,7 +45,8 @@ def boxes_around(corners, side=10.0):
         more = joint - own - own[:, None]
         np.fill_diagonal(more, np.inf)
         one, other = np.unravel_index(more.argmin(), more.shape)
-        if more[one, other] > 0 and len(boxes) <= MOST_BOXES:
+        # At most 16 boxes stand around what has changed.
+        if more[one, other] > 0 and len(boxes) <= 16:
             break
         both = np.stack([boxes[[one, other], 0].min(axis=0), boxes[[one, other], 1].max(axis=0)])
         boxes = np.concatenate([np.delete(boxes, [one, other], axis=0), both[None]])

@@ -4,9 +4,6 @@ import numpy as np
 
 from ..settings.errors import UNIT, InputError, check_array, check_triangles, first_true
 
-WIDEST = 400e3  # [m] beyond it the tracer's float32 coordinates err by more than a few centimetres
-NARROWEST = 0.1  # [m]: smaller cities are of another unit; below it a millimetre is no longer small
-
 
 def check_rings(points, ring_start, polygon_start, name_surface=None):
     """Raise an error if rings are not consecutive or points are not finite.
@@ -114,9 +111,11 @@ def check_extent(city):
     """
     span = float(np.ptp(city.points, axis=0).max())
     source = city.report.files[0] if city.report.files else "city"
-    if span < NARROWEST:
+    # A city below 0.1 m is in another unit, and a millimetre is no longer small in it.
+    if span < 0.1:
         raise InputError(source, f"all of it is only {1000 * span:.2g} mm across", "check --unit")
-    if span > WIDEST:
+    # Beyond 400 km the tracer's float32 coordinates err by more than a few centimetres.
+    if span > 400e3:
         away = np.abs(city.points - np.median(city.points, axis=0)).max(axis=1)
         furthest = int(away.argmax())
         name = _surface_of_point(city, furthest)

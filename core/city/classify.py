@@ -105,10 +105,6 @@ def classify(area, surface_tilt, surface_azimuth, thematic, sectors="8"):
     return kind, orientation, eligible
 
 
-# [m] a downward surface within this height of its building's lowest point lies on the ground
-LEVEL = 0.5
-
-
 def find_footprints(surfaces, city, points):
     """Surfaces under buildings: GroundSurfaces, and for buildings without any, downward ones at the
     lowest height.
@@ -130,5 +126,6 @@ def find_footprints(surfaces, city, points):
     low, high = polygon_bounds(points[:, 2], city.ring_start, city.polygon_start)
     lowest = np.full(building.max(initial=-1) + 1, np.inf)
     np.minimum.at(lowest, building, low)
-    at_bottom = (surfaces.kind == "downward") & (high <= lowest[building] + LEVEL)
+    # A downward surface up to 0.5 m above its building's lowest point lies on the ground.
+    at_bottom = (surfaces.kind == "downward") & (high <= lowest[building] + 0.5)
     return named | (at_bottom & ~has_ground[building])

@@ -16,7 +16,6 @@ from numba import njit
 
 LEAF = 8  # triangles of a leaf, at most: as many as are tested together
 DEEPEST = 64
-ENOUGH = 1e5  # optical depth that only trunks have
 # Rays are shifted by less than a micrometre, so that none passes exactly through an edge of
 # axis-parallel boxes.
 ASIDE = (3.1e-7, 2.3e-7, 1.7e-7)
@@ -152,7 +151,8 @@ def sum_crossings(hierarchy, corners, costs, rays, depth):
         x, y, z = origins[ray, 0] + ASIDE[0], origins[ray, 1] + ASIDE[1], origins[ray, 2] + ASIDE[2]
         total, least, count = 0.0, 0.0, 1
         waiting[0] = 0
-        while count and least < ENOUGH:
+        # Only trunks have an optical depth of 1e5: nothing more can be lost.
+        while count and least < 1e5:
             count -= 1
             node = waiting[count]
             first, size, whole = links[node, 0], links[node, 1], links[node, 2]

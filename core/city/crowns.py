@@ -14,17 +14,8 @@ from .scene import Crowns
 
 CROWN_PER_HEIGHT = 0.5  # crown diameter of a tree for which only the height is given
 CROWN_BASE = 0.25  # of its height
-SLIM = 0.1  # of the crown's width: parts below the crown that are slimmer are its trunk
-STEEP = 60.0  # [°] tilt of the faces of a trunk's mantle, at least
 FLAT = 0.1  # [m] shapes that are lower have no volume
-# [m] steep faces of plants per length of the outline of the others, from which they are a body
-WALLS = 0.5
-# area of faces over what they cover, seen from above, up to which none lies above another
-OVERLAP = 1.01
-AREA = "vegetation drawn as an area without a height: it casts no shadow"
 MERGED = 5  # decimals [m] of corners that are one
-# 512 triangles; mean transmittance of a dense crown (k·LAD·diameter = 4) within 1 %
-SUBDIVISIONS = 3
 
 
 def volume_of_crowns(crowns):
@@ -97,7 +88,9 @@ def _build_tree(tree, report):
     if tree.polygons:
         vertices, triangles = _triangles_of(tree.polygons)
         if tree.cover and tree.height is None and _is_area(vertices, triangles):
-            report.skip(AREA, [tree.name])
+            report.skip(
+                "vegetation drawn as an area without a height: it casts no shadow", [tree.name]
+            )
             return None
         part = _build_shape(tree, vertices, triangles, report)
         if part is not None:
@@ -200,9 +193,10 @@ def _is_area(vertices, triangles):
     outline = np.linalg.norm(np.diff(vertices[edges[uses == 1]], axis=1), axis=2).sum()
     walls = 0.5 * np.linalg.norm(normals_of(vertices, triangles[steep]), axis=1).sum()
     faces = shapely.polygons(vertices[level, :2])
+    # A plant is a body from 0.5 m of steep faces per metre of the other faces' outline on; the
+    # faces of an area overlap by less than 1 % seen from above.
     return (
-        walls < WALLS * outline
-        and shapely.area(faces).sum() <= OVERLAP * shapely.union_all(faces).area
+        walls < 0.5 * outline and shapely.area(faces).sum() <= 1.01 * shapely.union_all(faces).area
     )
 
 
@@ -213,7 +207,8 @@ def _find_trunk(vertices, triangles, diameter):
     level ones.
     """
     low, high = vertices.min(axis=0), vertices.max(axis=0)
-    radius = max(SLIM * max(high[0] - low[0], high[1] - low[1]), 0.55 * (diameter or 0.0))
+    # The trunk is slimmer than a tenth of the crown's width.
+    radius = max(0.1 * max(high[0] - low[0], high[1] - low[1]), 0.55 * (diameter or 0.0))
     foot = vertices[vertices[:, 2] <= low[2] + 1e-3 * (high[2] - low[2])].mean(axis=0)
     farthest = np.linalg.norm(vertices[:, :2] - foot[:2], axis=1)[triangles].max(axis=1)
     base = vertices[triangles[farthest > radius], 2].min(initial=np.inf)
@@ -225,7 +220,8 @@ def _find_trunk(vertices, triangles, diameter):
 def _is_steep(vertices, triangles):
     """Whether triangles are steeper than STEEP: (t,) bool."""
     normal = normals_of(vertices, triangles)
-    return np.abs(normal[:, 2]) < np.cos(np.radians(STEEP)) * np.linalg.norm(normal, axis=1)
+    # Faces of a trunk's mantle are tilted by 60° or more.
+    return np.abs(normal[:, 2]) < np.cos(np.radians(60.0)) * np.linalg.norm(normal, axis=1)
 
 
 def _volumes_below(vertices, triangles):
@@ -253,7 +249,7 @@ def _hull_of(vertices, triangles):
 
 
 @functools.cache
-def unit_sphere(subdivisions=SUBDIVISIONS):
+def unit_sphere(subdivisions=3):
     """Triangulated sphere with the volume of the unit sphere.
 
     Returns

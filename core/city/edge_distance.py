@@ -15,7 +15,6 @@ import shapely
 CLOSED = 50.0  # [m] streets and squares up to twice as wide belong to the built area
 FURTHEST = 100.0  # [m] further away the edge takes next to nothing
 NEAREST = 25.0  # [m] at the rim
-FEWEST, FEWEST_AT_RIM = 50, 10  # buildings: fewer are no city, and have no edge
 LEVEL = 0.1  # horizontal part of a unit normal, below which a surface looks to no side
 
 
@@ -39,7 +38,8 @@ def measure_edge_distance(scene):
         np.array(surfaces.building_id, dtype=object).astype(str),
     )
     built = kind != "ground"
-    if len(np.unique(building[built])) < FEWEST:
+    # Fewer than 50 buildings are no city, and have no edge.
+    if len(np.unique(building[built])) < 50:
         return found
     looks = (np.hypot(*surfaces.normal[:, :2].T) > LEVEL) & (kind != "flat")
     rows = np.flatnonzero(built & looks)
@@ -57,7 +57,7 @@ def measure_edge_distance(scene):
     length[ray[begins]] = shapely.length(parts[begins])
     distance = np.maximum(length - 0.1, 0.0)
     rim = np.unique(building[rows[distance < NEAREST]])
-    if len(rim) >= FEWEST_AT_RIM:
+    if len(rim) >= 10:
         found[rows] = np.where(distance <= FURTHEST, distance, np.nan)
     return found
 

@@ -14,10 +14,6 @@ from .city import LISTS, append_shape, free_name, take_polygons
 from .locate_site import bring_to_grid, turn_to_true_north
 from .transform_crs import grid_of
 
-# [m] above the lowest point of a building without a GroundSurface, up to which it stands on its
-# foot
-FOOT = 0.05
-
 
 @dataclass(frozen=True)
 class Change:
@@ -99,7 +95,8 @@ def _above_foot(city, points, rows):
     ground = {tuple(place) for place in places[thematic == "GroundSurface"].tolist()}
     if ground:
         return rows[[tuple(place) not in ground for place in places.tolist()]]
-    return rows[places[:, 2] > places[:, 2].min(initial=np.inf) + FOOT]
+    # A building without a GroundSurface stands on its foot up to 5 cm above its lowest point.
+    return rows[places[:, 2] > places[:, 2].min(initial=np.inf) + 0.05]
 
 
 def _height_above_foot(points, above, foot):

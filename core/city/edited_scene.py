@@ -30,9 +30,6 @@ from .racks import RACK, lay_racks, parse_racks, roof_of_rack
 from .scene import Scene, append_triangles, corners_of, join_surfaces
 from .written_scene import owner_of_triangles, remove_triangles
 
-# [m] around a change in which faces that stay are judged again, or --clearance if that is more
-NEAR = 0.5
-
 
 @dataclass
 class _SceneChange:
@@ -104,7 +101,8 @@ def edit_scene(scene, rows, before, after, request):
     crowns = _change_trees(edited, before, after)
     solids = np.concatenate([corners_of(scene, gone), corners_of(edited, np.s_[first:])])
     alive = np.setdiff1d(rows, gone_rows)
-    within = max(NEAR, request.clearance)
+    # Faces that stay are judged again within 0.5 m of a change, or within --clearance.
+    within = max(0.5, request.clearance)
     asked = np.zeros(len(edited.surfaces) + 1, bool)
     asked[owner_of_triangles(edited)[touch_boxes(edited, boxes_around(solids), within)]] = True
     edited, turned = _judge_sheets(edited, asked[:-1], first)  # the ground's -1 took the last one

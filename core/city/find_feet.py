@@ -17,11 +17,8 @@ from .slope_filter import find_standing
 
 # An edge further above a neighbouring foot than this does not stand on the ground [m]:
 LOWEST_STEP = 6.0  # the lowest footprint of a building (it may stand on an embankment)
-HALF_STOREY = 1.5  # above it, footprints of a building count as lowest, too
 FOOTPRINT_STEP = 2.5  # other footprints: a passage, a bridge, a tower on a podium
 WALL_STEP = 0.5  # walls without a footprint: a bay, a dormer
-# [m/m] steepest ground between two feet; next to thin objects only gentle slopes are assumed
-SLOPE = 0.5
 # [m] an edge this deep inside another, lower footprint stands on that building; less is inaccurate
 # outlines
 INSIDE = 0.3
@@ -95,7 +92,8 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
         edge = edge[~_find_floating(building[edge], middle, (height, thin), ground_height)]
     lowest = np.full(building_of.max(initial=-1) + 1, np.inf)
     np.minimum.at(lowest, building_of[footprint], low[footprint])
-    may_stand_high = low <= lowest[building_of] + HALF_STOREY
+    # Footprints up to 1.5 m above a building's lowest one count as lowest, too.
+    may_stand_high = low <= lowest[building_of] + 1.5
     lines, top = (
         shapely.linestrings(np.stack([start[edge, :2], end[edge, :2]], axis=1)),
         np.zeros(len(lowest)),
@@ -109,7 +107,9 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     step = np.where(may_stand_high, LOWEST_STEP, FOOTPRINT_STEP)[polygon_of_point[edge]]
     step = np.minimum(step, np.maximum(height[building[edge]], WALL_STEP))
     step[~on_footprint[edge]] = WALL_STEP
-    slope = np.where(thin[building[edge]], GENTLE, SLOPE)
+    # Ground between two feet rises by 0.5 m per metre at most; a thin object is no sign of ground
+    # steeper than 0.1.
+    slope = np.where(thin[building[edge]], 0.1, 0.5)
     stands = find_standing(start[edge], end[edge], step, slope)
     edge, step = edge[stands], step[stands]
     standing = np.isin(np.flatnonzero(footprint), polygon_of_point[edge])
@@ -181,14 +181,6 @@ def _above_another(shapes, low, footprints, middles, own):
     return above
 
 
-THIN = 1.0  # [m] what is thinner, lying or upright, is no building
-STOREY = 2.5  # [m] a building that stands nowhere lower than this above the ground floats
-LEAST = 0.5  # [m] lower than this above the ground nothing floats
-GENTLE = 0.1  # [m/m] thin things are not taken for a sign of steeper ground
-# [m] if half of the buildings stand further above the ground, its zero level is another
-MISMATCH = 3.0
-
-
 def _measure_objects(building, points):
     """Height of each building, and whether it is thin.
 
@@ -215,7 +207,8 @@ def _measure_objects(building, points):
     # area.
     half = 0.5 * shapely.length(around)
     width = 0.5 * (half - np.sqrt(np.maximum(half**2 - 4 * shapely.area(around), 0.0)))
-    return height, np.minimum(height, width) < THIN
+    # What is thinner than 1 m, lying or upright, is no building.
+    return height, np.minimum(height, width) < 1.0
 
 
 def _find_floating(building, middles, objects, ground_height):
@@ -246,7 +239,10 @@ def _find_floating(building, middles, objects, ground_height):
     least = np.full(len(height), np.inf)
     np.fmin.at(least, building, np.where(np.isnan(rise), np.inf, rise))
     known = np.isfinite(least)
-    if (known & ~thin).any() and np.median(least[known & ~thin]) > MISMATCH:
+    # Where half of the buildings stand more than 3 m above the ground, its zero level is another.
+    if (known & ~thin).any() and np.median(least[known & ~thin]) > 3.0:
         known &= thin
-    floats = known & (least > np.maximum(np.minimum(height, STOREY), LEAST))
+    # A building floats if it stands nowhere lower than a storey of 2.5 m, or its own height, above
+    # the ground; lower than 0.5 m nothing floats.
+    floats = known & (least > np.maximum(np.minimum(height, 2.5), 0.5))
     return floats[building]

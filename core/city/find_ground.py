@@ -16,9 +16,6 @@ from .number_sheets import find_yards, number_sheets
 from .polygons import normals_of
 from .scene import check_scene, surface_of_triangles
 
-SPANNED = 0.5  # of the city's bounds in plan: a mesh that covers less is not the ground
-BEFORE = 0.5  # [m] from a face to the place before it that has the ground below
-
 
 def find_ground(scene):
     """Triangles of the ground.
@@ -60,7 +57,8 @@ def find_ground(scene):
     candidate = np.append(2 * sinking < rising, False)
     candidate[building[own & (classes | ground)]] = False
     mesh = np.where(candidate[building], building, -1)
-    enough = max(SPANNED * whole, 1e-12)
+    # A mesh that covers less than half of the city's bounds in plan is not the ground.
+    enough = max(0.5 * whole, 1e-12)
     if upward[(mesh >= 0) & (upward > 0)].sum() / 2 < enough:
         return ground
     sheet, alone = number_sheets(vertices, triangles, upward > 0, mesh)
@@ -108,7 +106,8 @@ def _carries_most(vertices, sheet, corners, *, steep=False):
     if steep:
         shown &= normal[:, 2] < 0.5 * area
     corners, normal, area = corners[shown], normal[shown], area[shown]
-    places = corners.mean(axis=1) + BEFORE * normal / area[:, None]
+    # The place to ask what lies below stands 0.5 m before the face.
+    places = corners.mean(axis=1) + 0.5 * normal / area[:, None]
     above = height_below(vertices, sheet, places, places[:, 2]) > -np.inf
     return 2 * area[above].sum() > area.sum()
 
@@ -136,13 +135,7 @@ def height_below(vertices, triangles, points, start):
     )
 
 
-LEVEL = 0.5  # [m] largest gap, as drawn, between a resting face and what carries it
 CONTACT = 0.01  # [m] least value of that gap, however thin the building is
-WEIGHTS = (
-    0.55,
-    0.27,
-    0.18,
-)  # barycentric, of ray origins: seldom above an edge, hardly ever two of three
 ROUNDING = 8 * np.finfo(np.float32).eps  # of coordinates, relative
 
 
@@ -177,11 +170,13 @@ def find_hanging(scene, floating):
         top, building[scene.triangle_surface[own]], height[scene.triangles[own]].max(axis=1)
     )
     above = top[building[scene.triangle_surface[rows]]] - corners[..., 2].min(axis=1)
-    near = np.clip(above, CONTACT, LEVEL)
+    # A resting face is drawn up to 0.5 m above what carries it.
+    near = np.clip(above, CONTACT, 0.5)
     down = np.tile(np.float32([0, 0, -1]), (len(rows), 1))
     votes = np.zeros(len(rows), int)
     for turn in range(3):
-        place = np.einsum("c,rcx->rx", np.roll(WEIGHTS, turn), corners)
+        # Barycentric places of ray origins: seldom above an edge, hardly ever two of three.
+        place = np.einsum("c,rcx->rx", np.roll((0.55, 0.27, 0.18), turn), corners)
         clear = (
             place[:, 2] - height_below(scene.vertices, carriers, place, place[:, 2] + slack) > near
         )

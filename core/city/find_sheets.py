@@ -21,21 +21,13 @@ from ..settings.threads import map_in_order, usable_threads
 from .find_ground import find_ground
 from .join_sheets import look
 
-FEW, SOME, MANY = 8, 16, 64  # rays per triangle: to exclude clear cases, and to judge the others
-CLEARLY_INSIDE = 0.75  # of the FEW rays hit backs
+FEW, MANY = 8, 64  # rays per triangle: to exclude clear cases, and to judge the others
 # of the rays hit backs: a wall beside a floor without a roof has half, a vault of faces 0.36
 ENCLOSED = 0.4
-ESCAPING = 0.1  # of the rays reach the sky
-CLADDING = 0.3  # [m] a face this close in front of another belongs to it
-SLIVER = 0.01  # [m] narrower faces are rounding of the data
 AFTER_FEW, EACH = (
     0.35,
     0.125,
 )  # share of the time for the FEW rays, and for each pass of the next four
-# faces below or behind sheets are judged again, as backs of sheets are not an inside
-MOST_ROUNDS = 4
-HOPS = 8  # largest number of faces that a ray is followed to
-SPACINGS = 16  # of float32: distance of ray origins from their face
 RAYS_PER_TASK = 1 << 13  # so that what they need stays in the cache
 PERPENDICULAR = 4  # points per triangle with a ray straight ahead
 AT_ONCE = 1 << 16  # triangles that are measured together, so that they need little memory
@@ -108,14 +100,19 @@ def judge_faces(faces, rows, sheet, report_share):
         whole, total = np.bincount(surface, area, count), np.bincount(surface, area * values, count)
         return np.divide(total, whole, out=np.zeros(count), where=whole > 0)[surface]
 
-    rows = rows[mean(rows, faces.width[rows]) >= SLIVER]
+    # Faces narrower than 1 cm are rounding of the data.
+    rows = rows[mean(rows, faces.width[rows]) >= 0.01]
     backs, _ = _follow_rays(
         faces, rows, -1, FEW, hops=1, report_share=partial(report_part, report_share, 0, AFTER_FEW)
     )
-    rows = rows[mean(rows, backs / FEW) < CLEARLY_INSIDE]
-    rows = rows[mean(rows, _look_straight(faces, rows, -1, CLADDING)) < 0.5]
+    # Where three quarters of the rays hit backs, the face is clearly inside.
+    rows = rows[mean(rows, backs / FEW) < 0.75]
+    # A face up to 0.3 m in front of another is its cladding, and belongs to it.
+    rows = rows[mean(rows, _look_straight(faces, rows, -1, 0.3)) < 0.5]
     begin = AFTER_FEW
-    for rays, least in ((SOME, 1e-9), (MANY, ESCAPING)):
+    # Few rays exclude clear cases, more judge the rest; an open face has a tenth of its rays escape
+    # to the sky.
+    for rays, least in ((16, 1e-9), (MANY, 0.1)):
         backs = []
         for side in (-1, 1):
             tell = partial(report_part, report_share, begin, begin + EACH)
@@ -125,7 +122,8 @@ def judge_faces(faces, rows, sheet, report_share):
             begin += EACH
     inside = np.array([mean(rows, found / MANY) >= ENCLOSED for found in backs])
     news = sheet.any()  # those that are known do not count so far
-    for _ in range(MOST_ROUNDS):
+    # Faces below or behind sheets are judged again, as backs of sheets are not an inside.
+    for _ in range(4):
         found = ~inside.any(axis=0)
         if not found.any() and not news:
             break
@@ -156,13 +154,14 @@ def faces_of_scene(scene):
         normal[some], area[some] = across / np.maximum(doubled, tiny)[:, None], doubled / 2
         width[some] = doubled / np.maximum(length.max(axis=1), tiny)
         reach = np.abs(corners).max(axis=(1, 2)) + np.abs(edges[:, :2]).max(axis=(1, 2))
-        offset[some] = SPACINGS * np.finfo(np.float32).eps * reach
+        # Rays start 16 spacings of float32 off their face.
+        offset[some] = 16 * np.finfo(np.float32).eps * reach
     ray_scene = RayScene(vertices, scene.triangles)
     kept = scene.footprint, scene.triangle_surface
     return _Faces(ray_scene, vertices, scene.triangles, along, normal, area, width, offset, *kept)
 
 
-def _follow_rays(faces, rows, side, count, *, hops=HOPS, sheet=None, report_share=silent):
+def _follow_rays(faces, rows, side, count, *, hops=8, sheet=None, report_share=silent):
     """Trace cosine-distributed rays from one side of some triangles, and on from whichever side of
     a face they hit.
 

@@ -13,7 +13,6 @@ from .polygons import plane_axes, polygon_bounds
 
 ACCURACY = 0.01  # [m] coordinates come in millimetres or centimetres
 ONE_PLACE = 1e-4  # [m] closer than this, neither of two surfaces is in front of the other
-ALONG = 0.9  # cosine between normals above which two surfaces face the same way
 COMMON = 0.05  # [m] least overlap of two bounding boxes along two axes: less is an edge
 AT_ONCE = (
     1 << 14
@@ -82,7 +81,8 @@ def _find_parallel_pairs(shape, normal, wanted):
         one = one + first
         kept = (one < other) & (wanted[one] | wanted[other])
         one, other = one[kept], other[kept]
-        kept = (normal[one] * normal[other]).sum(axis=1) > ALONG
+        # Two surfaces face the same way where the cosine between their normals is above 0.9.
+        kept = (normal[one] * normal[other]).sum(axis=1) > 0.9
         one, other = one[kept], other[kept]
         common = np.sort(
             np.minimum(high[one], high[other]) - np.maximum(low[one], low[other]), axis=1

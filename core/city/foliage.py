@@ -15,11 +15,7 @@ from ..settings.errors import InputError
 from .canopy import Canopy
 from .scene import Crowns
 
-TROPIC = 23.44  # [°] latitude up to which trees are taken to keep their leaves
 NORTHERN, YEAR = (5, 6, 7, 8, 9, 10), tuple(range(1, 13))
-LEAST_TRANSMITTANCE = 1e-6
-OPTION = "--leaf-months"
-CURE = "give auto, all, none or months such as 4-10 or 11-4"
 
 
 @dataclass
@@ -67,9 +63,7 @@ def choose_foliage(crowns, request, latitude):
     months = parse_months(request.leaf_months, latitude)
     nothing, density = np.zeros(len(crowns)), crowns.area_density
     if request.crown_transmittance is not None:
-        leaves = np.full(
-            len(crowns), -np.log(max(request.crown_transmittance, LEAST_TRANSMITTANCE))
-        )
+        leaves = np.full(len(crowns), -np.log(max(request.crown_transmittance, 1e-6)))
         bare = leaves * min(request.branch_area_density / max(request.leaf_area_density, 1e-9), 1.0)
     else:
         leaves = request.leaf_extinction * np.where(
@@ -99,7 +93,8 @@ def parse_months(text, latitude=None):
     InputError
     """
     if text == "auto":
-        if latitude is None or abs(latitude) > TROPIC:
+        # Between the tropics trees are taken to keep their leaves.
+        if latitude is None or abs(latitude) > 23.44:
             return (
                 NORTHERN
                 if latitude is None or latitude > 0
@@ -113,6 +108,10 @@ def parse_months(text, latitude=None):
         match = re.fullmatch(r"\s*(\d{1,2})(?:-(\d{1,2}))?\s*", word)
         first, last = (int(match[1]), int(match[2] or match[1])) if match else (0, 0)
         if not (1 <= first <= 12 and 1 <= last <= 12):
-            raise InputError(OPTION, f"{word.strip()!r} is not a month or a range of months", CURE)
+            raise InputError(
+                "--leaf-months",
+                f"{word.strip()!r} is not a month or a range of months",
+                "give auto, all, none or months such as 4-10 or 11-4",
+            )
         found |= {(first - 1 + k) % 12 + 1 for k in range((last - first) % 12 + 1)}
     return tuple(sorted(found))

@@ -14,9 +14,6 @@ from .city import starts_of, take_rows
 from .locate_site import bring_to_origin
 from .polygons import measure_polygons, plane_axes
 
-MOST_ELEMENTS = 1e6  # largest number of cells per polygon
-SLIVER = 1e-6  # [m²] smaller pieces are rounding errors and dropped
-
 
 def split_into_cells(city, grid_size):
     """City whose polygons larger than a cell are split along a grid.
@@ -74,7 +71,8 @@ def _cut(rings, axes, grid_size):
     flat = [(ring - origin) @ axes.T for ring in rings]
     low, high = flat[0][:, :2].min(axis=0), flat[0][:, :2].max(axis=0)
     columns, rows = np.maximum(np.ceil((high - low) / grid_size - 1e-9), 1)
-    if columns * rows > MOST_ELEMENTS:
+    # A polygon has at most a million cells.
+    if columns * rows > 1e6:
         problem = f"{grid_size:g} m gives {columns * rows:.0e} cells in one polygon"
         raise InputError("--grid-size", problem, "give a larger size")
     shape = shapely.Polygon(flat[0][:, :2], [ring[:, :2] for ring in flat[1:]])
@@ -86,7 +84,8 @@ def _cut(rings, axes, grid_size):
     parts = shapely.get_parts(
         shapely.intersection(shape, shapely.box(x, y, x + grid_size, y + grid_size))
     )
-    parts = parts[(shapely.get_type_id(parts) == 3) & (shapely.area(parts) > SLIVER)]
+    # Pieces below a square millimetre are rounding errors, and dropped.
+    parts = parts[(shapely.get_type_id(parts) == 3) & (shapely.area(parts) > 1e-6)]
     pieces = []
     for part in map(orient, parts):
         rings = [np.asarray(ring.coords)[:-1, :2] for ring in (part.exterior, *part.interiors)]

@@ -6,7 +6,6 @@ from .polygons import measure_polygons
 from .transform_crs import UNITS
 
 TALLEST = 1000.0  # [m] no building reaches it; the tallest has 828 m
-DOUBTED = 150.0  # [m] half of the buildings of hardly any place are higher
 USUAL = (2.2, 60.0)  # [m] between which half the height of buildings lies in nearly every place
 NAMES = {
     "m": "metres",
@@ -38,7 +37,8 @@ def judge_unit(contents):
         What was taken, or may be meant.
     """
     heights = [high - low for content in contents for low, high in _heights_of(content)]
-    if not heights or (middle := float(np.median(heights))) < DOUBTED:
+    # Hardly any place has buildings of which half are higher than 150 m.
+    if not heights or (middle := float(np.median(heights))) < 150.0:
         return "m", []
     likely = likely_units(middle)
     sizes = f"half of the buildings are over {middle:,.0f} high"

@@ -16,17 +16,10 @@ from .orient_shells import SURE_SHARE
 from .polygons import measure_polygons, normals_of, plane_axes, triangulate
 
 RAYS = 64  # from each side of a polygon
-# polygons of a shell, the largest ones, that are tested besides those that may be turned
-WITNESSES = 16
 INSIDE = 0.5  # of the rays that do not escape downwards hit backs
 SKY = 0.125  # of the rays reach the sky
 GLIMPSE = 1 / 32  # of the rays must reach the sky for a front to be known to be outside
-# of the support, by area and by extent, that may support the opposite orientation
-CONTRADICTION = 0.25
 DOWNWARD = -0.02  # vertical component of the normal, below which a polygon faces down
-OFFSET = 1e-3  # [m] of ray origins from the face
-SPACINGS = 16  # the same in spacings of float32
-MICROMETRE = 6  # decimals of a metre, so that rounding of large coordinates has no effect
 
 
 @dataclass
@@ -78,7 +71,8 @@ def judge_turning(shape, found, allowed):
     members = np.flatnonzero(np.isin(shell, np.unique(shell[wanted])))
     order = members[np.lexsort((members, -area[members], shell[members]))]
     place = np.arange(len(order)) - np.searchsorted(shell[order], shell[order])
-    tested = np.union1d(order[place < WITNESSES], np.flatnonzero(wanted))
+    # The 16 largest polygons of a shell are tested besides those that may be turned.
+    tested = np.union1d(order[place < 16], np.flatnonzero(wanted))
     sides = trace_both_sides(shape, shell, tested, wanted)
     whole = np.bincount(shell, ~wanted)[shell[tested]] == 0  # every polygon of the shell would turn
     chosen = _decide(sides, (shell[tested], area[tested]), agree[tested], wanted[tested], whole)
@@ -123,7 +117,8 @@ def _decide(sides, shells, agree, wanted, whole):
         (np.bincount(shell, support * w, count), np.bincount(shell, contrary * w, count))
         for w in (area, area**0.5)
     ]
-    sure = np.all([(yes > 0) & (no <= CONTRADICTION * yes) for yes, no in votes], axis=0)[shell]
+    # A quarter of the support, by area and by extent, may be for the opposite orientation.
+    sure = np.all([(yes > 0) & (no <= 0.25 * yes) for yes, no in votes], axis=0)[shell]
     silent = (votes[0][0] + votes[0][1] == 0)[shell]
     mixed = ~whole & (support | (silent & (turned > drawn)))
     return wanted & ~right & ~lit & (sure | mixed)
@@ -145,7 +140,8 @@ def trace_both_sides(shape, shell, tested, wanted):
     -------
     Views
     """
-    places = np.round(shape[0] - shape[0].min(axis=0), MICROMETRE)  # near zero
+    # Rounded to micrometres, so that the noise of large coordinates has no effect.
+    places = np.round(shape[0] - shape[0].min(axis=0), 6)  # near zero
     triangles, owner = triangulate(places, *shape[1:])
     corners, doubled = (
         places[triangles],
@@ -154,7 +150,8 @@ def trace_both_sides(shape, shell, tested, wanted):
     size = np.linalg.norm(doubled, axis=1)
     normal = doubled / size[:, None]
     start, point, direction = _start_rays((corners, normal, size), owner, tested)
-    offset = max(OFFSET, SPACINGS * float(np.spacing(np.float32(np.abs(places).max()))))
+    # Rays start 1 mm off their face, or 16 spacings of float32 if that is more.
+    offset = max(1e-3, 16 * float(np.spacing(np.float32(np.abs(places).max()))))
     scene = RayScene(places, triangles)
     turn = np.where(wanted, -1.0, 1.0)[owner]
     found_shares = np.empty((2, 5, len(tested)))

@@ -18,8 +18,6 @@ from .polygons import drop_unused, polygon_bounds
 from .scene import append_triangles
 from .terrain import HORIZON, NEAR, Layer, measure_heights, nearest_heights
 
-SLACK = 0.001  # [m] how far below a face something that rests on it may be drawn
-
 
 def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
     """The scene with its ground, and the footprints that do not touch it.
@@ -114,9 +112,10 @@ def _height_of_own_ground(scene, ground, places, thin):
     """
     upward = upward_areas(scene.vertices, scene.triangles) > 0
     height, highest = np.full(len(places), -np.inf), scene.vertices[:, 2].max() + 1
+    # A thing that rests on a face may be drawn up to 1 mm below it.
     for chosen, faces, start in (
         (~thin, ground & upward, highest),
-        (thin, upward, places[:, 2] + SLACK),
+        (thin, upward, places[:, 2] + 0.001),
     ):
         if chosen.any() and faces.any():
             from_above = np.broadcast_to(start, len(places))[chosen]

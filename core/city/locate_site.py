@@ -15,9 +15,6 @@ from .axis_order import MARGIN
 from .scene import Site
 from .transform_crs import find_globe_places, plane_of
 
-# [m] northwards on the grid; large against rounding, small against the curvature of a meridian
-STEP = 100.0
-
 
 def locate_site(crs, point, latitude=None, longitude=None, *, source=None):
     """Latitude, longitude and meridian convergence of a point.
@@ -63,7 +60,9 @@ def locate_site(crs, point, latitude=None, longitude=None, *, source=None):
             raise InputError(f"--{missing}", problem, "give both --latitude D --longitude D")
         return latitude, longitude, 0.0
     plane, _ = plane_of(crs)
-    steps = np.array([[point[0], point[1]], [point[0], point[1] + STEP]])
+    # A step of 100 m north on the grid is large against rounding, small against the curvature of a
+    # meridian.
+    steps = np.array([[point[0], point[1]], [point[0], point[1] + 100.0]])
     here, north = np.column_stack(find_globe_places(steps, plane)[::-1])
     if not all(math.isfinite(value) for value in (*here, *north)):
         if latitude is not None and longitude is not None:

@@ -10,11 +10,6 @@ from scipy.spatial import cKDTree
 
 from .polygons import edges_of, normals_of, number_connected
 
-STEEPEST_CREASE = 30.0  # [°] ground hardly bends more; roofs that reach down to it do
-HANGING = 0.1  # of the length of a rim: of a roof or a deck, walls hang from most of it
-# [m] a yard is no further above or below the ground nearby; the flat roof of a house is
-LEVEL_YARD = 1.5
-
 
 def number_sheets(vertices, triangles, upward, mesh):
     """Number the sheets of meshes that may be ground.
@@ -67,7 +62,8 @@ def _number_pieces(vertices, triangles, upward, mesh):
     order = order[np.argsort(edge[order], kind="stable")]
     one, other = order[:-1], order[1:]
     bend = (normal[owner[one]] * normal[owner[other]]).sum(axis=1)
-    both = (edge[one] == edge[other]) & (bend > np.cos(np.radians(STEEPEST_CREASE)))
+    # Ground hardly bends by more than 30°; roofs that reach down to it do.
+    both = (edge[one] == edge[other]) & (bend > np.cos(np.radians(30.0)))
     piece = number_connected(owner[one[both]], owner[other[both]], count)
     # The rim: edges with one triangle of the piece; what else has this edge rises from it, or
     # hangs.
@@ -85,7 +81,8 @@ def _number_pieces(vertices, triangles, upward, mesh):
         np.bincount(piece[owner[rim]], weight, count)
         for weight in (length[rim], (length * hangs[edge])[rim])
     )
-    kept = upward & (hanging < HANGING * np.maximum(around, np.finfo(float).tiny))[piece]
+    # Of a roof or a deck, walls hang from most of its rim; of the ground from less than a tenth.
+    kept = upward & (hanging < 0.1 * np.maximum(around, np.finfo(float).tiny))[piece]
     return np.where(kept, piece, -1)
 
 
@@ -112,7 +109,8 @@ def find_yards(vertices, triangles, sheet, ground):
     middle = vertices[triangles[rows]].mean(axis=1)
     step = np.abs(middle[:, 2] - corners[cKDTree(corners[:, :2]).query(middle[:, :2])[1], 2])
     far = np.zeros(sheet.max() + 1, bool)
-    far[sheet[rows[step > LEVEL_YARD]]] = True
+    # A yard lies within 1.5 m of the ground nearby; the flat roof of a house does not.
+    far[sheet[rows[step > 1.5]]] = True
     yards = ground.copy()
     yards[rows] = ~far[sheet[rows]]
     return yards

@@ -9,8 +9,6 @@ import numpy as np
 from .polygons import measure_polygons, next_in_ring, number_connected, polygon_bounds
 
 WELD = 1e-3  # [m] corners of one building closer than this are merged
-# of area^1.5, a slab of 100 x 100 x 1.5 m: an open shell with less volume is taken for a sheet
-SURE_VOLUME = 0.01
 SURE_SHARE = 2 / 3  # of the area of a sheet that must agree for the rest to be turned
 
 
@@ -63,7 +61,8 @@ def orient_shells(points, ring_start, polygon_start, building):
     turned = np.bincount(shell, np.where(sign < 0, area, 0.0), len(size))
     same = np.bincount(shell, np.ones(count), len(size)) == 1
     closed_shell = closed[shell]
-    sure = ~same & (np.abs(volume) > np.where(closed, 1e-6, SURE_VOLUME) * size**1.5)
+    # A slab of 100 x 100 x 1.5 m has a volume of 0.01 area^1.5: an open shell with less is a sheet.
+    sure = ~same & (np.abs(volume) > np.where(closed, 1e-6, 0.01) * size**1.5)
     agree = ~sure & (np.maximum(turned, size - turned) >= SURE_SHARE * size)
     right = np.where(sure, np.sign(volume), np.where(turned > 0.5 * size, -1.0, 1.0))
     agrees = sign == right[shell]

@@ -21,11 +21,6 @@ from ..settings.errors import InputError
 RISE = 0.1  # [m] above the roof: less is inaccuracy of the data
 THICKNESS = 0.03  # [m] of a module with its frame
 GAP = 0.02  # [m] least distance between modules
-AISLE = 0.5  # [m] between pairs of rows unless the spacing is given
-SHORTEST_ROW = 1.5  # [m] about a module
-# [°] above the row's horizon; at high latitudes a lower sun at noon sets no spacing
-LOWEST_SUN = 10.0
-OBLIQUITY = 23.44  # [°] of the ecliptic
 
 
 @dataclass
@@ -93,7 +88,8 @@ def _choose_pitch(racks, axes, latitude):
             raise InputError("--racks", problem, cure)
         return pitch
     if racks.east_west:
-        return _width_of_row(racks) + AISLE
+        # An aisle of half a metre between pairs of rows.
+        return _width_of_row(racks) + 0.5
     if latitude is None:
         raise InputError(
             "--racks",
@@ -101,9 +97,11 @@ def _choose_pitch(racks, axes, latitude):
             "give --latitude D",
         )
     # The shadow across the rows, behind them, per height: none if it falls before them.
-    zenith = math.radians(abs(latitude) + OBLIQUITY)
+    # The sun of the winter solstice, by the obliquity of the ecliptic, 23.44°.
+    zenith = math.radians(abs(latitude) + 23.44)
     _, up_slope, out = axes @ [0.0, -math.copysign(math.sin(zenith), latitude), math.cos(zenith)]
-    shadow = max(0.0, -up_slope) / max(out, -up_slope * math.tan(math.radians(LOWEST_SUN)), 1e-9)
+    # At high latitudes a sun below 10° above the row's horizon sets no spacing at noon.
+    shadow = max(0.0, -up_slope) / max(out, -up_slope * math.tan(math.radians(10.0)), 1e-9)
     return max(
         least, _width_of_row(racks) + racks.depth * math.sin(math.radians(racks.tilt)) * shadow
     )
@@ -181,7 +179,8 @@ def _free_stretches(free, low, high):
         stretches.append((start, begin))
         start = max(start, end)
     stretches.append((start, right))
-    return [(begin, end) for begin, end in stretches if end - begin >= SHORTEST_ROW]
+    # A row is at least as long as a module, about 1.5 m.
+    return [(begin, end) for begin, end in stretches if end - begin >= 1.5]
 
 
 def free_area(rings, frame, rim, obstacles):

@@ -18,14 +18,7 @@ from .check_geometry import check_rings
 from .city import starts_of
 
 THIN = 1e-9  # relative to the longest edge squared: triangles of less area are degenerate
-# areas that differ by less than this share count as equal, so that rounding does not choose the
-# diagonal
-TIE = 1e-6
-# of a polygon's area: a larger error of the triangulated area means that a hole was lost
-LOST_SHARE = 1e-6
 TOUCHING = 1e-4  # [m] vertices closer than this are the same
-# corners, above which a polygon gets a Delaunay triangulation: ears of a circle are slivers
-MANY = 500
 MERGED = 1e5  # corners at one place in units of 1 / MERGED [m] are one vertex
 
 
@@ -168,7 +161,9 @@ def triangulate(points, ring_start, polygon_start):
     for polygon in np.flatnonzero(rest):
         rings = ring_start[polygon_start[polygon] : polygon_start[polygon + 1] + 1]
         corners = np.ascontiguousarray(plane[rings[0] : rings[-1]])
-        if len(corners) > MANY:
+        # Polygons of more than 500 corners get a Delaunay triangulation: ears of a circle are
+        # slivers.
+        if len(corners) > 500:
             clipped = _triangulate_delaunay(corners, rings - rings[0]) + rings[0]
         else:
             clipped = mapbox_earcut.triangulate_float64(
@@ -180,7 +175,8 @@ def triangulate(points, ring_start, polygon_start):
             if len(rings) > 2
             else 0.0
         )
-        if lost > LOST_SHARE * area[polygon]:
+        # A triangulated area that is off by more than a millionth of the polygon's lost a hole.
+        if lost > 1e-6 * area[polygon]:
             clipped = _clip_touching_holes(plane, rings, area[polygon], clipped)
         triangles.append(clipped)
         owners.append(np.full(len(clipped), polygon))
@@ -270,7 +266,8 @@ def _cut_quads(plane, first):
     )  # (q, 2, 2, 3)
     smallest = _signed_area(plane, halves).min(axis=2)  # (q, 2) of each diagonal
     gain = smallest[:, 1] - smallest[:, 0]
-    better = (gain > TIE * np.abs(smallest).max(axis=1)).astype(np.int64)
+    # Areas that differ by less than a millionth count as equal, so that rounding does not choose.
+    better = (gain > 1e-6 * np.abs(smallest).max(axis=1)).astype(np.int64)
     rows = np.arange(len(first))
     chosen = halves[rows, better]
     return chosen, smallest[rows, better] > THIN * _longest_square(plane, chosen).max(axis=1)

@@ -23,7 +23,6 @@ from .scene import Surfaces, append_triangles, join_surfaces
 from .split_edges import refine_triangles
 
 RACK = "rack"  # the kind
-LEVEL = 1e-6  # [°] of tilt, up to which a rack faces nowhere
 MARK = "/rack"  # in names, between the roof's and a number
 OPTION = "--racks"
 PAIRS = "east-west"
@@ -235,8 +234,9 @@ def orient_racks(tilt, azimuth, sectors):
     have none.
     """
     count = len(tilt)
+    # Racks tilted by less than a millionth of a degree face nowhere.
     return classify(
-        np.ones(count), np.where(tilt < LEVEL, 0.0, 30.0), azimuth, [RACK] * count, sectors
+        np.ones(count), np.where(tilt < 1e-6, 0.0, 30.0), azimuth, [RACK] * count, sectors
     )[1]
 
 

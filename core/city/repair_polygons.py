@@ -12,11 +12,8 @@ from .tangled_rings import FEWEST_CORNERS, MOST_CROSSINGS, is_tangled
 from .unite_holes import unite_holes
 
 SMALLEST_AREA = 1e-6  # [m²] a square millimetre; smaller polygons have no reliable normal
-# a solid is a duplicate if the boundary surfaces have at least this share of its area
-TWIN_SHARE = 0.95
 SAME = 1e-4  # [m] corners closer than this are the same
 BENT = 0.05  # [m] deviation from the mean plane, peak to peak, from which a polygon is reported
-WITHIN = 0.999  # share of the given outline that must lie in its hole
 
 
 def repair_polygons(city, sources, report):
@@ -99,7 +96,8 @@ def _exchange_rings(city, report):
         small, large = (
             shapely.make_valid(shapely.Polygon((ring - rings[1][0]) @ axes.T)) for ring in rings
         )
-        if small.area > 0 and small.intersection(large).area >= WITHIN * small.area:
+        # All but a thousandth of the given outline must lie in its hole.
+        if small.area > 0 and small.intersection(large).area >= 0.999 * small.area:
             order[[first, largest]] = largest, first
             exchanged[polygon] = True
     if not exchanged.any():
@@ -136,7 +134,8 @@ def _find_first_geometry(city, sources, report):
     order = ("surface", "solid", "multisurface")
     size = {source: np.bincount(building, area * (sources == source)) for source in order}
     for better, worse in itertools.combinations(order, 2):
-        twin = (size[better] > 0) & (size[worse] > 0) & (size[better] >= TWIN_SHARE * size[worse])
+        # A solid is a duplicate if the boundary surfaces have at least 95 % of its area.
+        twin = (size[better] > 0) & (size[worse] > 0) & (size[better] >= 0.95 * size[worse])
         keep &= ~((sources == worse) & twin[building])
     reason = "second geometry of the same building (Solid beside its surfaces)"
     report.skip(reason, city.names_of(~keep), area[~keep].sum())

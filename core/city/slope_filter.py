@@ -9,7 +9,6 @@ from scipy.spatial import cKDTree
 
 from .plan_geometry import COINCIDENT, find_in_boxes, merge_places, pair_keys, plant_tree
 
-NEIGHBOURS = 32
 NEAR = 10.0  # [m] within which feet are compared with whole edges, further away with their ends
 ENDS_AT_ONCE, EDGES_AT_ONCE = (
     50_000,
@@ -53,9 +52,7 @@ def _hangs_above_feet(points, step, slope, others):
     tree, hangs = cKDTree(lowest[:, :2]), np.zeros(len(points), bool)
     for first in range(0, len(points), ENDS_AT_ONCE):
         some = slice(first, first + ENDS_AT_ONCE)
-        distance, index = tree.query(
-            points[some, :2], k=np.arange(1, min(NEIGHBOURS, len(lowest)) + 1)
-        )
+        distance, index = tree.query(points[some, :2], k=np.arange(1, min(32, len(lowest)) + 1))
         rise = points[some, 2, None] - lowest[index, 2]
         hangs[some] = (rise > step[some, None] + slope[some, None] * distance).any(axis=1)
     return hangs
@@ -90,9 +87,6 @@ def _pass_edges(points, start, end, within):
         yield point[near], edge[near], foot[near], distance[near]
 
 
-ABREAST = 0.25  # [m] feet closer together than this get the height of the higher one
-
-
 @dataclass
 class _FootLines:
     """Distinct edges of the feet."""
@@ -122,7 +116,8 @@ def highest_foot(lines, places):
     it: (k,) float64.
     """
     highest = places[:, 2].copy()
-    for place, edge, foot, _ in _pass_edges(places, lines.start, lines.end, ABREAST):
+    # Feet closer together than 0.25 m get the height of the higher one.
+    for place, edge, foot, _ in _pass_edges(places, lines.start, lines.end, 0.25):
         low = foot[:, 2] <= places[place, 2] + lines.step[edge]
         np.maximum.at(highest, place[low], foot[low, 2])
     return highest

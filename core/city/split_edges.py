@@ -14,14 +14,7 @@ from ..settings.errors import InputError, check_array, check_triangles
 from .check_geometry import check_patch_size
 from .plan_geometry import pair_keys
 
-SHORTEST = 1e-3  # [m] least patch size that can be given for a single triangle
-MOST_PIECES = 50e6  # more would not fit into memory
 ELONGATED = 4.0  # longest edge over height, from which a triangle is first cut crosswise
-# of the patch size: strips narrower than this are cut so that the diagonals of their pieces fit as
-# well
-STRIP = 0.85
-FLAT = 1e-4  # [m] distance from a triangle's plane beyond which its neighbour does not lie in it
-MOST_ROUNDS = 200  # of flips
 # relative; lengths or sums of cotangents closer than this count as equal, so that rounding chooses
 # nothing
 TIE = 1e-6
@@ -75,12 +68,13 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
     vertices, triangles = check_triangles(vertices, triangles)
     vertices, triangles = np.asarray(vertices, float), np.asarray(triangles, np.int64)
     if np.ndim(patch_size):
-        check_array("patch_size", patch_size, (len(triangles),), least=SHORTEST)
+        check_array("patch_size", patch_size, (len(triangles),), least=1e-3)
     patch_size = np.broadcast_to(np.asarray(patch_size, float), len(triangles))
     length, height = _measure_triangles(vertices, triangles)
     longest = length.max(axis=1, initial=0)
     pieces = ((1 + longest / patch_size) * (1 + height / patch_size)).sum()
-    if pieces > MOST_PIECES:  # for example because one vertex is far away by mistake
+    # More than 50 million pieces would not fit into memory.
+    if pieces > 50e6:  # for example because one vertex is far away by mistake
         problem = f"{patch_size.min():g} m gives about {pieces:.0e} patches"
         cure = (
             "give a larger size, or check the coordinates: the longest edge has "
@@ -156,7 +150,9 @@ def _count_parts(measures, patch_size):
     diagonals to fit it."""
     length, height = measures
     elongated = length.max(axis=1, initial=0) > ELONGATED * height
-    piece = np.sqrt(patch_size**2 - np.where(height < STRIP * patch_size, height, 0) ** 2)
+    # Strips narrower than 0.85 patch sizes are cut so that the diagonals of their pieces fit as
+    # well.
+    piece = np.sqrt(patch_size**2 - np.where(height < 0.85 * patch_size, height, 0) ** 2)
     parts = np.maximum(np.ceil(length / piece[:, None] - TIE), 2)
     return np.where(elongated[:, None], parts, 2).astype(np.int64)
 
@@ -230,7 +226,7 @@ def _flip_edges(vertices, triangles, surface, wanted=True):
     triangles, active = triangles.copy(), np.flatnonzero(np.broadcast_to(wanted, len(triangles)))
     near = active
     moved = np.ones(len(vertices), bool)
-    for _ in range(MOST_ROUNDS):
+    for _ in range(200):
         rows, corners = _find_inner_edges(vertices, triangles[near], surface[near])
         asked = moved[corners[:, 0]] & moved[corners[:, 1]]
         rows, corners = near[rows[asked]], corners[asked]
@@ -294,5 +290,6 @@ def _find_inner_edges(vertices, triangles, surface):
     normal, back = np.cross(b - a, p - a), np.cross(a - b, q - b)
     size = np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)
     bend = np.abs(np.einsum("ij,ij->i", q - a, normal)) / size
-    flat = (bend <= FLAT) & (np.einsum("ij,ij->i", normal, back) > 0)
+    # A neighbour whose corner lies up to 0.1 mm off a triangle's plane lies in it.
+    flat = (bend <= 1e-4) & (np.einsum("ij,ij->i", normal, back) > 0)
     return np.column_stack([owner[one], owner[other]])[flat], corners[flat]

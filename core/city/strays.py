@@ -11,7 +11,6 @@ from .judge_sizes import NAMES, TALLEST, likely_units
 from .polygons import measure_polygons, polygon_bounds
 
 EARTH = (-600.0, 9500.0)  # [m] nothing is built lower or higher: the Dead Sea's shore is at −430 m
-STRAY = "heights that no building around it has: not believed, left out"
 STRAY_TREE = "tree at a height that the Earth does not have: left out"
 
 
@@ -56,7 +55,11 @@ def find_strays(city, report):
         names = list(
             dict.fromkeys(name for name, out in zip(city.building_id, gone, strict=True) if out)
         )
-        report.skip(STRAY, names, measure_polygons(*city.shape)[0][gone].sum())
+        report.skip(
+            "heights that no building around it has: not believed, left out",
+            names,
+            measure_polygons(*city.shape)[0][gone].sum(),
+        )
         report.building_count -= len(names)
     tall = np.flatnonzero((top - base > TALLEST) & ~stray)
     # Where most are, and no reference system tells the unit, a note on units stands already.

@@ -17,8 +17,6 @@ from pyproj.crs.coordinate_operation import TransverseMercatorConversion
 from ..settings.errors import InputError
 
 UNITS = {"m": 1.0, "ft": 0.3048, "us-ft": 1200 / 3937, "mm": 0.001, "cm": 0.01, "in": 0.0254}  # [m]
-# by which a step of a plane may differ from one on Earth: less than any error of the light
-SCALE = 0.003
 EAST_NORTH = {"east", "north"}
 LOCAL = "local transverse Mercator"  # name of a plane around the middle of a city
 STEP = 100.0  # [m] large against rounding, small against the curvature of a parallel
@@ -245,7 +243,8 @@ def choose_plane(crs, axes, points, source=None):
         unit = system.axis_info[0].unit_conversion_factor
         scale, turned = measure_steps(system, middle, axes)
         directions = {axis.direction for axis in system.axis_info[:2]}
-        straight = directions == EAST_NORTH and not turned and (np.abs(scale - 1) <= SCALE).all()
+        # A step may be 0.3 % longer or shorter than on Earth: less than any error of the light.
+        straight = directions == EAST_NORTH and not turned and (np.abs(scale - 1) <= 0.003).all()
         if straight or not np.isfinite(scale).all():
             if unit == 1:
                 return Grid(crs, axes), None

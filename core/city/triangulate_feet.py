@@ -83,8 +83,6 @@ def heights_on(corners, places):
 
 # of halving foot edges that are missing, all in the first, then those that hang above the ground
 ROUNDS = 5
-SHORTEST_EDGE = 0.5  # [m]
-HANG = 0.005  # [m] foot edges further above the ground are refined
 SHARES = np.array([0.25, 0.5, 0.75])  # of an edge, where its height is compared with the ground's
 
 
@@ -118,8 +116,7 @@ def triangulate_feet(lines, foot_points, edges, free, report_share):
         along = feet[edges[:, 1]] - feet[edges[:, 0]]
         sides = pair_keys(np.sort(edges_of(triangles), axis=1))
         missing = edges[
-            ~are_among(pair_keys(edges + first), sides)
-            & (np.linalg.norm(along, axis=1) > SHORTEST_EDGE)
+            ~are_among(pair_keys(edges + first), sides) & (np.linalg.norm(along, axis=1) > 0.5)
         ]
         if turn:  # those above the ground at any of their SHARES
             ends = feet[missing]
@@ -129,7 +126,8 @@ def triangulate_feet(lines, foot_points, edges, free, report_share):
             height = drop_on_triangles(vertices[triangles], places.reshape(-1, 3)).reshape(
                 places.shape[:2]
             )
-            missing = missing[(places[..., 2] - height > HANG).any(axis=1)]
+            # Edges of feet that hang more than 5 mm above the ground are refined.
+            missing = missing[(places[..., 2] - height > 0.005).any(axis=1)]
         if turn == ROUNDS or not len(missing):
             return vertices, triangles
         feet, edges = _halve(lines, feet, edges, missing)
