@@ -3,9 +3,9 @@
 import argparse
 from itertools import chain
 
+from ..results.exports import EXPORTS
 from ..settings.errors import InputError
 from ..settings.request import declared_settings, option_of
-from .choose_settings import EXPORTS
 
 TITLES = {
     "city": "the city",
@@ -178,9 +178,9 @@ def add_output(parser, *, exports=False):
         "--overwrite", action="store_true", help="replace results in a folder that is not empty"
     )
     output.add_argument("--quiet", action="store_true", help="print errors only")
-    for name, words in EXPORTS.items() if exports else ():
+    for name, export in EXPORTS.items() if exports else ():
         listed = {"action": "append_const", "dest": "exports", "const": name, "default": []}
-        output.add_argument(f"--{name}", help=f"write {words}", **listed)
+        output.add_argument(f"--{name}", help=f"write {export.file}: {export.words}", **listed)
 
 
 def add_world(parser):

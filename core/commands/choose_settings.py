@@ -7,17 +7,11 @@ import os
 from collections.abc import Iterable
 from numbers import Real
 
+from ..results.exports import EXPORTS
 from ..settings.errors import InputError
 from ..settings.presets import METHODS, PRESETS
 from ..settings.request import Request, check_request, declared_settings
 
-EXPORTS = {  # files that are written when they are asked for
-    "transfer": "transfer.nc even if it takes gigabytes",
-    "editable": "rays.nc, from which citypv variant makes an edited city",
-    "cityjson": "city.city.json: the city with its results",
-    "gltf": "city.glb: the coloured city, for any viewer",
-    "geopackage": "city.gpkg: surfaces and buildings, for GIS",
-}
 KINDS = {  # of a setting -> (what it has to be, in words, and as types)
     "number": ("a number", Real),
     "switch": ("True or False", bool),
@@ -130,23 +124,6 @@ TAKE |= {
     "choice": os.fspath,
 }
 TAKE["shares"] = lambda value: {key: float(share) for key, share in value.items()}
-
-
-def take_exports(exports):
-    """Names of files to write as well, of `EXPORTS`: tuple of the one or of the several that are
-    given.
-
-    Raises
-    ------
-    InputError
-    """
-    names = (exports,) if isinstance(exports, str) else tuple(exports)
-    for name in names:
-        if name not in EXPORTS:
-            raise InputError(
-                "exports", f"{name!r} is not known", f"give some of {', '.join(EXPORTS)}"
-            )
-    return names
 
 
 def take_paths(city):

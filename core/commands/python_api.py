@@ -18,7 +18,7 @@ from pathlib import Path
 from ..settings.errors import InputError
 from ..settings.progress import silent
 from ..settings.request import declared_settings
-from .choose_settings import cluster_settings, request_of_settings, take_exports, take_paths
+from .choose_settings import cluster_settings, request_of_settings, take_paths
 
 LIGHT_FREE = (
     "surfaces",
@@ -151,7 +151,7 @@ class Result:
             words = ", ".join(one.name for one in fields(Wish))
             raise InputError(sorted(unknown)[0], "is no change of a city", f"give some of {words}")
         with _folder_for(out) as folder:
-            output = Output(overwrite=overwrite, exports=take_exports(exports))
+            output = Output(overwrite=overwrite, exports=exports)
             make_variant(
                 self.folder, folder, Wish(**change), output=output, log=RunLog(None, progress)
             )
@@ -263,7 +263,7 @@ def simulate(
     from ..run.simulate import simulate as run
     from ..run.write_run import Output
 
-    exports, paths = take_exports(exports), take_paths(city)
+    paths = take_paths(city)
     others = "out", "overwrite", "exports", "cluster", "tile", "progress"
     request = request_of_settings(settings, others=others)
     with _folder_for(out) as folder:

@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ..settings.errors import InputError
+from .exports import MODELS
 
 NAMES = (
     "faces.csv",
@@ -37,9 +38,7 @@ NAMES += (
 ASKED = "asked_weather"  # folder of answers of services
 NAMES += (
     ASKED,
-    "city.city.json",
-    "city.glb",
-    "city.gpkg",
+    *(model.file for model in MODELS.values()),
     "city.blend",
     "preview.png",
     "report.html",

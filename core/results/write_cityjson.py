@@ -37,7 +37,7 @@ BY_KIND = {"facade": "WallSurface", "ground": "GroundSurface", "downward": "Oute
 HIGHEST_LOD = "3"  # CityJSON has no LoD 4, whose outer shell corresponds to LoD 3
 
 
-def write_cityjson(path, city, transfer, energy, *, weather, progress=silent):
+def write_cityjson(path, run, progress=silent):
     """Write a city with its results.
 
     Every building, and every part of one, is a city object with a MultiSurface; each of its
@@ -53,15 +53,11 @@ def write_cityjson(path, city, transfer, energy, *, weather, progress=silent):
     Parameters
     ----------
     path : path-like
-    city : City
-        Its polygons are the surfaces of the Transfer, in their order.
-    transfer : Transfer
-    energy : Energy
-    weather : Weather
-        Of the energy.
+    run : RunResults
     progress : callable, optional
         See `core.settings.progress`.
     """
+    city, _, transfer, energy, weather = run
     # Coordinates stay as in the files: their system, their units, their order.
     points = grid_of(city).to_files(np.concatenate([city.points, list_points(city)]))
     # Whole numbers of a unit or, where that is 111 km long, of a thousandth.

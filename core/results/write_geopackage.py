@@ -43,7 +43,7 @@ CREATE TABLE gpkg_geometry_columns (table_name TEXT NOT NULL, column_name TEXT N
 """
 
 
-def write_geopackage(path, city, transfer, energy, *, weather, progress=silent):
+def write_geopackage(path, run, progress=silent):
     """Write a city with its results as a GeoPackage with two layers.
 
     `surfaces` has a 3D polygon for each surface with the columns of faces.csv; `buildings` has the
@@ -53,15 +53,11 @@ def write_geopackage(path, city, transfer, energy, *, weather, progress=silent):
     Parameters
     ----------
     path : path-like
-    city : City
-        Its polygons are the surfaces of the Transfer, in their order.
-    transfer : Transfer
-    energy : Energy
-    weather : Weather
-        Of the energy.
+    run : RunResults
     progress : callable, optional
         See `core.settings.progress`.
     """
+    city, _, transfer, energy, weather = run
     Path(path).unlink(missing_ok=True)
     # Coordinates stay in the files' system, easting or longitude first as the format wants.
     city = replace(city, points=grid_of(city).to_files(city.points, "xy"))

@@ -23,7 +23,7 @@ MOST_NODES = 2000  # largest number of nodes; viewers become slow with more
 TRIANGLES = 4
 
 
-def write_gltf(path, scene, energy, *, label, progress=silent):
+def write_gltf(path, run, progress=silent):
     """Write a scene with its full load hours as colours.
 
     Axes are glTF's: x east, y up, z south; metres from the scene's origin, which `asset.extras`
@@ -35,14 +35,11 @@ def write_gltf(path, scene, energy, *, label, progress=silent):
     Parameters
     ----------
     path : path-like
-    scene : Scene
-    energy : Energy
-        Of its surfaces.
-    label : str
-        Of the weather.
+    run : RunResults
     progress : callable, optional
         See `core.settings.progress`.
     """
+    _, scene, _, energy, weather = run
     progress(STAGE, 0, 2, "steps")
     level = choose_range(energy.full_load_hours, scene.surfaces.area)
     names, node = _group_triangles(scene)
@@ -76,7 +73,7 @@ def write_gltf(path, scene, energy, *, label, progress=silent):
     extras = {
         "shows": "full load hours",
         "unit": "h per year",
-        "weather": label,
+        "weather": weather.label,
         "colour_map": COLOUR_MAP,
         **dict(zip(("low", "high"), level, strict=True)),
         "origin": grid_of(scene.site).to_files(np.array([scene.site.origin]), "xy")[0].tolist(),

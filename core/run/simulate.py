@@ -16,6 +16,7 @@ from ..energy.counted_area import classify_again
 from ..energy.pv_system import ELECTRIC
 from ..light.prepare_scene import build_tree
 from ..rays.hemisphere_rays import is_compiled
+from ..results.exports import RunResults, write_exports
 from ..results.output_folder import ASKED, whole_folder
 from ..results.rays_file import NAME as RAYS
 from ..results.rays_file import write_rays
@@ -34,7 +35,7 @@ from .run_log import (
     describe_weather,
     report_outcome,
 )
-from .write_run import Output, Results, write_energy, write_exports, write_results, write_run
+from .write_run import Output, write_energy, write_results, write_run
 
 
 def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
@@ -125,10 +126,10 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
                 write_rays(work / RAYS, base, city)
         log.clock.lap("trace")
         results = write_results(
-            work, Results(city, scene, transfer, None, weather), request, output, log
+            work, RunResults(city, scene, transfer, None, weather), request, output, log
         )
         totals = write_run(work, results, request, log, tiles)
-        write_exports(work, results, request, output.exports, log.progress)
+        write_exports(work, results, output.exports, log.progress)
     transfer, energy = results.transfer, results.energy
     run_tasks.drop_kept(folder, cluster)
     report_outcome(log, folder, energy, totals, scene.report)
@@ -255,5 +256,5 @@ def recompute(transfer_path, folder, request, *, overwrite=False, log=None):
         log.write(describe_weather(weather, transfer.site))
         log.clock.lap("read")
         energy = write_energy(work, transfer, weather, request, log)
-        totals = write_run(work, Results(None, None, transfer, energy, weather), request, log)
+        totals = write_run(work, RunResults(None, None, transfer, energy, weather), request, log)
     report_outcome(log, folder, energy, totals)

@@ -20,6 +20,7 @@ from ..photons.specular_light import specular_of
 from ..read.read_city import read_city
 from ..results.columns import write_table
 from ..results.compare_runs import CHANGE, describe_light, mark_of
+from ..results.exports import RunResults, write_exports
 from ..results.output_folder import ASKED, whole_folder
 from ..results.rays_file import NAME, read_rays, write_rays
 from ..results.transfer_file import read_transfer
@@ -28,7 +29,7 @@ from ..settings.progress import silent
 from ..study import ELSEWHERE
 from ..weather.climate_grid import is_land
 from .run_log import RunLog, describe_weather, report_outcome
-from .write_run import Output, Results, write_exports, write_results, write_run
+from .write_run import Output, write_results, write_run
 
 
 @dataclass
@@ -111,14 +112,14 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
         if "editable" in output.exports:
             write_rays(work / NAME, edited, city, kept.names)
         found = write_results(
-            work, Results(city, scene, transfer, None, weather), named, output, log
+            work, RunResults(city, scene, transfer, None, weather), named, output, log
         )
         # The standard errors of the changes that surfaces of both cities see.
         ids, errors = errors_of_change(edited.before or base, edited, weather, named)
         table = {"surface_id": ids, "full_load_hours_change_standard_error": errors}
         write_table(work / CHANGE, pd.DataFrame(table))
         totals = write_run(work, found, named, log, beside={"variant": told})
-        write_exports(work, found, named, output.exports, log.progress)
+        write_exports(work, found, output.exports, log.progress)
     report_outcome(log, folder, found.energy, totals)
 
 

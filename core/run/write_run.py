@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -16,14 +15,11 @@ from ..light.sun_matrix import is_on_disk
 from ..results.columns import write_table
 from ..results.compare_runs import BEFORE, BEFORE_COLUMNS
 from ..results.describe_run import describe_edge
+from ..results.exports import RunResults, take_exports
 from ..results.transfer_file import write_transfer
-from ..results.write_cityjson import write_cityjson
-from ..results.write_geopackage import write_geopackage
-from ..results.write_gltf import write_gltf
 from ..results.write_summary import summarise, write_summary
 from ..results.write_tables import write_tables
 from ..settings.errors import show_number
-from ..settings.progress import silent
 from ..study import compute_energy
 
 
@@ -32,29 +28,22 @@ class Output:
     """What a run writes beside its tables."""
 
     overwrite: bool = False  # replace the results in a folder that is not empty
-    exports: tuple = ()  # of choose_settings.EXPORTS
+    exports: tuple = ()  # of `core.results.exports.EXPORTS`, one or several
     # `draw(folder, scene, transfer, energy, note)` writes pictures of the results
     draw: Callable | None = None
 
-
-class Results(NamedTuple):
-    """What a run has found."""
-
-    city: Any  # City of `draw_city`, and
-    scene: Any  # Scene; None of a Transfer that was read from a file
-    transfer: Any  # Transfer
-    energy: Any  # Energy
-    weather: Any  # Weather
+    def __post_init__(self):
+        self.exports = take_exports(self.exports)
 
 
 def write_results(work, found, request, output, log):
-    """Compute the Energy of a run, and write its tables and pictures: Results, with the city as its
-    surfaces are cut.
+    """Compute the Energy of a run, and write its tables and pictures: RunResults, with the city as
+    its surfaces are cut.
 
     Parameters
     ----------
     work : Path
-    found : Results
+    found : RunResults
         Without energy, with the City as it was read.
     request : Request
     output : Output
@@ -71,7 +60,7 @@ def write_results(work, found, request, output, log):
         log.write("Blender")
         output.draw(work, scene, transfer, energy, weather.label)
         log.clock.lap("Blender")
-    return Results(city, scene, transfer, energy, weather)
+    return RunResults(city, scene, transfer, energy, weather)
 
 
 def write_energy(work, transfer, weather, request, log, *, keep=True):
@@ -126,28 +115,6 @@ def write_run(work, results, request, log, tiles=None, *, beside=None):
         log.write(f"  {describe_bound(summary['tiles'])}")
     write_summary(work / "summary.json", summary | (beside or {}))
     return summary["totals"]
-
-
-def write_exports(work, results, request, exports, progress=silent):
-    """Write files for other programs: `city.city.json`, `city.glb`, `city.gpkg`.
-
-    Parameters
-    ----------
-    work : Path
-    results : Results
-    request : Request
-    exports : collection of str
-    progress : callable, optional
-        See `core.settings.progress`.
-    """
-    city, scene, transfer, energy, weather = results
-    told = {"weather": weather, "progress": progress}
-    if "cityjson" in exports:
-        write_cityjson(work / "city.city.json", city, transfer, energy, **told)
-    if "geopackage" in exports:
-        write_geopackage(work / "city.gpkg", city, transfer, energy, **told)
-    if "gltf" in exports:
-        write_gltf(work / "city.glb", scene, energy, label=weather.label, progress=progress)
 
 
 def draw_city(city, scene, request):

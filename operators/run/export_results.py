@@ -10,6 +10,7 @@ from pathlib import Path
 
 import bpy
 
+from ...core.results.exports import MODELS, RunResults, write_exports
 from ...core.settings.errors import InputError
 from ...core.settings.progress import silent
 from ..city.city_design import VARIANT
@@ -26,13 +27,10 @@ FILES = {  # identifier: the file's name, as on the command line; name and descr
         "Full load hours by kind, orientation, month and hour, as groups.csv",
     ),
     "buildings": ("buildings.csv", "Buildings (CSV)", "A row for each building, as buildings.csv"),
-    "cityjson": (
-        "city.city.json",
-        "CityJSON",
-        "The city as read with its results, as city.city.json",
-    ),
-    "gltf": ("city.glb", "glTF", "The city in colours for any viewer, as city.glb"),
-    "geopackage": ("city.gpkg", "GeoPackage", "Surfaces and buildings for GIS, as city.gpkg"),
+    **{
+        name: (file, title, f"{words[0].upper()}{words[1:]}, as {file}")
+        for name, (file, words, title) in MODELS.items()
+    },
     "changes": (
         "changes.csv",
         "Who gains and loses (CSV)",
@@ -54,7 +52,6 @@ COMPARED = {
     "changes": "buildings.csv",
     "comparison": "report.html",
 }  # as `citypv compare` calls them
-SHAPES = ("cityjson", "gltf", "geopackage")  # need the geometry of this session
 
 
 class ExportResults(OfEnergy, Step, bpy.types.Operator):
@@ -93,7 +90,8 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
     def prepare(self, context):
         """Take the results and the path."""
         (session, *kept), (city, _) = super().prepare(context), find_city(context.scene)
-        if self.format in SHAPES and (session.city is None or session.scene is None):
+        # Models of the city need the geometry of this session.
+        if self.format in MODELS and (session.city is None or session.scene is None):
             problem = "needs the geometry, which is not in this file"
             raise InputError(FILES[self.format][0], problem, "import and trace again")
         before = find_before(context.scene, city)
@@ -159,16 +157,16 @@ def _write_results(session, name, path, progress=silent):
     ------
     InputError
     """
-    from ...core.run.write_run import draw_city, write_exports
+    from ...core.run.write_run import draw_city
 
     scene, request = session.scene, session.request
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder, path.stem)
         work.mkdir()
-        if name in SHAPES:
+        if name in MODELS:
             city = draw_city(session.city, scene, request)
-            found = city, scene, session.transfer, session.energy, session.weather
-            write_exports(work, found, request, [name], progress)
+            run = RunResults(city, scene, session.transfer, session.energy, session.weather)
+            write_exports(work, run, [name], progress)
         else:
             _write_state(work, session, progress)
         if name == "report":  # without pictures where matplotlib is missing

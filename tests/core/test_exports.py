@@ -2,10 +2,13 @@
 the writers.
 """
 
+import argparse
 import json
 import sqlite3
 import struct
+import sys
 from contextlib import closing
+from types import ModuleType
 
 import numpy as np
 import pandas as pd
@@ -15,11 +18,15 @@ import shapely
 from read_glb import Glb
 from small_city import FAST, write_small_city
 
+from citypv.core.commands.add_options import add_output
 from citypv.core.commands.command_line import main
 from citypv.core.read.read_city import read_city
+from citypv.core.results import exports
 from citypv.core.results.colour_map import MAPS
 from citypv.core.results.write_cityjson import name_system
 from citypv.core.results.write_geopackage import TABLES, write_system
+from citypv.core.run.write_run import Output
+from citypv.core.settings.errors import InputError
 
 
 @pytest.fixture(scope="module")
@@ -119,6 +126,21 @@ def test_cells_are_exported_as_they_were_counted(exported, tmp_path):
     assert "ground" not in [
         node["name"] for node in Glb((tmp_path / "out" / "city.glb").read_bytes()).json["nodes"]
     ]
+
+
+def test_a_new_export_is_one_line_and_one_file(tmp_path, monkeypatch):
+    with pytest.raises(InputError, match="exports: 'note' is not known; give some of transfer"):
+        Output(exports="note")
+    for table in (exports.EXPORTS, exports.MODELS):
+        monkeypatch.setitem(table, "note", exports.Export("city.txt", "a note", "Note"))
+    add_output(parser := argparse.ArgumentParser(), exports=True)
+    asked = parser.parse_args(["--out", "x", "--note"]).exports
+    writer = ModuleType("write_note")
+    writer.write_note = lambda path, run, progress: path.write_text(run.scene)
+    monkeypatch.setitem(sys.modules, "citypv.core.results.write_note", writer)
+    run = exports.RunResults(None, "seen", None, None, None)
+    exports.write_exports(tmp_path, run, Output(exports=asked).exports)
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"city.txt": "seen"}
 
 
 def test_name_of_the_system():

@@ -17,8 +17,9 @@ from weathers import ERA5
 
 import citypv
 from citypv.__main__ import main
-from citypv.core.commands.choose_settings import request_of_settings, take_exports
+from citypv.core.commands.choose_settings import request_of_settings
 from citypv.core.commands.python_api import Result
+from citypv.core.results.exports import take_exports
 from citypv.core.results.read_results import read_summary
 from citypv.core.results.write_summary import versions
 

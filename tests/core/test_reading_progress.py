@@ -25,9 +25,8 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light import sun_matrix
 from citypv.core.read.open_input import BUFFER
 from citypv.core.read.read_city import READING, read_city
+from citypv.core.results.exports import RunResults, write_exports
 from citypv.core.results.transfer_file import write_transfer
-from citypv.core.results.write_cityjson import write_cityjson
-from citypv.core.results.write_gltf import write_gltf
 from citypv.core.settings import progress
 from citypv.core.settings.progress import CancelledError, TerminalProgress
 from citypv.core.settings.request import Request
@@ -190,7 +189,8 @@ def results():
 
 
 def test_writing_is_told(results, tmp_path, monkeypatch):
-    city, scene, transfer, energy, weather = results
+    run = RunResults(*results)
+    city, transfer = run.city, run.transfer
     monkeypatch.setattr(
         sun_matrix, "LIMIT", 16 * 4 * len(transfer.suns) * 7
     )  # blocks of 7 surfaces
@@ -199,16 +199,8 @@ def test_writing_is_told(results, tmp_path, monkeypatch):
     shares = kept.of("writing transfer.nc")
     assert_whole(shares)
     assert len(shares) > len(city) / 7
-    write_cityjson(
-        tmp_path / "c.json",
-        city,
-        transfer,
-        energy,
-        weather=weather,
-        progress=kept,
-    )
+    write_exports(tmp_path, run, ("cityjson", "gltf"), kept)
     assert_whole(kept.of("writing city.city.json"))
-    write_gltf(tmp_path / "c.glb", scene, energy, label="", progress=kept)
     assert_whole(kept.of("writing city.glb"))
 
 
