@@ -67,10 +67,12 @@ def list_worn(city):
     """Which faces of a city objects show: list of (object, building, (k,) int of the city, (k,) int
     of the object).
     """
-    found = []
+    numbers, shown = (read_face_attribute(city.data, name) for name in (OBJECT, FACE))
+    order, found = np.argsort(numbers, kind="stable"), []
     for number, item, building in list_taken(city):
-        faces = np.flatnonzero(read_face_attribute(city.data, OBJECT) == number)
-        found.append((item, building, faces, read_face_attribute(city.data, FACE)[faces]))
+        first, end = np.searchsorted(numbers, [number, number + 1], sorter=order)
+        faces = order[first:end]
+        found.append((item, building, faces, shown[faces]))
     return found
 
 

@@ -14,7 +14,8 @@ from ..city.build_meshes import remove_objects, renew_holders
 from ..city.keep_transfer import keep_transfers
 from ..city.read_settings import read_settings
 from ..city.run_step import Step
-from ..city.source_objects import is_seen
+from ..city.source_objects import is_seen, list_taken
+from ..show.colour_user_meshes import draw_as_before
 from ..show.show_city import match_view
 from ..show.timeline import follow_frame
 from .update_city import UpdateCity, is_editing
@@ -22,7 +23,7 @@ from .update_city import UpdateCity, is_editing
 TICK = 0.1  # [s]
 # `session_uid` of a scene: names of its cities, and its arrangement, as long as nothing else changed
 _arranged = {}
-_grounds = {}  # `session_uid` of each city that has a ground: the ground's
+_grounds = {}  # `session_uid` of each city: its ground's, None without one
 
 
 @persistent
@@ -69,22 +70,24 @@ def _follow_edits(scene, graph):
 
 
 def remove_left_grounds():
-    """Remove the grounds of cities that the user deleted since this was called last."""
+    """Remove the grounds of cities that the user deleted since this was called last; draw objects
+    as before whose faces these cities showed.
+    """
     cities = {
         city.session_uid: city for scene in bpy.data.scenes for city in session.list_cities(scene)
     }
-    found = session.find_objects(ground for city, ground in _grounds.items() if city not in cities)
-    laid = {city: city.get(PREFIX + "ground") for city in cities.values()}
-    left = set(found.values()) - set(laid.values())
-    if left:
-        remove_objects(*left)
+    grounds = {uid: city.get(PREFIX + "ground") for uid, city in cities.items()}
+    if gone := _grounds.keys() - cities.keys():
+        found = session.find_objects(_grounds[city] for city in gone)
+        left = set(found.values()) - set(grounds.values())
+        if left:
+            remove_objects(*left)
+        shown = {item for city in cities.values() for _, item, _ in list_taken(city)}
+        for item in set(bpy.data.objects) - shown:
+            draw_as_before(item)
     _grounds.clear()
     _grounds.update(
-        {
-            city.session_uid: ground.session_uid
-            for city, ground in laid.items()
-            if ground is not None
-        }
+        {city: None if ground is None else ground.session_uid for city, ground in grounds.items()}
     )
 
 

@@ -4,8 +4,8 @@ their materials.
 Where an object shows the faces of its mesh as they are, the mesh gets the results as face
 attributes, and the colour attribute `citypv_colour`. Other objects (meshes that several objects
 share, modifiers that make faces, instances, faces split into cells) have no place for results of
-each face: while colours are shown, they are drawn as lines, and can be moved as before; the city's
-own object shows their faces.
+each face: while colours are shown, they are drawn as lines, and can be moved as before, and are
+left out of pictures; the city's own object shows their faces in both.
 """
 
 import bpy
@@ -17,7 +17,8 @@ from ..city.source_objects import MASK, WORN_COLOURS
 from .colour_faces import COLOUR_ATTRIBUTE, MATERIAL, write_colours
 
 BEFORE = PREFIX + "active_colour"  # of a mesh: the colour attribute that the user had chosen
-HIDDEN = PREFIX + "drawn_as"  # of an object that a coloured copy stands for: how it was drawn
+# Of an object that a coloured copy stands for: how it was drawn, and whether not in pictures.
+HIDDEN, LEFT_OUT = PREFIX + "drawn_as", PREFIX + "left_out"
 WORN = PREFIX + "worn"  # of a city: its colours are shown
 STAND_INS = (
     PREFIX + "stand_ins"
@@ -34,6 +35,7 @@ def colour_user_meshes(city):
         [],
         attributes.read_face_attribute(city.data, "surface"),
     )
+    values, colours = _read_results(city.data)
     for item, building, triangles, faces in source_objects.list_worn(city):
         whole = len(faces) and len(np.unique(faces)) == len(np.unique(surface[triangles]))
         if (
@@ -42,16 +44,18 @@ def colour_user_meshes(city):
             and whole
             and faces.max() < len(item.data.polygons)
         ):
-            _write_on_mesh(city.data, item.data, triangles, faces)
+            _write_on_mesh(item.data, triangles, faces, values, colours)
             _show_in_pictures(item)
             own[triangles] = True
         elif item.get("tree") is None:
             names.append(item.name)
             if HIDDEN not in item:
                 item[HIDDEN], item.display_type = item.display_type, "WIRE"
+                item[LEFT_OUT], item.hide_render = item.hide_render, True
     _mask_faces(city, own)
     if source_objects.is_in_place(city):
-        city.hide_set(bool(own.all()))
+        city.hide_render = bool(own.all())
+        city.hide_set(city.hide_render)
     some = ", ".join(names[:FEW]) + (" …" if len(names) > FEW else "")
     reason = (
         "lines around a coloured copy, as instances, shared meshes, modifiers or cells have no "
@@ -63,8 +67,7 @@ def colour_user_meshes(city):
 def uncolour_user_meshes(city):
     """Show the objects of the user as they were; the results stay on their faces."""
     for _, item, _ in source_objects.list_taken(city):
-        if HIDDEN in item:
-            item.display_type = item.pop(HIDDEN)
+        draw_as_before(item)
         if item.type != "MESH":
             continue
         if WORN_COLOURS in item.modifiers:
@@ -78,7 +81,15 @@ def uncolour_user_meshes(city):
         item.data.update()
     if source_objects.is_in_place(city):
         city.hide_set(True)
+        city.hide_render = True
     city[WORN], city[STAND_INS] = False, ""
+
+
+def draw_as_before(item):
+    """Draw an object as before a coloured copy stood for it, where one does."""
+    if HIDDEN in item:
+        item.display_type = item.pop(HIDDEN)
+        item.hide_render = bool(item.pop(LEFT_OUT, item.hide_render))
 
 
 def _show_in_pictures(item):
@@ -101,47 +112,48 @@ def _show_in_pictures(item):
     item.modifiers.new(WORN_COLOURS, "NODES").node_group = group
 
 
-def _write_on_mesh(source, mesh, triangles, faces):
+def _read_results(mesh):
+    """Results of the faces of a city: dict of name to (f,) array, (f, 3) colours in 0–1 or None."""
+    names = [
+        attribute.name.removeprefix(PREFIX)
+        for attribute in mesh.attributes
+        if attribute.name.startswith(PREFIX) and attribute.domain == "FACE"
+    ]
+    values = {name: attributes.read_face_attribute(mesh, name) for name in names}
+    given = mesh.color_attributes.get(COLOUR_ATTRIBUTE)
+    if given is None:
+        return values, None
+    # The city's faces are triangles.
+    return values, attributes.read_array(given.data, "color_srgb", 4)[::3, :3]
+
+
+def _write_on_mesh(mesh, triangles, faces, values, colours):
     """Write the results of a city's triangles to the faces of a mesh, and their colours.
 
     Parameters
     ----------
-    source : bpy.types.Mesh
-        Of the city.
     mesh : bpy.types.Mesh
     triangles : (k,) int
         Faces of the city.
     faces : (k,) int
         Faces of the mesh that they are parts of, each of one surface.
+    values, colours
+        Of the city, of `_read_results`.
     """
     part = np.full(len(mesh.polygons), -1)  # any triangle of each face, -1 without one
     part[faces] = triangles
-    for attribute in list(source.attributes):
-        if attribute.name.startswith(PREFIX) and attribute.domain == "FACE":
-            name, missing = (
-                attribute.name.removeprefix(PREFIX),
-                -1 if attribute.data_type == "INT" else np.nan,
-            )
-            attributes.write_face_attribute(
-                mesh,
-                name,
-                np.where(part < 0, missing, attributes.read_face_attribute(source, name)[part]),
-            )
-    given = source.color_attributes.get(COLOUR_ATTRIBUTE)
-    if given is not None:
-        colour = attributes.read_array(given.data, "color_srgb", 4)[
-            3 * part, :3
-        ]  # the city's faces are triangles
+    for name, of_city in values.items():
+        missing = -1 if of_city.dtype.kind == "i" else np.nan
+        attributes.write_face_attribute(mesh, name, np.where(part < 0, missing, of_city[part]))
+    if colours is not None:
         if COLOUR_ATTRIBUTE not in mesh.color_attributes:
             mesh[BEFORE] = mesh.color_attributes.active_color_name
-        write_colours(mesh, np.where(part[:, None] < 0, 0.6, colour))
+        write_colours(mesh, np.where(part[:, None] < 0, 0.6, colours[part]))
     mesh.update()
 
 
 def _mask_faces(city, own):
-    """Let objects show these faces of a city, (f,) bool, in its place; pictures show all of the
-    city.
-    """
+    """Let objects show these faces of a city, (f,) bool, in its place."""
     mesh = city.data
     inside = np.zeros(len(mesh.vertices), bool)
     corners, total = (
@@ -157,5 +169,5 @@ def _mask_faces(city, own):
     mask = city.modifiers.get(MASK)
     if mask is None:
         mask = city.modifiers.new(MASK, "MASK")
-        mask.vertex_group, mask.invert_vertex_group, mask.show_render = MASK, True, False
-    mask.show_viewport = bool(inside.any())
+        mask.vertex_group, mask.invert_vertex_group = MASK, True
+    mask.show_viewport = mask.show_render = bool(inside.any())

@@ -20,7 +20,7 @@ from ..city.attributes import PREFIX, write_classes, write_results
 from ..city.build_meshes import build_meshes, read_vertices, show_objects
 from ..city.run_step import Action, OfCity, leave_edit_mode, list_views
 from ..city.session import find_city
-from ..city.source_objects import is_in_place
+from ..city.source_objects import MASK, is_in_place
 from .build_legend import build_legend, note_of
 from .colour_faces import colour_faces, read_scale, show_exact_colours
 from .show_city import SENSOR_WIDTH, find_camera, place_camera, set_background, show_city
@@ -144,11 +144,13 @@ def stage_picture(context, view="overview"):
             bpy.data.objects.remove(item)
     for item in filter(None, (city, ground)):
         shown = item
-        if is_in_place(city):
-            # A city that was taken from objects of the user is hidden itself; the picture shows a
-            # copy with its mesh.
+        if is_in_place(city) or MASK in item.modifiers:
+            # Objects of the user show all of a city that was taken from them, or some of its faces;
+            # the picture, without them, shows a copy with the whole mesh.
             shown = item.copy()
             shown[PREFIX + "part"], shown.hide_render = "picture", False
+            if MASK in shown.modifiers:
+                shown.modifiers.remove(shown.modifiers[MASK])
         stage.collection.objects.link(shown)
     views = list_views(context)
     if view == "viewport" and not views:

@@ -13,7 +13,7 @@ from citypv.operators.city.city_design import describe_edit
 from citypv.operators.city.read_settings import state_of_step
 from citypv.operators.city.session import find_session, list_cities
 from citypv.operators.city.source_objects import is_seen, list_taken
-from citypv.operators.run.watch_edits import follow_undo
+from citypv.operators.run.watch_edits import follow_undo, remove_left_grounds
 from citypv.operators.show.build_legend import note_of
 from citypv.operators.show.probe_faces import hit_face
 
@@ -104,7 +104,7 @@ def test_own_materials_stay_and_all_comes_back_without_colours(addon, town):
         assert item.visible_get() and (item.display_type == "WIRE") == (
             name not in ("House", "Turned")
         )
-    assert city.hide_render and is_seen(city)
+    assert not city.hide_render and is_seen(city)
     # Of the city itself two boxes of one mesh are seen, and the two of the array.
     bpy.context.view_layer.update()
     rest = city.evaluated_get(bpy.context.evaluated_depsgraph_get())
@@ -260,29 +260,62 @@ def test_a_picture_shows_the_city_that_is_hidden_itself(addon, town):
     for _ in range(2):
         stage = stage_picture(bpy.context)
         meshes = [item for item in stage.objects if item.data == city.data]
-        assert len(meshes) == 1 and not meshes[0].hide_render
+        assert len(meshes) == 1 and not meshes[0].hide_render and not meshes[0].modifiers
     assert len(list_cities(bpy.context.scene)) == 1
     assert follow_undo in bpy.app.handlers.undo_post
 
 
-def test_pictures_show_the_colours_on_the_users_objects(addon, town, tmp_path):
-    """A roof has the colour in a picture by Cycles that the view shows; the material of the user
-    stays its own.
-    """
-    run("take_meshes", "classify", "trace", "energy")
+def roof_in_picture(place, path):
+    """Colour in a picture by Cycles of what is seen straight below a place: (3,)."""
     scene = bpy.context.scene
     camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
-    camera.location = (100, 0, 30)  # above the house, looking down
+    camera.location = (*place, 30)
     scene.collection.objects.link(camera)
     scene.camera, scene.render.engine, scene.cycles.samples = camera, "CYCLES", 2
     scene.render.resolution_x = scene.render.resolution_y = 16
-    scene.render.filepath = str(tmp_path / "roof.png")
+    scene.render.filepath = str(path)
     bpy.ops.render.render(write_still=True)
+    bpy.data.objects.remove(camera)
     picture = bpy.data.images.load(scene.render.filepath)
-    middle = np.array(picture.pixels[:]).reshape(16, 16, 4)[8, 8, :3]
+    return np.array(picture.pixels[:]).reshape(16, 16, 4)[8, 8, :3]
+
+
+def test_pictures_show_the_colours_on_the_users_objects(addon, town, tmp_path):
+    """Roofs have the colour in a picture by Cycles that the view shows: of a box alone, of one that
+    shares its mesh, and of the second of a row by a modifier, of an instance. The materials of the
+    user stay their own.
+    """
+    yard = bpy.data.collections.new("Yard")
+    yard.objects.link(bpy.data.objects.new("Shed", town["House"].data.copy()))
+    group = bpy.data.objects.new("Group", None)
+    group.instance_type, group.instance_collection = "COLLECTION", yard
+    group.location = (150, 80, 0)
+    bpy.context.scene.collection.objects.link(group)
+    group.select_set(True)
+    city = run("take_meshes", "classify", "trace", "energy")
+    places = {"House": (100, 0), "Two": (140, 40), "Row": (110, 80), "Group/Shed": (150, 80)}
+    shown = {}
+    for number, (name, place) in enumerate(places.items()):
+        face = hit_face(bpy.context, (*place, 50), (0, 0, -1))
+        surface = read_face_attribute(city.data, "surface")[face]
+        building = find_session(city).scene.surfaces.building_id[surface]
+        assert building == name
+        shown[name] = roof_in_picture(place, tmp_path / f"{number}.png")
+        np.testing.assert_allclose(shown[name], colours_of(city.data)[3 * face], atol=0.02)
     house = town["House"]
-    top = max(house.data.polygons, key=lambda face: face.normal.z)
-    np.testing.assert_allclose(middle, colours_of(house.data)[top.loop_start], atol=0.02)
     assert [slot.material.name for slot in house.material_slots] == ["Brick"]
+    town["Two"].location.x = 170  # results stay where they were computed, as in the view
+    moved = roof_in_picture(places["Two"], tmp_path / "moved.png")
+    np.testing.assert_allclose(moved, shown["Two"], atol=0.02)
     addon.show_colours = False
-    assert not house.modifiers
+    assert not house.modifiers and city.hide_render
+    assert not any(item.hide_render for item in (*town.values(), group))
+
+
+def test_objects_are_drawn_as_before_when_their_city_is_deleted(addon, town):
+    city = run("take_meshes", "classify")
+    remove_left_grounds()
+    assert town["Row"].hide_render and town["Row"].display_type == "WIRE"
+    bpy.data.objects.remove(city)
+    remove_left_grounds()
+    assert not town["Row"].hide_render and town["Row"].display_type == "TEXTURED"
