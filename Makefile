@@ -1,16 +1,15 @@
 # `make demo` computes the Berlin example, `make world` the maps of the world, `make test` checks everything. All do their
 # set-up themselves.
 .DEFAULT_GOAL := help
-.PHONY: help demo world check test test-all oldest slow docs extension versions clean
+.PHONY: help demo world check test test-all oldest docs extension versions clean
 
 help:
 	@echo "make demo       Berlin, 166 buildings: set up, trace, full load hours, report -> results/berlin/"
 	@echo "make world      three districts traced for every sun, and their full load hours all over the world -> results/world/"
 	@echo "make check      style, fast tests and a few cases of each law, with one Python: a minute"
-	@echo "make test       set up and run the tests, with each Python and Blender at hand: 20 minutes"
+	@echo "make test       set up and run the tests, with each Python and Blender at hand: 11 minutes"
 	@echo "make test-all   the same, and all that is thorough: before a release"
 	@echo "make oldest     the quick tests with the oldest versions that pyproject.toml allows: 7 minutes"
-	@echo "make slow       measure which tests are slow -> tests/slow.txt, which make check leaves out"
 	@echo "make docs       the manual as pages with search -> build/docs/"
 	@echo "make extension  the extensions for Blender, one zip per platform -> dist/"
 	@echo "make versions   renew tools/versions.txt, the versions the set-up installs"
@@ -48,35 +47,35 @@ world:
 
 STYLE = echo "[test] style: ruff"; .venv/bin/ruff check . || failed=1; .venv/bin/ruff format --check . || failed=1
 # Compiled tests are kept: else each process compiles all of them again, for 15 s.
-check slow test test-all oldest: export PYTHONDONTWRITEBYTECODE =
-PYTEST = -m pytest --dist loadfile --no-loadscope-reorder
-QUICK = -m "law or not (slow or thorough or window)"
+check test test-all oldest: export PYTHONDONTWRITEBYTECODE =
+# Each worker takes neighbouring tests, which share what they trace, and helps the other at the end.
+PYTEST = -m pytest --numprocesses 2 --dist worksteal
+FAST = "(law or not slow) and not thorough and not window"
 
 check:
 	@$(NEEDS_PYTHON)
 	@python3 tools/set_up.py one
 	@failed=0; $(STYLE); \
-	CITYPV_QUICK=1 .venv/bin/python $(PYTEST) --numprocesses 2 --quiet --durations 10 $(QUICK) || failed=1; exit $$failed
+	CITYPV_QUICK=1 .venv/bin/python $(PYTEST) --quiet --durations 10 -m $(FAST) || failed=1; exit $$failed
 
-slow:
-	: > tests/slow.txt
-	CITYPV_QUICK=1 PYTHONPATH=tools .venv/bin/python -m pytest --quiet -p measure_slow $(QUICK)
-
-# Blender's window comes last and alone, for how fast it answers is tested, too.
+# While the first Python runs, the other one is set up, and a Blender for the window is found or built; it comes last and
+# alone, for how fast it answers is tested, too. An interrupt, status 2, ends all.
 test test-all:
 	@$(NEEDS_PYTHON)
-	@python3 tools/set_up.py all
-	@failed=0; first=; $(STYLE); \
-	if [ $@ = test-all ]; then export CITYPV_THOROUGH=1; marks="not window"; window=window; \
-	else marks="not window and not thorough"; window="window and not thorough"; fi; \
-	for python in .venv-3.13/bin/python .venv-3.11/bin/python; do \
-	  if [ -x $$python ]; then \
-	    echo "[test] $$($$python -VV), Blender $$($$python -m pip show bpy | sed -n 's/^Version: //p')"; \
-	    $$python $(PYTEST) --numprocesses 2 --durations 25 -m "$$marks" || failed=1; \
-	    if [ -z "$$first" ]; then first=$$python; marks="$$marks and not once"; fi; \
-	  fi; \
+	@python3 tools/set_up.py one
+	@mkdir -p build; failed=0; $(STYLE); \
+	{ python3 tools/set_up.py all; .venv/bin/python tools/blender_window.py find > build/window; } > build/set_up 2>&1 & others=$$!; \
+	trap "kill $$others 2> /dev/null; exit 2" INT TERM; \
+	if [ $@ = test-all ]; then export CITYPV_THOROUGH=1; few=; else few=" and not thorough"; fi; \
+	run() { echo "[test] $$("$$1" -VV)"; "$$@" || { [ $$? != 2 ] || exit 2; failed=1; }; }; \
+	run .venv/bin/python $(PYTEST) --durations 25 -m "not window$$few"; \
+	wait $$others || failed=1; cat build/set_up; \
+	for other in .venv-3.13 .venv-3.11; do \
+	  [ ! -x $$other/bin/python ] || [ $$other -ef .venv ] || \
+	    run $$other/bin/python $(PYTEST) --durations 9 -m "every_python and not window$$few"; \
 	done; \
-	CITYPV_BLENDER=$$($$first tools/blender_window.py find) $$first -m pytest -m "$$window" --durations 9 || failed=1; exit $$failed
+	export CITYPV_BLENDER="$$(cat build/window)"; \
+	run .venv/bin/python -m pytest --durations 9 -m "window$$few"; exit $$failed
 
 # The floors of pyproject.toml are what the tests pass with; Blender has versions of its own.
 oldest:
@@ -85,7 +84,7 @@ oldest:
 	.venv/bin/python -m pip install --quiet uv
 	[ -x .venv-oldest/bin/python ] || .venv/bin/uv venv --quiet --python 3.11 .venv-oldest
 	.venv/bin/uv pip install --quiet --python .venv-oldest/bin/python --resolution lowest-direct --editable '.[test,cluster]'
-	.venv-oldest/bin/python $(PYTEST) --numprocesses 2 --quiet -m "not slow and not thorough and not window" \
+	.venv-oldest/bin/python $(PYTEST) --quiet -m "not slow and not thorough and not window" \
 	  tests/core tests/hard tests/test_rooms.py
 
 # The pages quote the tables of measurements, so that these stand beside them.

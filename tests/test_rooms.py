@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.law
+
 ROOT = Path(__file__).parent.parent
 ROOMS = ("core", "operators", "citypv_addon")
 BLENDER = {"bpy", "bmesh", "mathutils", "bpy_extras", "gpu", "gpu_extras", "blf", "addon_utils"}
@@ -79,6 +81,7 @@ def find_imports(path, package):
             yield from ((node.level, ".".join([*base, name.name])) for name in node.names)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("room", ROOMS)
 def test_a_room_imports_only_what_it_may(room):
     files = list_scripts(room)
@@ -170,6 +173,7 @@ def test_versions_agree():
     assert re.findall("^### (.+)$", changes[2], re.MULTILINE) == ["Added", "Changed", "Fixed"]
 
 
+@pytest.mark.slow
 def test_every_file_is_one_finished_idea():
     files = [
         Path("__init__.py"),

@@ -74,9 +74,10 @@ def main(which):
     with ThreadPoolExecutor() as side_by_side:
         folders = list(side_by_side.map(make_environment, pythons.keys(), pythons.values()))
     link = ROOT / ".venv"
-    if link.is_symlink():
-        link.unlink()
-    link.symlink_to(folders[0].name)
+    # Tests may run by it while another Python is set up.
+    if not link.is_symlink() or link.readlink() != Path(folders[0].name):
+        link.unlink(missing_ok=True)
+        link.symlink_to(folders[0].name)
     say("ready: " + ", ".join(f"Python {version} ({path})" for version, path in pythons.items()))
 
 
@@ -269,11 +270,10 @@ def make_environment(version, python):
         "a minute)"
     )
     run([python, "-m", "venv", "--clear", folder])
-    pip_install(folder / "bin/python", "-r", "tools/versions.txt")
+    # The list is whole, so that nothing need be resolved; what is imported is compiled then.
+    pip_install(folder / "bin/python", "--no-deps", "-r", "tools/versions.txt")
     with BUILDING:
-        pip_install(
-            folder / "bin/python", "-e", ".[blender,cluster,test]", "-c", "tools/versions.txt"
-        )
+        pip_install(folder / "bin/python", "--no-deps", "-e", ".")
     run([folder / "bin/python", "-m", "pip", "check"])
     stamp.write_text(wanted)
     say(f"Python {version}: ready after {time.monotonic() - started:.0f} s")
@@ -291,6 +291,7 @@ def pip_install(python, *arguments):
         "install",
         "--disable-pip-version-check",
         "--no-input",
+        "--no-compile",
         "--progress-bar",
         "off",
     ]

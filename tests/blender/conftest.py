@@ -29,6 +29,10 @@ from citypv.operators.city.attributes import write_classes, write_results
 from citypv.operators.city.build_meshes import build_meshes, show_objects
 
 
+def pytest_itemcollected(item):
+    item.add_marker(pytest.mark.every_python)
+
+
 @pytest.fixture(scope="session")
 def city_file(tmp_path_factory):
     """A street with three houses as CityGML: 21 surfaces."""

@@ -44,6 +44,7 @@ def read_rows(city, name):
     }
 
 
+@pytest.mark.slow
 def test_the_difference_is_after_minus_before(addon, city_file):
     city = compute(city_file, albedo=0.2)
     before, energy = by_id(city, HOURS), dict(city["citypv_energy_totals"])
@@ -65,6 +66,7 @@ def test_the_difference_is_after_minus_before(addon, city_file):
     assert city["citypv_matched"].startswith("21 surfaces matched by shape; grey: 0 new")
 
 
+@pytest.mark.slow
 def test_a_tower_takes_light_and_is_grey_itself(addon, city_file, tower_file):
     city = compute(city_file)
     before = by_id(city, HOURS)
@@ -108,6 +110,7 @@ def test_a_tower_takes_light_and_is_grey_itself(addon, city_file, tower_file):
     assert city["citypv_matched"].endswith("; 7 are gone")
 
 
+@pytest.mark.slow
 def test_surfaces_of_other_names_and_places_in_the_file_are_matched_by_their_shapes(
     addon, tmp_path
 ):
@@ -154,6 +157,7 @@ def test_zero_is_in_the_middle_and_noise_is_grey(shown, change, end):
     assert (colour_faces(city, ground, CHANGE, (-10.0, 20.0)).low) == -20.0
 
 
+@pytest.mark.slow
 def test_before_is_kept_in_the_file_and_shown_beside_the_city(addon, city_file, tmp_path):
     compute(city_file, albedo=0.2)
     bpy.ops.citypv.keep_before()
@@ -185,6 +189,7 @@ def test_before_is_kept_in_the_file_and_shown_beside_the_city(addon, city_file, 
     assert before.hide_viewport
 
 
+@pytest.mark.slow
 def test_another_city_is_not_compared(addon, city_file, tmp_path):
     compute(city_file)
     bpy.ops.citypv.keep_before()

@@ -35,6 +35,7 @@ def cancel_at(stage, share):
     return progress
 
 
+@pytest.mark.slow
 def test_what_was_traced_is_kept_and_told(addon, city_file, monkeypatch):
     run(
         "import_city",
@@ -182,6 +183,7 @@ def stand():
     return {kind: sorted(one.name for one in getattr(bpy.data, kind)) for kind in kinds}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stage", [READING, JOINING, "triangulating"])
 def test_nothing_is_left_of_a_cancelled_import(addon, city_file, row_file, monkeypatch, stage):
     """An earlier city stays as it was, with its session."""

@@ -30,6 +30,7 @@ def materials_of(session):
     return dict(zip(surfaces.surface_id, surfaces.material, strict=True))
 
 
+@pytest.mark.slow
 def test_a_city_from_a_file_gets_materials_before_and_after_it_is_classified(addon, city_file):
     city = run(
         "import_city",
@@ -71,6 +72,7 @@ def test_a_city_from_a_file_gets_materials_before_and_after_it_is_classified(add
     assert sorted(set(materials_of(session).values())) == ["", "Slate", "lime"]
 
 
+@pytest.mark.slow
 def test_the_generated_ground_has_one_material(addon, city_file):
     run("import_city", "classify", city_path=str(city_file), days=1, samples=64)
     city, ground = find_city(bpy.context.scene)
@@ -118,6 +120,7 @@ def test_names_and_colours_mean_what_they_mean_to_blender(addon, obj_file):
     assert ours["Ziegel rot"] == MaterialSpec(0.2566)
 
 
+@pytest.mark.slow
 def test_they_count_when_asked_for_and_those_of_blender_before(addon, obj_file):
     addon.city_path, addon.own_place, addon.latitude, addon.longitude = str(obj_file), True, 50, 10
     city = run(

@@ -160,6 +160,7 @@ def test_the_camera_stands_in_the_south_east_and_sees_everything():
     assert UP[2] > 0 == RIGHT[2]
 
 
+@pytest.mark.thorough
 @pytest.mark.slow
 def test_the_picture_shows_faces_and_legend_in_the_colours_of_their_values(
     scene, transfer, energy, tmp_path, monkeypatch

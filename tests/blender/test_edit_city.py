@@ -67,6 +67,7 @@ def refuse_to_trace(monkeypatch):
     monkeypatch.setattr("citypv.core.run.variant.trace_change", trace_change)
 
 
+@pytest.mark.slow
 def test_a_tower_joins_the_city_is_moved_and_comes_back_by_undo(traced, monkeypatch):
     """What is seen is what was computed: as object of the user, at each place; known places are not
     traced again.
@@ -125,6 +126,7 @@ def triangles_of(session, building):
     return np.isin(session.scene.triangle_surface, rows)
 
 
+@pytest.mark.slow
 def test_the_files_say_what_the_table_says_of_neighbours(traced, tmp_path):
     add_tower()
     run("add_to_city")
@@ -141,6 +143,7 @@ def test_the_files_say_what_the_table_says_of_neighbours(traced, tmp_path):
     assert "Who loses, who gains" in (tmp_path / "comparison").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_the_estimate_before_the_exact_numbers_is_close(addon, city_file):
     run("solar_city", city_path=str(city_file), samples=64, shadow_samples=16, days=4)
     session, seen = session_here(), []
@@ -190,6 +193,7 @@ def test_an_edit_while_an_estimate_is_shown_is_one_of_what_was_traced(traced, mo
     assert_full_run(session)
 
 
+@pytest.mark.slow
 def test_objects_that_come_into_the_collection_are_hidden_or_deleted_are_edits(traced):
     alone = hours_of(session_here())
     tower = add_tower()
@@ -213,6 +217,7 @@ def test_objects_that_come_into_the_collection_are_hidden_or_deleted_are_edits(t
     )  # its ground is laid anew
 
 
+@pytest.mark.slow
 def test_a_building_becomes_an_object_and_is_raised(traced):
     """In place with its ids it changes nothing; its roof moved up is an edit, after which its ids
     are the same.
@@ -241,6 +246,7 @@ def test_a_building_becomes_an_object_and_is_raised(traced):
     refuse("edit_building", "it is an object of its own already", building="house1")
 
 
+@pytest.mark.slow
 def test_the_mesh_of_the_city_is_edited_in_place(traced):
     city, session = here(), session_here()
     number = list(city["citypv_buildings"]).index("house2")
@@ -263,6 +269,7 @@ def test_the_mesh_of_the_city_is_edited_in_place(traced):
     assert describe_edit(here()) == ("", "")
 
 
+@pytest.mark.slow
 def test_a_building_goes(traced):
     name = session_here().transfer.surfaces.building_id[0]
     assert bpy.ops.citypv.remove_building(building=name) == {"FINISHED"}
@@ -279,6 +286,7 @@ def test_a_building_goes(traced):
         refuse("remove_building", problem, building=wrong)
 
 
+@pytest.mark.slow
 def test_without_light_that_can_be_edited_classify_takes_what_is_seen(traced, city_file, tmp_path):
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "street.blend"))
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "street.blend"))
@@ -293,6 +301,7 @@ def test_without_light_that_can_be_edited_classify_takes_what_is_seen(traced, ci
     assert session_here().scene.surfaces.building_id.count("tower") == 6
 
 
+@pytest.mark.slow
 def test_a_city_of_meshes_is_edited_as_well(addon):
     boxes = [add_box(f"box{number}", (20.0 * number, 0, 3)) for number in range(3)]
     bpy.ops.object.select_all(action="SELECT")
@@ -308,6 +317,7 @@ def test_a_city_of_meshes_is_edited_as_well(addon):
     assert_full_run(session_here())
 
 
+@pytest.mark.slow
 def test_variants_have_objects_and_results_of_their_own(traced, monkeypatch):
     """A as imported, B with a tower, C with the tower elsewhere; each is compared with any other,
     nothing is traced.
@@ -362,6 +372,7 @@ def test_variants_have_objects_and_results_of_their_own(traced, monkeypatch):
     refuse("delete_variant", "there is no such city", name="D")
 
 
+@pytest.mark.slow
 def test_what_was_added_comes_and_goes_with_its_city(traced, row_file):
     name, tower = here().name, add_tower()
     run("add_to_city")

@@ -118,6 +118,7 @@ def build_extension(folder, *options):
     return next(folder.glob("*.zip"))
 
 
+@pytest.mark.slow
 def test_the_extension_installs_enables_updates_and_leaves_nothing_behind(tmp_path):
     path = build_extension(tmp_path, "--no-wheels")
     with zipfile.ZipFile(path) as archive:

@@ -61,6 +61,7 @@ def assert_faces(city, ground, scene, carriers):
     assert (read_face_attribute(ground.data, "kind") == KIND_CODES["ground"]).all()
 
 
+@pytest.mark.slow
 def test_saving_and_opening_keeps_every_bit(scene, transfer, energy, tmp_path):
     path = tmp_path / "city.blend"
     draw_results(tmp_path, scene, transfer, energy, "clear sky (upper bound)", pictures=["blend"])

@@ -69,6 +69,7 @@ def check_probe(city, session, town):
     assert "Building|Turned" in list(city["citypv_probe"])
 
 
+@pytest.mark.slow
 def test_each_face_shows_the_result_of_its_surface(addon, town):
     city = run("take_meshes", "classify", "trace", "energy")
     session = find_session(city)
@@ -94,6 +95,7 @@ def test_each_face_shows_the_result_of_its_surface(addon, town):
     check_probe(city, session, town)
 
 
+@pytest.mark.slow
 def test_own_materials_stay_and_all_comes_back_without_colours(addon, town):
     town["House"].data.color_attributes.new("mine", "BYTE_COLOR", "CORNER")
     before = {name: [slot.material for slot in item.material_slots] for name, item in town.items()}
@@ -136,6 +138,7 @@ def test_cells_are_shown_by_the_city_itself(addon, town):
     )
 
 
+@pytest.mark.slow
 def test_undo_takes_the_colours_off_again(addon, town):
     run("take_meshes")
     bpy.ops.ed.undo_push(message="taken")
@@ -154,6 +157,7 @@ def test_undo_takes_the_colours_off_again(addon, town):
     assert bpy.data.objects["Row"].display_type == "TEXTURED"
 
 
+@pytest.mark.slow
 def test_a_scene_in_other_units_is_coloured_where_it_is(addon, town):
     bpy.context.scene.unit_settings.scale_length = 0.5
     city = run("take_meshes", "classify")
@@ -163,6 +167,7 @@ def test_a_scene_in_other_units_is_coloured_where_it_is(addon, town):
     np.testing.assert_allclose(read_vertices(city).min(axis=0), points.min(axis=0), atol=1e-3)
 
 
+@pytest.mark.slow
 def test_a_moved_vertex_or_object_marks_the_results_stale(addon, town):
     city = run("take_meshes", "classify")
 
@@ -185,6 +190,7 @@ def test_a_moved_vertex_or_object_marks_the_results_stale(addon, town):
     assert states() == ["stale"] * 2
 
 
+@pytest.mark.slow
 def test_an_object_that_comes_or_goes_marks_the_results_stale(addon, town, city_file):
     """It is refused to compute on another geometry than what is seen; what was there before is left
     out knowingly.
@@ -221,6 +227,7 @@ def test_an_object_that_comes_or_goes_marks_the_results_stale(addon, town, city_
     refuse("trace", "its mesh was edited; classify and trace")
 
 
+@pytest.mark.slow
 def test_a_city_of_a_file_may_be_moved_but_not_turned(addon, city_file):
     city = run("import_city", "classify", city_path=str(city_file))
     for place, turn, state in ((100.0, 0.0, "done"), (100.0, 0.5, "stale"), (0.0, 0.0, "done")):
@@ -229,6 +236,7 @@ def test_a_city_of_a_file_may_be_moved_but_not_turned(addon, city_file):
         assert state_of_step(city, "classify", addon) == state
 
 
+@pytest.mark.slow
 def test_other_selected_objects_are_another_city_and_the_same_ones_replace_it(addon, town):
     """Each has its own colours on the objects that they share."""
     every = run("take_meshes", "classify")
@@ -253,6 +261,7 @@ def test_other_selected_objects_are_another_city_and_the_same_ones_replace_it(ad
     assert not np.array_equal(shown[first.name], shown[every.name])
 
 
+@pytest.mark.slow
 def test_a_picture_shows_the_city_that_is_hidden_itself(addon, town):
     from citypv.operators.show.draw_results import stage_picture
 

@@ -70,6 +70,7 @@ def check_wall(albedo):
     )  # the plain ends somewhere
 
 
+@pytest.mark.slow
 def test_a_wall_before_a_plain_of_a_material(addon):
     """Of its colour; of another one at the next trace; of the one value, where materials do not
     count.
@@ -91,6 +92,7 @@ def test_a_wall_before_a_plain_of_a_material(addon):
     assert session.transfer.record.request["materials"] == {}
 
 
+@pytest.mark.slow
 def test_a_material_by_its_name_and_one_that_tells_no_albedo(addon):
     """As the name says, whatever its colour; of a photograph the one value, and it is named."""
     material = build_material("Brick.007", (0, 0, 0))
@@ -116,6 +118,7 @@ def select(*names):
         item.select_set(item.name in names)
 
 
+@pytest.mark.slow
 def test_materials_that_are_not_there_are_told_in_one_line(addon):
     material = build_material("plaster")
     plain = add_wall_and_ground()

@@ -47,6 +47,7 @@ def test_a_mesh_of_the_user_becomes_a_city(addon):
     assert sorted(mirrored.orientation) == sorted(surfaces.orientation)
 
 
+@pytest.mark.slow
 def test_a_mesh_of_the_user_goes_through_the_steps(addon):
     bpy.ops.mesh.primitive_cube_add(size=10, location=(0, 0, 5))
     run("take_meshes")

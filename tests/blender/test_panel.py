@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import bpy
 import numpy as np
+import pytest
 from steps import here, refuse, run
 
 from citypv.operators.city.attributes import read_face_attribute
@@ -25,6 +26,7 @@ def run_steps(path, *steps):
     )
 
 
+@pytest.mark.slow
 def test_a_saved_city_is_not_swapped_for_a_cube(addon, city_file, tmp_path):
     run_steps(city_file, "import_city", "classify")
     path = str(tmp_path / "city.blend")
@@ -38,6 +40,7 @@ def test_a_saved_city_is_not_swapped_for_a_cube(addon, city_file, tmp_path):
     assert len(np.unique(read_face_attribute(here().data, "surface"))) == 21
 
 
+@pytest.mark.slow
 def test_show_acts_at_once_and_says_what_is_shown(addon, city_file, capfd):
     city = run_steps(city_file, "import_city", "classify")
     assert (addon.attribute, city["citypv_colour_attribute"]) == ("kind", "kind")
@@ -72,6 +75,7 @@ def views_of(screen):
     return [area.spaces.active for area in screen.areas if area.type == "VIEW_3D"]
 
 
+@pytest.mark.slow
 def test_other_workspaces_keep_their_shading(addon, city_file):
     bpy.ops.wm.read_homefile(use_empty=False, use_factory_startup=True)
     seen = {window.screen for window in bpy.context.window_manager.windows}
@@ -88,6 +92,7 @@ def test_other_workspaces_keep_their_shading(addon, city_file):
     assert {v.shading.light for screen in seen for v in views_of(screen)} <= {"FLAT"}
 
 
+@pytest.mark.slow
 def test_a_picture_leaves_the_users_scene_alone(addon, city_file):
     run_steps(city_file, "import_city", "classify")
     scene = bpy.context.scene
@@ -140,6 +145,7 @@ def test_a_picture_is_what_the_view_shows(addon, city_file):
     np.testing.assert_allclose(seen, (1, 0, 20), atol=1e-4)
 
 
+@pytest.mark.slow
 def test_a_second_city_is_kept_beside_the_first(addon, city_file, row_file):
     first = run_steps(city_file, "import_city", "classify", "trace", "energy")
     hours = read_face_attribute(first.data, "full_load_hours")

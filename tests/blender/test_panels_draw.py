@@ -78,6 +78,7 @@ def start(layout, context):
     return layout.column(), context.scene.citypv, here() or {}
 
 
+@pytest.mark.slow
 def test_results_stand_first_once_there_are_some(addon, city_file):
     def seen():
         shown = [
@@ -98,6 +99,7 @@ def test_results_stand_first_once_there_are_some(addon, city_file):
     draw_all()
 
 
+@pytest.mark.slow
 def test_panels_draw_at_every_step(addon, city_file, row_file):
     assert "Choose a city, or drop its file here" in draw_all()
     for step in ("import_city", "classify", "trace", "energy"):

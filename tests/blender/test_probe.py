@@ -18,6 +18,7 @@ def number(text):
     return float(text.split()[0].rstrip("°").replace(",", ""))
 
 
+@pytest.mark.slow
 def test_a_face_tells_what_its_surface_is_and_yields(city):
     """A roof of the street: 10 m × 5 m, 3 m up over 4 m, to the south."""
     session = find_session(city)
@@ -44,6 +45,7 @@ def test_a_face_tells_what_its_surface_is_and_yields(city):
     assert number(words["Energy"]) == pytest.approx(energy, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_building_is_the_sum_of_its_surfaces(city):
     face = int(np.flatnonzero(read_face_attribute(city.data, "building") == 0)[0])
     assert bpy.ops.citypv.probe(face=face, whole=True) == {"FINISHED"}
@@ -60,6 +62,7 @@ def test_a_building_is_the_sum_of_its_surfaces(city):
     assert told(city) == whole
 
 
+@pytest.mark.slow
 def test_nothing_to_probe_says_what_to_do(city):
     bpy.ops.citypv.deselect()
     refuse("probe", "City: no faces are selected; select faces, or click on one")

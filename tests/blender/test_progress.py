@@ -62,6 +62,7 @@ def test_the_time_of_compiling_is_not_counted_in_the_time_left(monkeypatch):
         assert job.left == ("about 9 s left" if now == 150 else "")  # 9 s for half of the rest
 
 
+@pytest.mark.slow
 def test_every_stage_of_the_steps_is_expected(addon, city_file, monkeypatch):
     """As reported by core while the whole chain runs, in the order that the operators expect."""
     told = []
@@ -82,6 +83,7 @@ def test_every_stage_of_the_steps_is_expected(addon, city_file, monkeypatch):
     assert {READING, JOINING} < set(ImportCity.stages)
 
 
+@pytest.mark.slow
 def test_compiling_is_a_stage_of_its_own(addon, city_file, monkeypatch):
     told = []
     monkeypatch.setattr(

@@ -26,6 +26,7 @@ def goal(addon, city_file):
     return seeing
 
 
+@pytest.mark.slow
 def test_every_round_is_shown_and_the_last_has_the_numbers_of_the_command_line(
     goal, city_file, tmp_path
 ):
@@ -58,6 +59,7 @@ def test_every_round_is_shown_and_the_last_has_the_numbers_of_the_command_line(
     np.testing.assert_allclose(transfer.visible_share, same.visible_share, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_escape_among_the_rounds_keeps_those_that_are_finished(goal):
     goal.target_error, rounds = 0.01, []
     task = TraceCity.prepare(SimpleNamespace(), bpy.context)

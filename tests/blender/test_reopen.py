@@ -31,6 +31,7 @@ def reopen(path):
     return city, bpy.context.scene.citypv
 
 
+@pytest.mark.slow
 def test_another_weather_and_module_after_reopening(saved):
     path, hours = saved
     city, settings = reopen(path)
@@ -43,6 +44,7 @@ def test_another_weather_and_module_after_reopening(saved):
     assert city["citypv_colour_attribute"] == "diffuse_relative"
 
 
+@pytest.mark.slow
 def test_probe_and_exports_after_reopening(saved, tmp_path):
     """They tell the same as before, without a click on Energy; where its settings have changed,
     they ask for it.
@@ -68,6 +70,7 @@ def test_probe_and_exports_after_reopening(saved, tmp_path):
         refuse(step, "Compute the energy first")
 
 
+@pytest.mark.slow
 def test_a_file_that_is_saved_elsewhere_takes_its_light_along(saved, tmp_path):
     path, hours = saved
     reopen(path)
@@ -80,6 +83,7 @@ def test_a_file_that_is_saved_elsewhere_takes_its_light_along(saved, tmp_path):
     np.testing.assert_array_equal(read_face_attribute(city.data, "full_load_hours"), hours)
 
 
+@pytest.mark.slow
 def test_light_that_cannot_be_read_is_an_error_in_one_line_and_traced_again_by_a_button(saved):
     path, hours = saved
     light = path.parent / "city.City.citypv.nc"
@@ -94,6 +98,7 @@ def test_light_that_cannot_be_read_is_an_error_in_one_line_and_traced_again_by_a
     assert describe_missing(city) == ""
 
 
+@pytest.mark.slow
 def test_a_folder_that_cannot_be_written_still_saves_the_file(saved, monkeypatch):
     from citypv.core.results import transfer_file
 
@@ -115,6 +120,7 @@ def append_city(path):
     return target.objects[0]
 
 
+@pytest.mark.slow
 def test_a_city_that_is_appended_has_its_own_light(saved, tmp_path):
     path, hours = saved
     first = here()
@@ -132,6 +138,7 @@ def test_a_city_that_is_appended_has_its_own_light(saved, tmp_path):
     np.testing.assert_array_equal(read_face_attribute(alone.data, "full_load_hours"), hours)
 
 
+@pytest.mark.slow
 def test_a_copy_keeps_its_results_and_says_that_it_has_no_light(saved):
     city = here()
     city.select_set(True)

@@ -21,6 +21,7 @@ from citypv.operators.show.probe_faces import read_charts
 from citypv.operators.show.select_faces import read_selection
 
 
+@pytest.mark.slow
 def test_exports_best_buildings_and_charts_agree(city, tmp_path, monkeypatch):
     run("keep_before")  # what the city is compared with
     for name, _, _ in FORMATS:
@@ -68,6 +69,7 @@ def test_exports_best_buildings_and_charts_agree(city, tmp_path, monkeypatch):
     assert 10 <= curves[0].argmax() <= 13
 
 
+@pytest.mark.slow
 def test_exports_that_cannot_be_written_say_why(city, tmp_path):
     nowhere, folder = tmp_path / "none" / "faces.csv", tmp_path / "faces.csv"
     refuse(

@@ -79,6 +79,7 @@ def test_every_setting_has_words_and_its_unit(addon):
             assert told, name
 
 
+@pytest.mark.slow
 def test_plan_and_predictions_of_a_city(addon, city_file):
     refuse("plan_effects", "Classify the city first")
     city = run(
@@ -103,6 +104,7 @@ def test_plan_and_predictions_of_a_city(addon, city_file):
     assert remembered == "next"
 
 
+@pytest.mark.slow
 def test_a_switched_effect_makes_its_step_stale(addon, city_file):
     city = run("solar_city", city_path=str(city_file), samples=16, shadow_samples=2, days=1)
     assert set(read_plan(city)) == set(TABLE)

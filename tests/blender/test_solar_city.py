@@ -43,6 +43,7 @@ def totals_of(city):
     return {name: [float(cell.replace(" ", "")) for cell in cells] for name, *cells in rows}
 
 
+@pytest.mark.slow
 def test_one_button_does_what_the_steps_do(quick, city_file):
     assert states(quick) == ["next", "", "", ""]
     assert bpy.ops.citypv.solar_city(filepath=str(city_file)) == {"FINISHED"}
@@ -75,6 +76,7 @@ def test_one_button_does_what_the_steps_do(quick, city_file):
     np.testing.assert_array_equal(read_face_attribute(here().data, "full_load_hours"), hours)
 
 
+@pytest.mark.slow
 def test_several_years_have_a_line_for_half_and_for_nine_in_ten_of_them(quick, city_file):
     """Of two years, one a tenth below and one a tenth above, P50 is the mean and P90 the
     lower one.
@@ -114,6 +116,7 @@ def test_several_years_have_a_line_for_half_and_for_nine_in_ten_of_them(quick, c
     )
 
 
+@pytest.mark.slow
 def test_a_changed_setting_makes_its_step_and_those_after_it_stale(quick, city_file):
     bpy.ops.citypv.solar_city(filepath=str(city_file))
     quick.albedo = 0.4
@@ -128,6 +131,7 @@ def test_a_changed_setting_makes_its_step_and_those_after_it_stale(quick, city_f
     assert states(quick) == ["done", "done", "next", ""]
 
 
+@pytest.mark.slow
 def test_a_dropped_weather_file_is_used_at_once(quick, city_file):
     bpy.ops.citypv.solar_city(filepath=str(city_file))
     quick.allow_distance = 1400
@@ -182,6 +186,7 @@ def watched(addon, city_file):
     return step, ([str(city_file)], request, settings_of_look(request), step._found)
 
 
+@pytest.mark.slow
 def test_results_are_shown_one_after_the_other_and_the_last_are_those_of_a_script(watched, addon):
     step, task = watched
     seen = {}
@@ -217,6 +222,7 @@ def test_results_are_shown_one_after_the_other_and_the_last_are_those_of_a_scrip
     np.testing.assert_array_equal(read_face_attribute(here().data, "full_load_hours"), hours)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("stage", "kept"),
     [
@@ -246,6 +252,7 @@ def test_a_cancelled_step_keeps_what_is_shown(watched, addon, stage, kept):
         run("classify")
 
 
+@pytest.mark.slow
 def test_rounds_are_shown_after_the_look(watched, addon):
     step, (paths, request, look, found) = watched
     request.samples, request.shadow_samples, request.target_error, seen = 64, 4, 0.6, []

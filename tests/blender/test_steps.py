@@ -23,6 +23,7 @@ def run_steps(path, *steps):
     return find_city(bpy.context.scene)
 
 
+@pytest.mark.slow
 def test_importing_again_takes_the_place_of_the_first(addon, city_file):
     run_steps(city_file, "import_city", "classify", "import_city")
     assert [item.name for item in bpy.context.scene.objects] == ["City"]
@@ -30,6 +31,7 @@ def test_importing_again_takes_the_place_of_the_first(addon, city_file):
     assert not bpy.ops.citypv.trace.poll()
 
 
+@pytest.mark.slow
 def test_tracing_anew_takes_back_the_energy(addon, city_file):
     run_steps(city_file, "import_city", "classify", "trace", "energy")
     city, _ = run_steps(city_file, "trace")
@@ -45,6 +47,7 @@ TERRAIN = (
 )
 
 
+@pytest.mark.slow
 def test_the_city_stands_on_the_terrain_of_a_file(addon, city_file, tmp_path):
     path = tmp_path / "terrain.asc"
     path.write_text(TERRAIN)
@@ -59,6 +62,7 @@ def test_the_city_stands_on_the_terrain_of_a_file(addon, city_file, tmp_path):
     assert "continues below the terrain, cut off at it" in rows
 
 
+@pytest.mark.slow
 def test_terrain_of_the_file_is_shown_and_stood_on(addon, city_file, tmp_path):
     """Two triangles, 2 m above the level on which the street begins."""
     corners = [(-200, -200, 2), (200, -200, 2), (200, 200, 2), (-200, 200, 2)]
@@ -144,6 +148,7 @@ def test_settings_become_a_request(addon, tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_a_city_that_is_gone_when_a_step_ends_is_an_error(addon, city_file):
     city, _ = run_steps(city_file, "import_city", "classify")
     session = find_session(city)

@@ -29,6 +29,7 @@ def traced(addon, city_file):
     return here()
 
 
+@pytest.mark.slow
 def test_a_frame_shows_the_direct_light_of_its_hour(traced):
     run("timeline")
     stage = bpy.context.scene
@@ -66,6 +67,7 @@ def test_a_frame_shows_the_direct_light_of_its_hour(traced):
     assert traced["citypv_colour_attribute"] == "direct_irradiance"
 
 
+@pytest.mark.slow
 def test_night_is_dark_and_the_scale_stays(traced):
     bpy.ops.citypv.timeline()
     stage, before = bpy.context.scene, traced["citypv_colour_high"]
@@ -78,6 +80,7 @@ def test_night_is_dark_and_the_scale_stays(traced):
     )
 
 
+@pytest.mark.slow
 def test_the_months_are_parts_of_the_year(traced):
     bpy.context.scene.citypv_seeing.timeline_show = "month_hours"
     bpy.ops.citypv.timeline()
@@ -91,6 +94,7 @@ def test_the_months_are_parts_of_the_year(traced):
     assert traced["citypv_colour_attribute"] == "month_hours"
 
 
+@pytest.mark.slow
 def test_ending_it_gives_everything_back(traced):
     stage = bpy.context.scene
     stage.frame_start, stage.frame_end = 3, 77
@@ -112,6 +116,7 @@ def test_ending_it_gives_everything_back(traced):
     assert not bpy.ops.citypv.stop_timeline.poll()
 
 
+@pytest.mark.slow
 def test_it_goes_on_in_a_reopened_file_and_after_other_weather(traced, tmp_path):
     bpy.ops.citypv.timeline()
     stage = bpy.context.scene

@@ -15,6 +15,7 @@ from citypv.operators.run.compute_energy import read_best
 from citypv.operators.show.build_legend import note_of
 
 
+@pytest.mark.slow
 def test_what_a_deleted_part_of_the_mesh_yielded_is_told(traced):
     """Before the first edit the city had all its faces: a house deleted in edit mode is gone with
     its energy.
@@ -38,6 +39,7 @@ def test_what_a_deleted_part_of_the_mesh_yielded_is_told(traced):
     assert rows["house2"]["before"] == pytest.approx(yielded["house2"], abs=0.06)
 
 
+@pytest.mark.slow
 def test_no_step_computes_on_another_ground_than_is_seen(traced):
     ground = here()["citypv_ground"]
     heights = [vertex.co.z for vertex in ground.data.vertices]
@@ -70,6 +72,7 @@ def test_no_step_computes_on_another_ground_than_is_seen(traced):
     ) == (100, 20, 7)
 
 
+@pytest.mark.slow
 def test_no_step_computes_on_another_city_than_is_seen(traced, tmp_path):
     """Without Live a moved tower waits for Update, which every step asks for; so does a modifier of
     the mesh.
@@ -91,6 +94,7 @@ def test_no_step_computes_on_another_city_than_is_seen(traced, tmp_path):
     refuse("update", "its mesh has modifiers")
 
 
+@pytest.mark.slow
 def test_a_building_of_its_own_stands_for_that_of_the_files_after_an_import(
     traced, city_file, tmp_path
 ):

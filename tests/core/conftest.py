@@ -19,6 +19,25 @@ def city(tmp_path_factory):
     return write_small_city(tmp_path_factory.mktemp("city") / "small.gml")
 
 
+@pytest.fixture(scope="session")
+def small_results(traced_once):
+    """Folder of a quick run of three houses, with all exports and a report; ../city.gml is what it
+    read.
+    """
+    from small_city import FAST, write_small_city
+
+    from citypv.core.commands.command_line import main
+
+    def simulate(folder):
+        city, out = write_small_city(folder / "city.gml"), folder / "Tom & Co"
+        exports = ["--cityjson", "--gltf", "--geopackage"]
+        assert main(["simulate", str(city), "--out", str(out), *exports, *FAST]) == 0
+        assert main(["plot", str(out), "--quiet"]) == 0
+        return out
+
+    return traced_once("small_results", simulate)
+
+
 @pytest.fixture
 def small_blocks(monkeypatch):
     """Suns are traced and kept sixteen by sixteen."""

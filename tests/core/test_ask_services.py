@@ -219,6 +219,7 @@ def test_answers_are_kept_and_asked_for_again_only_if_missing(server, tmp_path):
     assert len(server.asked) == 2
 
 
+@pytest.mark.slow
 def test_a_run_keeps_them_beside_its_results(server, tmp_path, refused):
     from citypv.core.commands.command_line import main
 
@@ -257,6 +258,7 @@ def test_a_run_keeps_them_beside_its_results(server, tmp_path, refused):
     assert "limit exceeded" in said and not (tmp_path / "none").exists()
 
 
+@pytest.mark.slow
 def test_nineteen_years_give_p90(server, tmp_path):
     """P50 and P90 of 2005 to 2023, years of 0.9 to 1.08 times the light of one: against their own
     quantiles.

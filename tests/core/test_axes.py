@@ -17,6 +17,8 @@ from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
 from citypv.core.study import read_buildings
 
+pytestmark = pytest.mark.every_python
+
 PLACES = [
     ("EPSG:25833", 52.5, 13.4),
     ("EPSG:3857", 52.5, 13.4),  # Web Mercator: 1.64 times as long

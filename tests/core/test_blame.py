@@ -110,6 +110,7 @@ def damage(lines, way, random):
     return lines
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "path", [BARROW, TMY3, STOCKHOLM, POTSDAM_2018, PVGIS], ids=lambda path: path.name[:9]
 )

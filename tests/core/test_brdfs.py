@@ -5,6 +5,7 @@ values.
 import numpy as np
 import pytest
 from scipy import stats
+from thorough import mark_cases
 
 from citypv.core.patches.brdfs import Glass, Glossy, Mirror, fresnel, reflect_interfaces
 from citypv.core.rays.sample_points import cosine_direction
@@ -60,7 +61,8 @@ def count_cells(directions, across, around):
     return np.bincount(row * around + column, minlength=across * around)
 
 
-@pytest.mark.parametrize(("brdf", "zenith"), PAIRS, ids=str)
+@pytest.mark.slow
+@pytest.mark.parametrize(("brdf", "zenith"), mark_cases(PAIRS, kept=2), ids=str)
 def test_samples_follow_their_density(brdf, zenith):
     """χ² over 20 × 30 cells of the sphere; samples that sink, whose share is 0, count as one cell
     more.
@@ -86,7 +88,8 @@ def test_samples_follow_their_density(brdf, zenith):
     assert chance > 1e-3, statistic
 
 
-@pytest.mark.parametrize(("brdf", "zenith"), PAIRS, ids=str)
+@pytest.mark.slow
+@pytest.mark.parametrize(("brdf", "zenith"), mark_cases(PAIRS, kept=2, law=(1,)), ids=str)
 def test_share_is_what_the_law_says(brdf, zenith):
     """Radiance · cos = share · density, sample by sample, and the mean share is the integral of
     radiance · cos.
@@ -109,6 +112,7 @@ def test_share_is_what_the_law_says(brdf, zenith):
     assert share.mean() == pytest.approx(whole.sum() * angle, abs=4 * error + 1e-4)
 
 
+@pytest.mark.slow
 def test_what_glossy_faces_lose():
     """At α = 1 straight on 1 - ln 2 is left, by integration; all over the hemisphere what the
     docstring says.

@@ -49,6 +49,7 @@ def test_azimuths_are_from_true_north(hannover):
     assert hannover.site.convergence > 0.5
 
 
+@pytest.mark.slow
 def test_patches_are_small_and_cover_their_surfaces(hannover):
     own, size = hannover.triangle_surface >= 0, vectors(hannover.vertices, hannover.triangles)
     covered = np.bincount(
@@ -154,6 +155,7 @@ def berlin():
     return build_scene(read_city(BERLIN))
 
 
+@pytest.mark.slow
 def test_no_wall_of_berlin_hangs(berlin):
     places = foot_places(berlin)
     ground = heights_below(*ground_of(berlin), places)
@@ -166,6 +168,7 @@ def test_no_wall_of_berlin_hangs(berlin):
     assert np.mean(gap < -0.5) < 0.02
 
 
+@pytest.mark.slow
 def test_the_ground_of_berlin_is_small_and_faces_up(berlin):
     vertices, triangles = ground_of(berlin)
     assert 4_000 < len(triangles) < 15_000
@@ -173,6 +176,7 @@ def test_the_ground_of_berlin_is_small_and_faces_up(berlin):
     assert not berlin.footprint[berlin.triangle_surface < 0].any()
 
 
+@pytest.mark.slow
 def test_no_courtyard_of_berlin_is_lost(berlin):
     places = np.random.default_rng(0).uniform([-480, -150], [480, 150], (20_000, 2))
     footprint = seen_from_above(berlin, berlin.footprint)
@@ -189,6 +193,7 @@ def test_no_courtyard_of_berlin_is_lost(berlin):
     assert not np.isnan(heights_below(*ground_of(berlin), inside)).any()
 
 
+@pytest.mark.slow
 def test_the_ground_reaches_four_building_heights_beyond(berlin):
     low, high = berlin.vertices.min(axis=0), berlin.vertices.max(axis=0)
     built = berlin.vertices[np.unique(berlin.triangles[berlin.triangle_surface >= 0])]

@@ -12,6 +12,7 @@ import pytest
 from scenes import suns_towards
 from test_tracing import three_houses
 from test_trees import wall_and_tree
+from thorough import mark_cases
 from transfers import Horizons
 from weathers import BERLIN, HOUR, year_of
 
@@ -55,13 +56,17 @@ def trace(estimator, suns, progress=silent, **settings):
     return TRACERS[estimator](three_houses(), suns, Request(**settings), progress)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
 @pytest.mark.parametrize(
     ("estimator", "way", "share", "on_disk"),
-    [
-        *(("gather", "hourly", 0.9, False), ("gather", "days:8", 0.3, True)),
-        *(("forward", "typical-days:8", 0.5, True), ("forward", "sky-grid:120", 0.3, False)),
-    ],
+    mark_cases(
+        [
+            *(("gather", "hourly", 0.9, False), ("gather", "days:8", 0.3, True)),
+            *(("forward", "typical-days:8", 0.5, True), ("forward", "sky-grid:120", 0.3, False)),
+        ],
+        kept=1,
+    ),
 )
 def test_kept_suns_are_those_of_the_whole_run(estimator, way, share, on_disk, monkeypatch):
     suns = suns_of(way, days=12)
@@ -91,6 +96,7 @@ def test_kept_suns_are_those_of_the_whole_run(estimator, way, share, on_disk, mo
     np.testing.assert_allclose(part.direct_annual_standard_error, alone, rtol=0.5, atol=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("estimator", "stage"), [("gather", "sky and reflections"), ("forward", "sky and far ground")]
 )
@@ -102,6 +108,7 @@ def test_before_the_suns_there_is_nothing_to_keep(estimator, stage):
     assert threading.active_count() == before
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
 def test_both_states_of_trees_keep_the_same_suns():
     suns, request = suns_of("hourly", days=12), Request(samples=16, shadow_samples=4)
@@ -160,7 +167,8 @@ BOUNDS = {
 }
 
 
-@pytest.mark.parametrize("way", BOUNDS)
+@pytest.mark.slow
+@pytest.mark.parametrize("way", mark_cases(BOUNDS, kept=1))
 def test_full_load_hours_of_a_part_of_the_suns(berlin, way):
     """Against every hour's sun, on 150 random skylines in the weather of a year."""
     year, skylines = berlin.axis, Horizons(150)
@@ -176,6 +184,7 @@ def test_full_load_hours_of_a_part_of_the_suns(berlin, way):
         assert np.sqrt(np.nanmean(difference**2)) < rms / 100 * np.nanmean(true)
 
 
+@pytest.mark.slow
 def test_kept_suns_are_weighed_by_the_year_they_stand_for(berlin):
     """The settings tell of the interruption, weights are shares of the year, errors are not too
     small.

@@ -63,6 +63,7 @@ def interrupt(monkeypatch, moment):
     monkeypatch.setattr(room, moment, stop_before)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
 def test_first_interrupt_keeps_the_suns(city, tmp_path, capfd, monkeypatch):
     interrupt(monkeypatch, 40)
@@ -109,6 +110,7 @@ def test_first_interrupt_keeps_the_suns(city, tmp_path, capfd, monkeypatch):
     assert f"an interrupted run. Interrupted: kept {kept} of {count} suns" in capfd.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
 @pytest.mark.parametrize("moment", ["measure_sun_sampling", "summarise"])
 def test_second_interrupt_leaves_nothing(city, tmp_path, capfd, monkeypatch, moment):
@@ -119,6 +121,7 @@ def test_second_interrupt_leaves_nothing(city, tmp_path, capfd, monkeypatch, mom
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_interrupted_error_check_keeps_all_suns(city, tmp_path, capfd, monkeypatch):
     interrupt(monkeypatch, "measure_sun_sampling")
     assert run(city, tmp_path / "out", "--quiet") == 130

@@ -35,7 +35,6 @@ def test_with_a_time_budget_the_first_round_has_few_rays(arguments, samples):
     )
 
 
-@pytest.mark.once
 def test_a_target_below_the_error_of_the_suns_is_refused_at_once(city, tmp_path, capfd):
     options = ["simulate", str(city), "--out", str(tmp_path / "a"), *COMMON, "--suns", "days:4"]
     assert main([*options, "--target-error", "0.05"]) == 2
@@ -48,7 +47,6 @@ def test_a_target_below_the_error_of_the_suns_is_refused_at_once(city, tmp_path,
     assert main([*options, "--target-error", least]) == 0
 
 
-@pytest.mark.once
 def test_a_budget_below_that_of_the_first_round_is_refused_with_one_that_is_kept(
     city, tmp_path, capfd
 ):
@@ -66,7 +64,6 @@ def test_a_budget_below_that_of_the_first_round_is_refused_with_one_that_is_kept
 
 
 @pytest.mark.slow
-@pytest.mark.once
 def test_more_time_leaves_no_more_error_than_a_target_takes(city, tmp_path):
     """A target is met in some seconds; in 2.7 times as many a budget gets further."""
 

@@ -15,6 +15,8 @@ from citypv.core.city.polygons import measure_polygons
 from citypv.core.read.read_city import read_city
 from citypv.core.settings.errors import InputError
 
+pytestmark = pytest.mark.every_python
+
 SQUARE = text.SQUARE  # in the plane y = 0, 12 m², faces south
 FURTHER = [(x, y + 5, z) for x, y, z in SQUARE]
 
@@ -379,6 +381,7 @@ def test_encodings_and_byte_order_marks(tmp_path, encoding):
     assert read_city(tmp_path / "city.gml").surface_id == ["a"]
 
 
+@pytest.mark.slow
 def test_one_huge_line(tmp_path):
     many = "".join(
         HOUSE.replace('"house"', f'"h{k}"').replace('"a"', f'"a{k}"').strip() for k in range(3000)

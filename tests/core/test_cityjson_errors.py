@@ -14,6 +14,8 @@ from thorough import THOROUGH
 from citypv.core.read.read_city import read_city
 from citypv.core.settings.errors import InputError
 
+pytestmark = pytest.mark.every_python
+
 GOOD = model({"b": house(solid())})
 TEXT = json.dumps(GOOD)
 HEAD = {key: value for key, value in model({}, []).items() if key != "CityObjects"}
@@ -78,6 +80,7 @@ BAD_DOCUMENTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BAD_DOCUMENTS)
 def test_refused_with_file_place_and_cure(tmp_path, name):
     text, problem = BAD_DOCUMENTS[name]
@@ -142,6 +145,7 @@ def places(node, path=()):
         yield from places(value, (*path, key))
 
 
+@pytest.mark.slow
 def test_a_wrong_value_anywhere_ends_in_a_city_or_in_one_line(tmp_path):
     outcomes = []
     for number, (*way, last) in enumerate(path for path in places(FULL) if path):

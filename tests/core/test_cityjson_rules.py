@@ -9,6 +9,8 @@ from cityjson_text import CUBE, FACES, at, house, instance, model, read, row, so
 
 from citypv.core.read.read_city import read_city
 
+pytestmark = pytest.mark.every_python
+
 ROOF = {"surfaces": [{"type": "RoofSurface"}]}
 
 

@@ -100,6 +100,7 @@ def test_months_share_the_year_as_in_their_sources():
     assert np.abs(found - known.mean(axis=0)).max() < 0.006
 
 
+@pytest.mark.slow
 def test_months_are_met_to_the_rounding():
     places = list(CELLS)
     made = [record.data for record in make_climates(*zip(*places, strict=True))]
@@ -123,6 +124,7 @@ def test_a_leap_year_has_a_day_more():
         climate(52.5, 13.4, 1850)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", [(56.0, 3.0), (-50.0, 180.0)])
 def test_the_sea_has_a_climate(place):
     weather, clear = read_weather("climate", *place), read_weather("clear-sky", *place)
@@ -158,6 +160,7 @@ def test_air_from_the_land_is_told_from_air_from_the_sea():
 # --- what is drawn
 
 
+@pytest.mark.slow
 def test_the_seed_orders_the_days_and_leaves_the_sums():
     same, first, second = (
         climate(52.5, 13.4).data,
@@ -176,6 +179,7 @@ def test_the_seed_orders_the_days_and_leaves_the_sums():
     )
 
 
+@pytest.mark.slow
 def test_many_places_at_once_are_those_one_by_one():
     places = list(CELLS)[:4]
     made = make_climates(*zip(*places, strict=True), seed=3)
@@ -183,6 +187,7 @@ def test_many_places_at_once_are_those_one_by_one():
         pd.testing.assert_frame_equal(record.data, climate(*place, seed=3).data, check_exact=True)
 
 
+@pytest.mark.slow
 def test_the_same_bits_everywhere():
     """Irradiance is rounded so far above a processor's own rounding that its bytes are the same on
     all of them.
@@ -228,6 +233,7 @@ def test_afternoons_are_the_warmest_and_sunny_ones_above_all():
 # --- stations
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("path", "ghi", "dni", "temp_air"),
     # The annual GHI of the grid is off by as much as the first (benchmarks/results/climate.md); the
@@ -258,7 +264,6 @@ def test_the_exponential_distribution_has_its_mean():
         ).mean() == pytest.approx(mean, abs=1e-4)
 
 
-@pytest.mark.once
 def test_days_spread_as_bendt_has_it():
     """The share of days below a clearness index against Bendt's formula with γ of Herzog's fit."""
     month = np.repeat(np.arange(12), 400)
@@ -283,7 +288,6 @@ def test_days_follow_each_other_as_graham_has_it():
     np.testing.assert_allclose(np.sort(quantile), (np.arange(36500) + 0.5) / 36500)
 
 
-@pytest.mark.once
 def test_sums_are_met_below_the_ceiling():
     rng = np.random.default_rng(0)
     clearness, outside = rng.uniform(0, 0.8, (3, 48)), np.ones((3, 48))

@@ -16,6 +16,7 @@ from scenes import (
     strip,
     suns_towards,
 )
+from thorough import mark_cases
 
 WAYS = {  # what the plan gives without a ray, rays all the same, and photons; and how many of them
     "plan": partial(run_gather, samples=4),
@@ -51,10 +52,12 @@ def direct_relative(transfer):
     return first + transfer.direct_reflected + far_ground
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("tilt", "expected"), [(0, 1.0), (30, 0.949759526), (60, 0.8125), (90, 0.625)]
+    ("tilt", "expected"),
+    mark_cases([(0, 1.0), (30, 0.949759526), (60, 0.8125), (90, 0.625)], kept=2),
 )
-@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("way", mark_cases(WAYS, law=(0, 1)))
 def test_unshaded_surface(way, tilt, expected):
     """Eq. 9 and Eq. 11 of the paper."""
     transfer = WAYS[way](tilted_square(tilt), SUNS)
@@ -80,6 +83,7 @@ def test_unshaded_surface(way, tilt, expected):
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("way", "error"), [("plan", 1e-7), ("photons", 0.005)])
 def test_far_ground_off_leaves_the_sky_only(way, error):
     transfer = WAYS[way](tilted_square(90), SUNS, far_ground=False)
@@ -116,13 +120,17 @@ def canyon(strips=50, far=100.0, middle=10.0):
     return scene, np.flatnonzero(name_of == "ground"), np.flatnonzero(name_of == "wall")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("trace", "bounces"),
-    [
-        *((run_gather, bounces) for bounces in range(4)),
-        *((run_forward, bounces) for bounces in range(3)),
-        pytest.param(run_forward, 3, marks=pytest.mark.thorough),
-    ],
+    mark_cases(
+        [
+            *((run_gather, bounces) for bounces in range(4)),
+            *((run_forward, bounces) for bounces in range(4)),
+        ],
+        kept=1,
+        law=(3, 5),
+    ),
 )
 def test_street_canyon(trace, bounces):
     """Mean over wall and ground of the canyon H/W = 1 after 0 to 3 reflections against numeric

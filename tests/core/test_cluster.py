@@ -108,6 +108,7 @@ def assert_same_bits(one, other):
     assert_same(one.sources["horizon"], other.sources["horizon"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [33.3, 1000.0])
 def test_every_surface_is_in_the_one_tile_around_its_centre(inputs, size):
     scene = inputs[0].scene
@@ -123,6 +124,7 @@ def test_every_surface_is_in_the_one_tile_around_its_centre(inputs, size):
         assert (centres[members] <= low + size + 1e-9).all()
 
 
+@pytest.mark.slow
 def test_tiles_that_leave_nothing_out_are_the_whole(inputs, serial):
     """Rays of a tile's own surfaces are the same as in the whole; only those of its surroundings
     are fewer.
@@ -147,7 +149,7 @@ def test_tiles_that_leave_nothing_out_are_the_whole(inputs, serial):
     assert transfer.record.request == request.as_dict()
 
 
-@pytest.mark.once
+@pytest.mark.slow
 def test_what_is_left_out_lies_within_its_bound(tmp_path):
     """Two houses, and a block 1 km long that rises less than 2° behind the fields in the east."""
     houses = [house("a", (0, 0), (10, 9, 7)), house("b", (0, 40), (10, 9, 7))]
@@ -174,6 +176,7 @@ def test_what_is_left_out_lies_within_its_bound(tmp_path):
     assert told["farthest"] < 900
 
 
+@pytest.mark.slow
 def test_glass_has_no_bound_unless_nothing_is_left_out(inputs, tmp_path):
     """At grazing incidence glass reflects all light, so that no series of reflections has
     an end.
@@ -194,6 +197,7 @@ def test_glass_has_no_bound_unless_nothing_is_left_out(inputs, tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_a_large_city_is_planned_from_its_fullest_tile(inputs, serial, tmp_path, monkeypatch):
     monkeypatch.setattr(trace_tiles, "LARGEST", 100)
     prepared, weather, request = inputs
@@ -210,7 +214,6 @@ def test_a_large_city_is_planned_from_its_fullest_tile(inputs, serial, tmp_path,
 
 
 @pytest.mark.slow
-@pytest.mark.once
 def test_two_workers_of_which_one_is_killed_give_the_same_bits(inputs, serial, tmp_path):
     """As soon as one tile is done, the workers are killed in the middle of the next ones."""
     killed = []
@@ -235,6 +238,7 @@ def test_two_workers_of_which_one_is_killed_give_the_same_bits(inputs, serial, t
     assert [path.name[:4] for path in folder.glob("*.task")] in ([], ["run_"])
 
 
+@pytest.mark.slow
 def test_a_second_run_goes_on_from_finished_tiles(city, tmp_path, monkeypatch, capfd):
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     traced, trace_part = [], trace_tiles.trace_part
@@ -334,6 +338,7 @@ def test_a_planted_task_is_not_opened(tmp_path):
 # -- schedulers that do not answer, programs that are none, errors that workers send back --
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speech", [b"", b"SSH-2.0-x\r\n", b"220"])
 def test_a_port_where_no_scheduler_listens_is_named(tmp_path, refused, monkeypatch, speech):
     """One that accepts and stays silent, one that speaks another protocol, and one that stops
@@ -377,6 +382,7 @@ def refuse_workers(address, problem):
         pass
 
 
+@pytest.mark.slow
 def test_only_those_with_the_key_are_let_in(tmp_path, monkeypatch):
     """The certificate and the settings are made as docs/guide/many_machines.md says."""
     monkeypatch.setattr(run_tasks, "PATIENCE", 2)

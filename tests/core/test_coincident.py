@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scenes import RUNS, join, run_gather, strip, suns_towards
 from shapely.geometry import Polygon
+from thorough import mark_cases
 
 from citypv.core.commands.plain_scenes import box
 from citypv.core.patches.facing_scene import FacingScene
@@ -36,7 +37,8 @@ def in_pairs(found):
     return set(zip(one.tolist(), found.other.tolist(), strict=True))
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", mark_cases(range(3), law=(0,)))
 def test_pairs_are_those_that_overlap(seed):
     """Triangles of 1 cm to 100 m in three planes, turned any way: those whose overlap shapely
     knows.
@@ -73,6 +75,7 @@ def test_faces_that_touch_or_stand_apart_are_no_pairs():
     assert len(find_coincident(corners, np.full(len(corners), 1e-4))) == 0
 
 
+@pytest.mark.slow
 def test_threads_and_order_do_not_matter():
     generator = np.random.default_rng(2)
     corners = generator.uniform(0, 60, (40_000, 1, 3)) + generator.uniform(-2, 2, (40_000, 3, 3))
@@ -87,6 +90,7 @@ def test_threads_and_order_do_not_matter():
     assert {(order[a], order[b]) for a, b in in_pairs(again)} == in_pairs(one)
 
 
+@pytest.mark.slow
 def test_thousands_of_faces_in_one_place_are_not_millions_of_pairs():
     corners = np.tile([[[0.0, 0, 0], [10, 0, 0], [0, 10, 0]]], (1000, 1, 1))
     found = find_coincident(corners, np.full(1000, 1e-3))
@@ -147,6 +151,7 @@ def test_party_walls_are_no_sheets():
     assert len({(one, other) for one, other in found if max(one, other) < 36}) >= 16
 
 
+@pytest.mark.slow
 @both
 def test_a_floor_drawn_on_a_roof_leaves_the_roof_lit(estimator):
     """A floor that is known as a footprint, of a house that has nothing else."""
@@ -159,6 +164,7 @@ def test_a_floor_drawn_on_a_roof_leaves_the_roof_lit(estimator):
     assert transfer.visible_share[:4] == pytest.approx(1, abs=0.02)
 
 
+@pytest.mark.slow
 @both
 def test_a_court_drawn_from_both_sides_lights_a_wall(estimator):
     """It reflects as one drawn once: beyond half of the sky the wall gets 0.5 · F of the court."""
@@ -174,6 +180,7 @@ def test_a_court_drawn_from_both_sides_lights_a_wall(estimator):
     assert reflected == pytest.approx(known, rel=0.04)
 
 
+@pytest.mark.slow
 def test_light_on_faces_drawn_twice_is_absorbed_once():
     """What arrives on two faces has been emitted once: nothing is left over."""
     part = strip([0, 0, 5], [10, 0, 0], [0, 10, 0], 2)
@@ -199,6 +206,7 @@ def test_covered_parts_stay_dark_without_shadow_rays():
     assert seen == pytest.approx(1 - transfer.covered_share[wall], abs=1e-6)
 
 
+@pytest.mark.slow
 def test_covered_ground_hands_on_all_its_light():
     """A wall stands before a plain, whose patches end at the wall or go on under the house: that is
     the same.

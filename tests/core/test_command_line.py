@@ -38,6 +38,7 @@ def results(city, tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_faces(results):
     faces = pd.read_csv(results / "faces.csv", index_col="surface_id")
     assert faces.index[:3].tolist() == ["a_ground", "a_south", "a_east"]
@@ -71,6 +72,7 @@ def test_faces(results):
     assert faces.loc["a_south", "surface_azimuth"] == pytest.approx(180 - 1.285, abs=0.02)
 
 
+@pytest.mark.slow
 def test_summary(results):
     summary = json.loads((results / "summary.json").read_text(encoding="utf-8"))
     assert summary["input"]["surfaces"] == 21
@@ -99,6 +101,7 @@ def test_summary(results):
     assert names_in(results) == TABLES
 
 
+@pytest.mark.slow
 def test_inspect_and_effects(city, capsys):
     assert main(["inspect", str(city), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
@@ -124,6 +127,7 @@ def test_inspect_and_effects(city, capsys):
     assert "buildings    3" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_a_full_folder_is_not_touched_unless_asked_which_keeps_the_rest(city, tmp_path, capfd):
     (tmp_path / "notes.txt").write_text("mine")
     assert main(["simulate", str(city), "--out", str(tmp_path), "--quiet"]) == 2
@@ -184,6 +188,7 @@ def test_values_given_replace_those_that_a_method_implies():
     }
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows cannot send SIGINT to one process")
 def test_interrupted_run_leaves_nothing(city, tmp_path):
     out = tmp_path / "out"
@@ -234,6 +239,7 @@ def test_a_city_60_km_wide_says_so_before_its_ground_is_laid(tmp_path, capfd, mo
     )
 
 
+@pytest.mark.slow
 def test_a_reader_may_leave_before_the_end(city):
     """As `head` does: neither an error nor a message."""
     command = [sys.executable, "-m", "citypv", "inspect", str(city), "--json"]
@@ -245,6 +251,7 @@ def test_a_reader_may_leave_before_the_end(city):
         assert process.wait(60) == 0
 
 
+@pytest.mark.slow
 def test_output_in_a_pipe_is_utf8_whatever_the_machine_speaks(city, tmp_path):
     """JSON has to be, and a code page of Windows lacks most letters."""
     file = tmp_path / f"Łódź −1{city.suffix}"
@@ -255,6 +262,7 @@ def test_output_in_a_pipe_is_utf8_whatever_the_machine_speaks(city, tmp_path):
     assert json.loads(found.stdout.decode("utf-8"))["report"]["files"] == [file.name]
 
 
+@pytest.mark.slow
 def test_buildings_without_a_shape_are_named_at_the_end(tmp_path, capfd):
     """A footprint alone casts no shadow and has no results: the run's last lines say so, and the
     report's lead.
@@ -291,6 +299,7 @@ def test_buildings_without_a_shape_are_named_at_the_end(tmp_path, capfd):
     assert any("1 of" in line and "no shadow" in line for line in describe_left_out(summary))
 
 
+@pytest.mark.slow
 def test_a_run_by_forward_tells_where_its_photons_went_and_is_read_again(city, tmp_path):
     common = ["--weather", str(ERA5), "--quiet", "--out"]
     run = [

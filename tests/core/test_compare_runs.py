@@ -47,6 +47,7 @@ def after(folder, before):
     return restate(folder, before, "after.gml", change)
 
 
+@pytest.mark.slow
 def test_the_same_city_under_other_names(folder, before):
     """Random numbers follow from names: all surfaces are found, and differ by their
     errors alone.
@@ -62,6 +63,7 @@ def test_the_same_city_under_other_names(folder, before):
     assert (same.filter(like="_change").fillna(0) == 0).all(axis=None)
 
 
+@pytest.mark.slow
 def test_neighbours_lose_and_sums_add_up(before, after):
     found = citypv.compare(before, after)
     assert re.fullmatch(
@@ -92,6 +94,7 @@ def test_neighbours_lose_and_sums_add_up(before, after):
         assert own == pytest.approx({name: told[name] for name in own}, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_files_and_page(before, after, folder, capfd):
     assert (
         main(["compare", str(before.folder), str(after.folder), "--out", str(folder / "out")]) == 0
@@ -110,6 +113,7 @@ def test_files_and_page(before, after, folder, capfd):
     assert (folder / "out" / "surfaces.csv").exists()
 
 
+@pytest.mark.slow
 def test_only_the_city_may_differ(before, folder):
     with pytest.raises(citypv.InputError, match="differ in --sectors; compute both"):
         citypv.compare(before, before.with_weather("clear-sky", sectors="paper"))

@@ -39,6 +39,7 @@ print(sum(loop.stats.cache_hits.values()), sum(loop.stats.cache_misses.values())
 """
 
 
+@pytest.mark.slow
 def test_a_new_process_finds_what_the_child_compiled_which_ends_with_its_parent(fresh_cache):
     child = ahead.start_child()
     assert read_loops()[-1].split()[1] == "add_points"  # is compiled first
@@ -123,7 +124,6 @@ def test_a_run_starts_the_child_before_it_reads_and_ends_it(nothing_kept, monkey
 
 
 @pytest.mark.slow
-@pytest.mark.once
 def test_the_list_names_each_loop_that_a_draft_calls():
     """Where it does not, type: python tools/list_loops.py."""
     tool = [sys.executable, "-W", "error", ROOT / "tools/list_loops.py", "--print"]

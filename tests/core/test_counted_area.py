@@ -44,6 +44,7 @@ def transfer(berlin):
     return result
 
 
+@pytest.mark.slow
 def test_hidden_walls_are_left_out(transfer, berlin):
     """A group's hours are Σ FLH·A / Σ A·(1 − covered_share): here those of an open wall."""
     energy = compute_energy(transfer, berlin)
@@ -90,6 +91,7 @@ def test_hidden_walls_are_left_out(transfer, berlin):
     }
 
 
+@pytest.mark.slow
 def test_what_has_no_room_carries_no_modules(transfer, berlin):
     """0.3 of the first wall, 0.4 of the second and 0.3 of the third, of which half is covered; all
     of a roof.
@@ -117,6 +119,7 @@ def test_what_has_no_room_carries_no_modules(transfer, berlin):
         compute_energy(known, berlin, build_system(Request(clearance=0.1)))
 
 
+@pytest.mark.slow
 def test_hidden_walls_counted_as_in_the_paper(transfer, berlin):
     system = build_system(Request(hidden_walls="count"))
     energy = compute_energy(transfer, berlin, system)
@@ -135,6 +138,7 @@ def test_hidden_walls_counted_as_in_the_paper(transfer, berlin):
     np.testing.assert_array_equal(energy.open_area, other.open_area)
 
 
+@pytest.mark.slow
 def test_overhangs_are_facades_where_asked(transfer, berlin):
     energy = compute_energy(transfer, berlin, build_system(Request(overhangs="count")))
     assert energy.eligible.tolist() == [True] * 3 + [False] * 2 + [
@@ -151,6 +155,7 @@ def test_overhangs_are_facades_where_asked(transfer, berlin):
     assert transfer.surfaces.kind[5] == "downward"  # the Transfer is not touched
 
 
+@pytest.mark.slow
 def test_usable_shares_and_flat_roofs(transfer, berlin):
     system = build_system(Request(usable={"facade": 0.6, "flat": 0.5}))
     energy = compute_energy(transfer, berlin, system)
@@ -190,6 +195,7 @@ def test_usable_shares_and_flat_roofs(transfer, berlin):
     )
 
 
+@pytest.mark.slow
 def test_with_the_papers_sectors_flat_roofs_stand_beside_the_whole(transfer, berlin):
     paper = replace(
         transfer, surfaces=replace(transfer.surfaces, eligible=transfer.surfaces.kind == "facade")
@@ -254,6 +260,7 @@ def three_years(berlin):
     return [type(berlin)(data, HOUR, *place, 0.0, "one") for data in (*parts, pd.concat(parts))]
 
 
+@pytest.mark.slow
 def test_years_are_computed_each_and_averaged(berlin, tmp_path):
     *single, together = three_years(berlin)
     suns = choose_suns("typical-days:4", *berlin.axis)
@@ -307,6 +314,7 @@ def test_years_of_a_time_axis(start, stop, expected):
     assert [len(inside) for _, inside in years] == [8784 if one else 8760 for one in leap]
 
 
+@pytest.mark.slow
 def test_hours_of_the_sun(tmp_path):
     """East and west roofs together give as much before as after solar noon, which comes at 5:20 UTC
     at 100° E.
@@ -363,6 +371,7 @@ def settings_in(folder):
     return json.loads((folder / "summary.json").read_text(encoding="utf-8"))["settings"]
 
 
+@pytest.mark.slow
 def test_options_reach_the_tables(traced, tmp_path, capsys):
     options = ["--losses", "14", "--usable", "facade=0.6,roof=0.8", "flat=0.5", "--monthly"]
     assert (
@@ -400,6 +409,7 @@ def test_options_reach_the_tables(traced, tmp_path, capsys):
     assert "give 0.01 or 0.3" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_paper_in_a_word(traced, tmp_path):
     assert run_yield(traced, tmp_path / "paper", "--method", "paper") == 0
     found = settings_in(tmp_path / "paper")

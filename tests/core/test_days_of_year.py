@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from test_suns import sunny_directions
+from thorough import mark_cases
 from weathers import HOUR, year_of
 
 from citypv.core.sun.days_of_year import EPOCH, cubic_weights
@@ -51,11 +52,15 @@ def test_where_nodes_are_missing():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("latitude", "longitude", "minutes"),
-    [(*place, 60) for place in PLACES]
-    + [(52.5, 13.4, minutes) for minutes in (10, 20)]
-    + [(-90.0, 0.0, 15)],
+    mark_cases(
+        [(*place, 60) for place in PLACES]
+        + [(52.5, 13.4, minutes) for minutes in (10, 20)]
+        + [(-90.0, 0.0, 15)],
+        kept=3,
+    ),
 )
 def test_the_suns_place_is_met_at_every_time_step(latitude, longitude, minutes):
     interval = pd.Timedelta(minutes=minutes)
@@ -72,11 +77,14 @@ def test_the_suns_place_is_met_at_every_time_step(latitude, longitude, minutes):
     assert found.max() < 7.0
 
 
+@pytest.mark.slow
+@pytest.mark.law
 def test_a_day_for_every_day_is_every_hour():
     suns = choose_suns("days:365", year_of(), HOUR, 52.5, 13.4)
     assert angles(suns, year_of(), HOUR, 52.5, 13.4).max() < 1e-4
 
 
+@pytest.mark.slow
 def test_the_year_of_tracing_does_not_matter():
     """Another year, many years, a year before 1970: the season is that of the sun, not of the
     calendar.
@@ -92,6 +100,7 @@ def test_the_year_of_tracing_does_not_matter():
     assert np.median(angles(several, year_of(2015, 2017), HOUR, 52.5, 13.4)) < 0.03
 
 
+@pytest.mark.slow
 def test_days_are_spread_evenly():
     suns = choose_suns("days:24", year_of(), HOUR, 52.5, 13.4)
     dates = np.unique(suns.day)
@@ -101,6 +110,7 @@ def test_days_are_spread_evenly():
     assert np.isin(dates - EPOCH, day).all()
 
 
+@pytest.mark.slow
 def test_few_days_take_the_nearest():
     """Days more than 60 days apart are not joined."""
     suns = choose_suns("days:4", year_of(), HOUR, 52.5, 13.4)

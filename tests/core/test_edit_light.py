@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from cities import box, make_city
 from reliefs import hill, tin
+from thorough import mark_cases
 
 from citypv.core.city.city import Tree
 from citypv.core.city.edit_city import Change, edit_city
@@ -26,8 +27,6 @@ from citypv.core.study import (
     read_year,
     trace_base,
 )
-
-pytestmark = pytest.mark.once
 
 REQUEST = Request(
     samples=64,
@@ -199,7 +198,8 @@ def try_edit(base_of, name, seed):
     check_law(trace_change(base, found), trace_wholly(base, found))
 
 
-@pytest.mark.parametrize("name", CITIES)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", mark_cases(CITIES, kept=5))
 def test_the_change_alone_is_the_edited_scene_traced_wholly(base_of, name):
     try_edit(base_of, name, seed=1)
 
@@ -211,6 +211,7 @@ def test_two_hundred_edits_are_the_edited_scenes_traced_wholly(base_of, name):
         try_edit(base_of, name, seed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["houses", "all rays"])
 def test_ten_edits_in_a_row_keep_the_law(base_of, name):
     """Patches and surfaces that are gone give their numbers away when they are many."""
@@ -225,6 +226,7 @@ def test_ten_edits_in_a_row_keep_the_law(base_of, name):
     assert max(sizes) < 2 * min(sizes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["houses", "courtyard", "trees", "all rays"])
 def test_single_suns_of_a_large_city_follow_the_change(base_of, name, monkeypatch):
     """Visible shares are exact, so is the sum over the suns; what is guessed moves light from sun
@@ -267,6 +269,7 @@ def test_buildings_are_taken_moved_raised_and_named_apart():
             edit_city(city, wrong)
 
 
+@pytest.mark.slow
 def test_only_the_ground_under_what_comes_and_goes_changes(base_of):
     """A tower in an open place punches a hole of its own size; where a house goes ground closes its
     footprint.
@@ -289,6 +292,7 @@ def test_only_the_ground_under_what_comes_and_goes_changes(base_of):
     assert plan["gone"] - plan["before"] == pytest.approx(size, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_edited_is_refused_with_a_cure(base_of):
     city, base = base_of("row")
     prepared = base.city.prepared
@@ -329,6 +333,7 @@ def annual_light(transfer):
     )
 
 
+@pytest.mark.slow
 def test_what_an_edit_does_not_reach_differs_by_nothing(base_of):
     """Without reflections a house behind the others; with them all of a city that is edited into
     itself.
@@ -343,6 +348,7 @@ def test_what_an_edit_does_not_reach_differs_by_nothing(base_of):
     assert not found.direct_annual_standard_error.any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["row", "trees"])
 def test_the_preview_is_the_annual_light(base_of, name):
     city, base = base_of(name)

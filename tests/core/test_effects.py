@@ -11,6 +11,7 @@ from radiosity import bowl
 from scenes import run_gather, scene_of_triangles, strip, suns_towards
 from small_city import house, write_gml, write_small_city
 from test_tracing import SUNS, three_houses
+from thorough import mark_cases
 from transfers import unshaded_transfer
 
 from citypv.core.accuracy.measure_effects import shares_of_effects, state_shares
@@ -43,7 +44,8 @@ def test_nothing_to_reflect_needs_one_reflection():
     assert transfer.diffuse_relative == pytest.approx(0.5 + 0.25 / 2, abs=1e-6)
 
 
-@pytest.mark.parametrize(("azimuth", "turned"), [(180, 1), (0, -1)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("azimuth", "turned"), mark_cases([(180, 1), (0, -1)], law=(0,)))
 def test_a_dark_far_ground_costs_a_wall_what_pvlib_says(azimuth, turned):
     """An unshaded wall under a clear sky: the bound is its reflected light over all of
     its light.
@@ -60,6 +62,7 @@ def test_a_dark_far_ground_costs_a_wall_what_pvlib_says(azimuth, turned):
     assert plan["far-ground"].bound == pytest.approx(ground / (direct + sky + ground), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_dark_far_ground_costs_houses_less_than_its_bound(tmp_path):
     """The same run with and without it: no kind and orientation loses more."""
     path = write_small_city(tmp_path / "small.gml")
@@ -126,14 +129,18 @@ def hours_by_pvlib(weather, without):
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("without", "plain"),
-    [
-        ("aoi", True),
-        ("spectrum", False),
-        ("temperature", True),
-        ("aoi spectrum temperature", False),
-    ],
+    mark_cases(
+        [
+            ("aoi", True),
+            ("spectrum", False),
+            ("temperature", True),
+            ("aoi spectrum temperature", False),
+        ],
+        kept=2,
+    ),
 )
 def test_modules_without_some_effects_equal_pvlib(berlin, open_planes, without, plain, monkeypatch):
     monkeypatch.setattr(energy_under_test, "PLAIN_LIMIT", 1e12 if plain else 0)
@@ -143,6 +150,7 @@ def test_modules_without_some_effects_equal_pvlib(berlin, open_planes, without, 
     np.testing.assert_allclose(hours, hours_by_pvlib(berlin, without), rtol=1e-9 if plain else 1e-4)
 
 
+@pytest.mark.slow
 def test_shares_of_the_modules_effects(berlin, open_planes):
     """(with - without)/with of the eligible area, from pvlib called directly."""
     shares = shares_of_effects(open_planes, berlin, build_system(Request(**DC)), 1)
@@ -209,7 +217,10 @@ def light_of_groups(transfer, weather):
     return np.array([light[counts & (names == name)].sum() for name in np.unique(names[counts])])
 
 
-@pytest.mark.parametrize(("city", "albedo"), [("houses", 0.6), ("street", 0.1), ("street", 0.25)])
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("city", "albedo"), mark_cases([("houses", 0.6), ("street", 0.1), ("street", 0.25)], kept=1)
+)
 def test_no_group_loses_more_in_clear_and_overcast_years(tmp_path, city, albedo):
     """Beside a run with the same rays and many reflections."""
     light = {"albedo": albedo, "ground_albedo": albedo, "weather": "clear-sky", **CHEAP}
@@ -230,7 +241,8 @@ def test_no_group_loses_more_in_clear_and_overcast_years(tmp_path, city, albedo)
         assert 0 < 1 - found.sum() / known.sum() <= WHOLE_LIMIT
 
 
-@pytest.mark.parametrize("albedo", [0.2, 0.4, 0.6, 0.8])
+@pytest.mark.slow
+@pytest.mark.parametrize("albedo", mark_cases([0.2, 0.4, 0.6, 0.8], law=(2,)))
 def test_in_a_half_sphere_the_number_is_that_of_a_geometric_series(albedo):
     """E_n = 1/2 (albedo/2)^n everywhere under the sky, so (albedo/2)^(n+1) of the light lies beyond
     n reflections.

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from planes import run_chain
+from thorough import mark_cases
 from transfers import Horizons, unshaded_transfer
 from weathers import HOUR
 
@@ -22,9 +23,16 @@ TILT = [90, 90, 90, 90, 30, 30, 0, 45, 60, 90, 15, 75]
 AZIMUTH = [180, 90, 270, 0, 180, 0, 0, 135, 350, 210, 45, 300]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("plain", "way"),
-    [(True, "hourly"), (False, "days:24"), (True, "typical-days:12"), (False, "sky-grid:300")],
+    mark_cases(
+        [(True, "hourly"), (False, "days:24"), (True, "typical-days:12"), (False, "sky-grid:300")],
+        law=(
+            0,
+            1,
+        ),
+    ),
 )
 def test_unshaded_surfaces_equal_pvlib(berlin, way, plain, monkeypatch):
     monkeypatch.setattr(module_under_test, "PLAIN_LIMIT", 1e12 if plain else 0)
@@ -45,6 +53,7 @@ def test_unshaded_surfaces_equal_pvlib(berlin, way, plain, monkeypatch):
     assert energy.years == 1
 
 
+@pytest.mark.slow
 def test_hourly_shaded_surfaces_equal_pvlib_hour_by_hour(berlin):
     """One surface at a time, with the visible share of every hour put into pvlib by hand."""
     horizons = Horizons(5, 1)
@@ -69,6 +78,7 @@ def test_hourly_shaded_surfaces_equal_pvlib_hour_by_hour(berlin):
         assert energy.poa_global_annual[row] == pytest.approx(poa.sum() / 1000, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_typical_days_and_sky_grid_come_near_every_hour(berlin):
     horizons = Horizons(300, 5)
     reference = compute_energy(horizons.transfer(choose_suns("hourly", *berlin.axis)), berlin)
@@ -81,6 +91,7 @@ def test_typical_days_and_sky_grid_come_near_every_hour(berlin):
         assert abs(energy.full_load_hours.sum() / reference.full_load_hours.sum() - 1) < bias
 
 
+@pytest.mark.slow
 def test_ground_and_downward_have_no_full_load_hours(berlin):
     transfer = unshaded_transfer(
         choose_suns("typical-days:12", *berlin.axis), [90, 135, 0], [180, 180, 0]
@@ -94,6 +105,7 @@ def test_ground_and_downward_have_no_full_load_hours(berlin):
     assert energy.poa_global_annual[2] == pytest.approx(berlin.data["ghi"].sum() / 1000, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_standard_errors(berlin):
     """The weather's own sums carry the relative errors over."""
     transfer = Horizons(20, 0).transfer(choose_suns("typical-days:12", *berlin.axis))
@@ -105,6 +117,7 @@ def test_standard_errors(berlin):
     np.testing.assert_array_equal(energy.direct_relative_annual_standard_error, 0.003)
 
 
+@pytest.mark.slow
 def test_result_does_not_depend_on_threads_and_is_reported(berlin, monkeypatch):
     monkeypatch.setattr(module_under_test, "PLAIN_LIMIT", 0)
     monkeypatch.setattr(module_under_test, "BLOCK", 64)
@@ -120,6 +133,7 @@ def test_result_does_not_depend_on_threads_and_is_reported(berlin, monkeypatch):
     assert len(reports) > 3 and done == sorted(done) and done[-1] == reports[-1][2] > 0
 
 
+@pytest.mark.slow
 def test_a_sun_behind_takes_the_share_of_the_sky_in_front(berlin):
     """An east wall that sees half of its sky: suns in front keep what was traced, those behind
     stand for half of it.
@@ -138,6 +152,7 @@ def test_a_sun_behind_takes_the_share_of_the_sky_in_front(berlin):
 KWP = 5.431181  # [m²/kWp] of the default module: 1.631 m², 300.303 W
 
 
+@pytest.mark.slow
 def test_buildings_sum_up(berlin, tmp_path):
     suns = choose_suns("typical-days:4", *berlin.axis)
     transfer = Horizons(60, 4).transfer(suns)

@@ -27,7 +27,6 @@ def test_packets_prove_themselves_here(afresh):
 
 
 @pytest.mark.slow
-@pytest.mark.once
 def test_the_town_is_the_same_by_either():
     """Of a million rays of each kind at most one in 100,000 is answered differently."""
     town = np.load(TOWN)

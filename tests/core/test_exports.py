@@ -16,7 +16,7 @@ import pyproj
 import pytest
 import shapely
 from read_glb import Glb
-from small_city import FAST, write_small_city
+from small_city import FAST
 
 from citypv.core.commands.add_options import add_output
 from citypv.core.commands.command_line import main
@@ -30,17 +30,8 @@ from citypv.core.settings.errors import InputError
 
 
 @pytest.fixture(scope="module")
-def exported(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("exports")
-    city = write_small_city(folder / "city.gml")
-    wanted = "--cityjson", "--gltf", "--geopackage"
-    assert main(["simulate", str(city), "--out", str(folder / "out"), *wanted, *FAST]) == 0
-    return folder
-
-
-@pytest.fixture(scope="module")
-def document(exported):
-    return json.loads((exported / "out" / "city.city.json").read_text(encoding="utf-8"))
+def document(small_results):
+    return json.loads((small_results / "city.city.json").read_text(encoding="utf-8"))
 
 
 def surfaces_of(document):
@@ -52,9 +43,10 @@ def surfaces_of(document):
                 yield semantics["surfaces"][value], rings
 
 
-def test_cityjson_has_the_rows_of_faces_csv(exported, document):
+@pytest.mark.slow
+def test_cityjson_has_the_rows_of_faces_csv(small_results, document):
     texts = {"reason": str, "reason_note": str}
-    table = pd.read_csv(exported / "out" / "faces.csv", dtype=texts).set_index("surface_id")
+    table = pd.read_csv(small_results / "faces.csv", dtype=texts).set_index("surface_id")
     table = table.fillna(dict.fromkeys(texts, ""))
     found = {surface["id"]: surface for surface, _ in surfaces_of(document)}
     assert set(found) == set(table.index)
@@ -72,13 +64,14 @@ def test_cityjson_has_the_rows_of_faces_csv(exported, document):
             assert sum(months) == pytest.approx(row["full_load_hours"], rel=1e-4)
 
 
-def test_cityjson_has_the_shapes_of_the_input(exported, document):
+@pytest.mark.slow
+def test_cityjson_has_the_shapes_of_the_input(small_results, document):
     vertices = (
         np.array(document["vertices"]) * document["transform"]["scale"]
         + document["transform"]["translate"]
     )
     assert len(np.unique(vertices, axis=0)) == len(vertices)
-    before = read_city(exported / "city.gml")
+    before = read_city(small_results.parent / "city.gml")
     rings = {surface["id"]: vertices[boundary[0]] for surface, boundary in surfaces_of(document)}
     for k, name in enumerate(before.surface_id):
         assert rings[name] == pytest.approx(before.rings(k)[0], abs=1e-6)
@@ -87,9 +80,10 @@ def test_cityjson_has_the_shapes_of_the_input(exported, document):
     assert types == dict(zip(before.surface_id, before.thematic, strict=True))
 
 
-def test_cityjson_sums_up_each_building(exported, document):
-    table = pd.read_csv(exported / "out" / "faces.csv")
-    summary = json.loads((exported / "out" / "summary.json").read_text(encoding="utf-8"))
+@pytest.mark.slow
+def test_cityjson_sums_up_each_building(small_results, document):
+    table = pd.read_csv(small_results / "faces.csv")
+    summary = json.loads((small_results / "summary.json").read_text(encoding="utf-8"))
     kwp = energy = 0.0
     for name, item in document["CityObjects"].items():
         rows = table[
@@ -107,7 +101,8 @@ def test_cityjson_sums_up_each_building(exported, document):
     assert energy == pytest.approx(summary["totals"]["mwh_per_year"], rel=1e-4)
 
 
-def test_cells_are_exported_as_they_were_counted(exported, tmp_path):
+@pytest.mark.slow
+def test_cells_are_exported_as_they_were_counted(small_results, tmp_path):
     options = [
         "--grid-size",
         "3",
@@ -118,7 +113,7 @@ def test_cells_are_exported_as_they_were_counted(exported, tmp_path):
         "--out",
         str(tmp_path / "out"),
     ]
-    assert main(["simulate", str(exported / "city.gml"), *options, *FAST]) == 0
+    assert main(["simulate", str(small_results.parent / "city.gml"), *options, *FAST]) == 0
     document = json.loads((tmp_path / "out" / "city.city.json").read_text(encoding="utf-8"))
     names = [surface["id"] for surface, _ in surfaces_of(document)]
     assert names == pd.read_csv(tmp_path / "out" / "faces.csv")["surface_id"].tolist()
@@ -143,6 +138,7 @@ def test_a_new_export_is_one_line_and_one_file(tmp_path, monkeypatch):
     assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"city.txt": "seen"}
 
 
+@pytest.mark.slow
 def test_name_of_the_system():
     local = "+proj=tmerc +lon_0=11 +lat_0=48 +k=1 +ellps=GRS80 +units=m +type=crs"
     assert name_system(local) is None and name_system(None) is None
@@ -151,10 +147,11 @@ def test_name_of_the_system():
         assert pyproj.CRS.from_user_input(name_system(crs)).to_epsg() == number
 
 
-def test_gltf_has_the_areas_and_colours_of_the_faces(exported):
-    city = Glb((exported / "out" / "city.glb").read_bytes())
+@pytest.mark.slow
+def test_gltf_has_the_areas_and_colours_of_the_faces(small_results):
+    city = Glb((small_results / "city.glb").read_bytes())
     assert [node["name"] for node in city.json["nodes"]] == ["a", "b", "c", "ground"]
-    table = pd.read_csv(exported / "out" / "faces.csv")
+    table = pd.read_csv(small_results / "faces.csv")
     extras = city.json["asset"]["extras"]
     stops = decode(
         np.array([[*bytes.fromhex(stop)] for stop in MAPS[extras["colour_map"]].split()])
@@ -191,6 +188,7 @@ def decode(colours):
     return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
 
 
+@pytest.mark.slow
 def test_types_of_surfaces_without_a_class(tmp_path):
     """A house, and 3 m above its roof a face that looks down: none of the floor on the ground."""
     text = "\n".join(
@@ -224,8 +222,9 @@ def read_layer(path, name):
     return table, shapes
 
 
-def test_a_geopackage_has_the_tables_that_the_standard_requires(exported):
-    with closing(sqlite3.connect(exported / "out" / "city.gpkg")) as file:
+@pytest.mark.slow
+def test_a_geopackage_has_the_tables_that_the_standard_requires(small_results):
+    with closing(sqlite3.connect(small_results / "city.gpkg")) as file:
         assert file.execute("PRAGMA application_id").fetchone()[0] == int.from_bytes(b"GPKG", "big")
         assert file.execute("PRAGMA user_version").fetchone()[0] >= 10200
         assert file.execute("PRAGMA integrity_check").fetchone()[0] == "ok"
@@ -241,21 +240,22 @@ def test_a_geopackage_has_the_tables_that_the_standard_requires(exported):
             ("buildings", "MULTIPOLYGON", 25833, 0),
         ]
         boxes = file.execute("SELECT min_x, min_y, max_x, max_y FROM gpkg_contents").fetchall()
-    points = read_city(exported / "city.gml").points
+    points = read_city(small_results.parent / "city.gml").points
     expected = [*points[:, :2].min(axis=0), *points[:, :2].max(axis=0)]
     for box in boxes:
         np.testing.assert_allclose(box, expected, atol=1e-6)
 
 
-def test_a_geopackage_has_the_rows_of_the_tables_and_the_shapes_of_the_input(exported):
-    city = read_city(exported / "city.gml")
+@pytest.mark.slow
+def test_a_geopackage_has_the_rows_of_the_tables_and_the_shapes_of_the_input(small_results):
+    city = read_city(small_results.parent / "city.gml")
     for layer, name, key in (
         ("surfaces", "faces.csv", "surface_id"),
         ("buildings", "buildings.csv", "building_id"),
     ):
-        table, shapes = read_layer(exported / "out" / "city.gpkg", layer)
+        table, shapes = read_layer(small_results / "city.gpkg", layer)
         texts = {"reason": str, "reason_note": str}
-        expected = pd.read_csv(exported / "out" / name, dtype=texts)
+        expected = pd.read_csv(small_results / name, dtype=texts)
         for column in (key, *(texts if layer == "surfaces" else ())):
             assert list(table[column]) == list(expected[column].fillna(""))
         for column in expected.select_dtypes("number"):
@@ -268,7 +268,7 @@ def test_a_geopackage_has_the_rows_of_the_tables_and_the_shapes_of_the_input(exp
                 for ring, points in zip(rings, city.rings(polygon), strict=True):
                     np.testing.assert_allclose(np.array(ring.coords)[:-1], points)
         else:
-            ground = read_layer(exported / "out" / "city.gpkg", "surfaces")
+            ground = read_layer(small_results / "city.gpkg", "surfaces")
             level = [
                 shape.area
                 for shape, kind in zip(ground[1], ground[0]["kind"], strict=True)

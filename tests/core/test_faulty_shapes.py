@@ -19,6 +19,8 @@ from citypv.core.city.tangled_rings import is_tangled
 from citypv.core.read.read_city import read_city
 from citypv.core.settings.errors import InputError
 
+pytestmark = pytest.mark.every_python
+
 
 def read(tmp_path, *buildings, **options):
     (tmp_path / "city.gml").write_text(model(*buildings), "utf-8")

@@ -67,6 +67,7 @@ def test_numbers_and_ids_as_a_report_writes_them():
     )
 
 
+@pytest.mark.slow
 def test_closure_surfaces_of_the_real_tile_are_switched_off():
     name = "nrw_LoD2_32_280_5659_1_NW.gml"
     count, area = EXPECTED[name]["area_by_lod_class"]["lod2:ClosureSurface"]
@@ -81,6 +82,7 @@ def test_closure_surfaces_of_the_real_tile_are_switched_off():
     assert any(line.startswith("inside 126: closes a building") for line in describe_city(found))
 
 
+@pytest.mark.slow
 def test_terrain_counts_in_the_inspection(tmp_path):
     city = write_small_city(tmp_path / "city.gml")
     rows = "\n".join(["28 " * 60] * 60)  # [m] two below the houses' feet

@@ -11,7 +11,6 @@ PLOT = Path(__file__).parents[1] / "data" / "trees" / "Cloture20.inv.gz"
 
 
 @pytest.mark.slow
-@pytest.mark.once
 def test_light_below_a_measured_forest():
     """Means of total, diffuse and direct light within 0.05 of the measured ones; places in the
     shade are those.

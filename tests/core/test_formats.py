@@ -12,6 +12,8 @@ from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
 from citypv.core.study import read_buildings
 
+pytestmark = pytest.mark.every_python
+
 HOUSES = [(0, 0, 0), (20, 0, 5), (40, 0, 10)]
 GABLE = [
     (0, 0, 0),

@@ -8,6 +8,7 @@ from scenes import join, run_forward, scene_of_triangles, strip, suns_towards
 from scipy import stats
 from test_closed_forms import SUNS, tilted_square
 from test_tracing import three_houses
+from thorough import mark_cases
 
 from citypv.core.commands.plain_scenes import room
 from citypv.core.patches.brdfs import Mirror
@@ -55,6 +56,7 @@ def paper_hemisphere(scene, radius, count, seed):
     ) / scene.surfaces.area / density
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("radius", [60.0, 120.0])
 def test_the_box_sends_the_light_of_the_papers_hemisphere(radius):
     """At any radius, for rays that rise are discarded."""
@@ -86,6 +88,8 @@ def test_sun_at_zenith_on_the_horizon_and_in_the_plane_of_walls():
     assert transfer.visible_share[ground, 1].max() == transfer.visible_share[east, 1].max() == 0
 
 
+@pytest.mark.slow
+@pytest.mark.law
 def test_where_the_light_goes():
     """Absorbed, escaped and lost light is what was emitted, exactly: the weights are multiples of
     2⁻²⁶.
@@ -103,9 +107,16 @@ def test_where_the_light_goes():
     assert dark.diffuse_relative @ dark.surfaces.area == pytest.approx(absorbed, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("albedo", "bounces", "mirrors"),
-    [(0.0, 1, 0), (0.25, 0, 6), (0.25, 3, 12), (0.999, 50, 6), (1.0, 1, 12), (1.0, 50, 0)],
+    mark_cases(
+        [(0.0, 1, 0), (0.25, 0, 6), (0.25, 3, 12), (0.999, 50, 6), (1.0, 1, 12), (1.0, 50, 0)],
+        law=(
+            1,
+            2,
+        ),
+    ),
 )
 def test_closed_furnace(albedo, bounces, mirrors):
     """In a closed room with E₀ = 1 everywhere E is (1 - ρⁿ⁺¹)/(1 - ρ), n + 1 at ρ = 1: not a photon
@@ -138,6 +149,8 @@ def test_closed_furnace(albedo, bounces, mirrors):
     assert received * patches.area.sum() / patches.area / count == pytest.approx(expected, rel=0.1)
 
 
+@pytest.mark.slow
+@pytest.mark.thorough
 def test_standard_error_is_that_of_the_noise():
     """Errors over standard errors follow Student's t with the fifteen degrees of freedom of sixteen
     replicates.

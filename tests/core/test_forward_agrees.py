@@ -5,10 +5,9 @@ import pytest
 from scenes import run_forward, run_gather, scene_of_triangles, suns_towards
 from test_closed_forms import direct_relative
 from test_tracing import three_houses
+from thorough import mark_cases
 
 from citypv.core.city.split_edges import refine_triangles
-
-pytestmark = pytest.mark.once
 
 SUNS = suns_towards(
     [[0.2, -0.5, 1], [0.7, 0.7, 0.6], [-0.8, 0.1, 0.3], [0.3, -0.9, 0.1], [0, 0, 1]]
@@ -57,7 +56,8 @@ def compare(scene, suns, gather, forward):
     return one[..., 0] - other[..., 0], np.hypot(one[..., 1], other[..., 1])
 
 
-@pytest.mark.parametrize("bounces", [0, 1, 3])
+@pytest.mark.slow
+@pytest.mark.parametrize("bounces", mark_cases([0, 1, 3], kept=1))
 def test_three_houses(bounces):
     scene = refined(three_houses(), 4.0)
     settings = {"max_bounces": bounces}

@@ -12,15 +12,13 @@ import numpy as np
 import pytest
 from cityjson_text import CUBE, FACES, house, instance, model
 from memory_of_reading import memory_of_refusal
-from thorough import draw_count
+from thorough import draw_count, mark_cases
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.read import collect_shapes, parse_xml
 from citypv.core.read.open_input import LARGEST_GAIN
 from citypv.core.read.read_city import read_city
 from citypv.core.settings.errors import InputError
-
-pytestmark = pytest.mark.once
 
 DATA = Path(__file__).parents[1] / "data"
 REAL = {
@@ -148,7 +146,8 @@ def spoil(data, rng):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("suffix", "count"), [(".gml", 4000), (".obj", 4000), (".json", 1000), (".jsonl", 500)]
+    ("suffix", "count"),
+    mark_cases([(".gml", 4000), (".obj", 4000), (".json", 1000), (".jsonl", 500)], kept=2),
 )
 def test_real_files_spoilt(tmp_path, suffix, count):
     """Both ends, a city and a refusal, are reached by at least a hundredth of the files."""
@@ -195,8 +194,9 @@ BOMBS = {  # name: head, piece, how many, what is said
 }
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows tells no peak of memory this way")
-@pytest.mark.parametrize("name", BOMBS)
+@pytest.mark.parametrize("name", mark_cases(BOMBS, kept=3))
 def test_bombs_are_refused_with_bounded_memory(tmp_path, name):
     head, piece, count, said = BOMBS[name]
     pack = (
@@ -210,6 +210,7 @@ def test_bombs_are_refused_with_bounded_memory(tmp_path, name):
     assert grown < (1 if "json" in name else 1.2) * 2**30
 
 
+@pytest.mark.slow
 def test_many_instances_of_a_template_are_refused(tmp_path, monkeypatch):
     """Small files of many copies; as many as are allowed are read."""
     placed = {"a": house(*[instance()] * 10)}
@@ -222,6 +223,7 @@ def test_many_instances_of_a_template_are_refused(tmp_path, monkeypatch):
         read_city(tmp_path / "city.json")
 
 
+@pytest.mark.slow
 def test_a_long_row_of_other_objects_is_no_bomb(tmp_path, monkeypatch):
     monkeypatch.setattr(parse_xml, "MOST_TAGS", 20_000)
     other = "<cityObjectMember><veg/><veg/><veg/></cityObjectMember>" * 2**13

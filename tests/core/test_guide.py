@@ -76,7 +76,6 @@ def run_commands(page, places):
 
 
 @pytest.mark.slow
-@pytest.mark.once
 @pytest.mark.parametrize("names", [("tutorial", "your_plant", "variants"), ("command_line",)])
 def test_commands_run_one_after_the_other(names, folder, capsys):
     for name in names:  # two pages go on from the tutorial
@@ -85,7 +84,6 @@ def test_commands_run_one_after_the_other(names, folder, capsys):
 
 
 @pytest.mark.slow
-@pytest.mark.once
 def test_blocks_of_python_run(folder):
     text = "".join(blocks(DOCS / "guide/python.md", "python"))
     cheap = ", ".join(f"{name}={value!r}" for name, value in QUICK.items())

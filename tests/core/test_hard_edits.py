@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from cities import box, make_city
 from test_edit_light import REQUEST, annual_light, check_law, make, trace_wholly
+from thorough import mark_cases
 
 from citypv.core.city.edit_city import Change, edit_city
 from citypv.core.light.change_light import trace_change
@@ -20,8 +21,6 @@ from citypv.core.study import (
     read_year,
     trace_base,
 )
-
-pytestmark = pytest.mark.once
 
 
 def add(*args):
@@ -72,7 +71,10 @@ EDITS = {
 }
 
 
-@pytest.mark.parametrize("name", EDITS)
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name", mark_cases(EDITS, kept=12, law=(list(EDITS).index("mirrors come"),))
+)
 def test_a_hard_edit_is_the_edited_scene_traced_wholly(base_of, tmp_path, name):
     kind, edit, albedo = EDITS[name]
     city, base = base_of(kind)
@@ -86,6 +88,7 @@ def test_a_hard_edit_is_the_edited_scene_traced_wholly(base_of, tmp_path, name):
     check_law(edited, trace_wholly(base, change, request))
 
 
+@pytest.mark.slow
 def test_an_edit_can_be_interrupted_in_every_stage_and_tried_again(base_of):
     city, base = base_of("houses")
     after, stages = edit_city(city, Change(raised={"b4": 3.0})), []
@@ -136,6 +139,7 @@ def test_the_error_of_a_difference_is_its_scatter():
     assert (told[:, counted].mean(axis=1) < alone[:, old][:, counted].mean(axis=1)).all()
 
 
+@pytest.mark.slow
 def test_the_error_of_a_difference_is_the_same_both_ways():
     """Of an edit and of its undoing, whichever of the two cities knows what the choice of suns adds
     to its error.

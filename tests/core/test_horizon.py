@@ -72,6 +72,7 @@ def test_a_level_surface_keeps_the_cosine_squared_of_the_sky():
     assert lost_sky(south, valley(15)) == pytest.approx(part, abs=2e-4)
 
 
+@pytest.mark.slow
 def test_lost_sky_of_any_slope_is_what_random_rays_lose():
     rng = np.random.default_rng(4)
     normal = rng.normal(size=(6, 3))
@@ -94,6 +95,7 @@ def slopes():
     return join([strip(start, [4, 0, 0], up, 1) for start, up in zip(starts, south, strict=True)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("estimator", "shape"),
     [("gather", uniform), ("gather", valley), ("rays", valley), ("forward", uniform)],
@@ -123,6 +125,7 @@ def test_estimators_lose_the_sky_behind_a_ridge(slopes, tmp_path, estimator, sha
         assert found.sky_view_factor == pytest.approx(sky, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_level_horizon_changes_no_bit(tmp_path):
     scene = scene_of_triangles(
         [(0, 0, 0), (4, 0, 0), (0, 4, 0), (0, 4, 4), (4, 4, 0)], [(0, 1, 2), (2, 4, 3)]
@@ -145,6 +148,7 @@ def test_a_level_horizon_changes_no_bit(tmp_path):
 # Suns
 
 
+@pytest.mark.slow
 def test_suns_behind_the_ridge_are_off_hour_by_hour():
     """Unshaded level ground and walls: light of the hours in which pvlib has the sun above 10°."""
     weather = read_weather("clear-sky", *BERLIN)
@@ -169,6 +173,7 @@ def test_suns_behind_the_ridge_are_off_hour_by_hour():
     assert (energy.full_load_hours < whole.full_load_hours).all()
 
 
+@pytest.mark.slow
 def test_a_low_horizon_is_left_out_with_its_height_as_the_reason(slopes, tmp_path):
     for height, on in ((1.9, False), (2.1, True)):
         path = write_angles(tmp_path / f"{height}.csv", uniform(height))
@@ -178,6 +183,7 @@ def test_a_low_horizon_is_left_out_with_its_height_as_the_reason(slopes, tmp_pat
         assert (plan.terrain is None) == (not on)
 
 
+@pytest.mark.slow
 def test_a_ridge_hides_the_horizon_of_perez(slopes, tmp_path):
     """The band at the horizon, 6.5° high: all of it behind a ridge of 10°, its upper half behind
     one of 3.25°.

@@ -30,6 +30,7 @@ REQUEST = Request(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", [VALLEY, SLOPE])
 def test_horizon_is_that_of_all_posts(place):
     """Every edge between posts in Earth-centred coordinates, from 1 km on."""
@@ -42,6 +43,7 @@ def test_horizon_is_that_of_all_posts(place):
     assert np.sqrt((difference**2).mean()) < 0.03 and np.abs(difference).max() < 0.15
 
 
+@pytest.mark.slow
 def test_curvature_and_refraction_count():
     """A plateau of 1,000 m from 40 km on: its angle by hand, with and without refraction."""
     near, found = plateau(1000.0, 40_000.0), []
@@ -98,6 +100,7 @@ def year_of(town):
     )
 
 
+@pytest.mark.slow
 def test_a_town_loses_the_suns_and_sky_that_all_posts_hide(town, tmp_path):
     weather, suns = year_of(town)
     traced = trace_gather(town, suns, REQUEST, silent)
@@ -144,6 +147,7 @@ def middle(scene):
     return pyproj.Geod(ellps="WGS84").fwd(*here, turn, np.hypot(x, y))[1::-1]
 
 
+@pytest.mark.slow
 def test_what_is_switched_off_stays_below_its_bound(town):
     """Full load hours with and without the horizon, and with that of each corner of the scene."""
     (weather, suns), request = year_of(town), replace(REQUEST, sky="perez")

@@ -10,6 +10,7 @@ import pytest
 import rasterio
 from cities import box, make_city
 from rasterio.transform import Affine
+from thorough import mark_cases
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.light.trace_gather import trace_gather
@@ -76,9 +77,6 @@ def write_hills(path, site, west, east, *, factor=1.0, unit="", gap=None):
     )
 
 
-WHOLE = pytest.param(-180, 180, (180, -180), marks=pytest.mark.thorough)
-
-
 def look(path, longitude):
     place = (LATITUDE, longitude)
     return horizon_of_terrain(read_heights(path, place, 50e3), place, np.full(STEPS, 30.0), 50e3)
@@ -93,9 +91,18 @@ def plain(tmp_path_factory):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("west", "east", "sites"),
-    [(179.4, 180.6, (180, -180)), (-180.6, -179.4, (180, -180)), (0, 360, (0, 350, -10)), WHOLE],
+    mark_cases(
+        [
+            (179.4, 180.6, (180, -180)),
+            (-180.6, -179.4, (180, -180)),
+            (0, 360, (0, 350, -10)),
+            (-180, 180, (180, -180)),
+        ],
+        kept=1,
+    ),
 )
 def test_the_horizon_is_the_same_at_any_longitude_however_it_is_written(
     tmp_path, plain, west, east, sites
@@ -106,6 +113,7 @@ def test_the_horizon_is_the_same_at_any_longitude_however_it_is_written(
         assert found.known.min() > 49_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("unit", "factor"),
     [("ft", 0.3048), ("US survey foot", 1200 / 3937), ("Foot_US", 1200 / 3937), ("cm", 0.01)],
@@ -115,6 +123,7 @@ def test_heights_have_the_unit_that_the_raster_names(tmp_path, plain, unit, fact
     assert look(path, 10.0).elevation == pytest.approx(plain, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_heights_that_no_land_has_are_gaps(tmp_path, plain):
     """-9999 without a word on it, at the site and in single posts beside it."""
     path = write_hills(
@@ -141,6 +150,7 @@ def town(system, longitude, size):
     return make_city([polygon for house in houses for polygon in house], system)
 
 
+@pytest.mark.slow
 def test_a_town_by_the_sea_has_the_horizon_of_all_its_corners(tmp_path):
     """Corners that lie in water, a gap of the raster, see from as high as the middle."""
     sea = write_hills(
@@ -203,6 +213,7 @@ def city():
     return make_city(box("tower", X - 10, Y - 10, 20, 20, 0, 40), SYSTEM)
 
 
+@pytest.mark.slow
 def test_terrain_of_the_model_does_not_count_in_the_horizon(raster, city):
     alone, _ = read_horizon(raster, build_scene(city))
     both, corners = read_horizon(
@@ -218,6 +229,7 @@ def test_terrain_of_the_model_does_not_count_in_the_horizon(raster, city):
     assert both.elevation[south] == pytest.approx(alone.elevation[south], abs=0.02)
 
 
+@pytest.mark.slow
 def test_walls_lose_what_they_lose_behind_the_terrain_alone(raster, city):
     """From 40 m up a ridge at 725 m is 3.2° lower than from the ground, from which the horizon is
     seen.

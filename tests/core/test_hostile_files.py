@@ -25,6 +25,8 @@ from citypv.core.settings.errors import InputError, cell_of_id, id_of_cell
 from citypv.core.settings.memory import check_memory, free_memory
 from citypv.core.weather.read_era5 import read_era5
 
+pytestmark = pytest.mark.every_python
+
 POSIX = pytest.mark.skipif(os.name != "posix", reason="pipes and limits of POSIX")
 
 
@@ -144,7 +146,6 @@ def test_ids_are_no_formulas_in_tables(tmp_path, name):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows tells no peak of memory this way")
-@pytest.mark.once
 def test_a_packed_mesh_has_the_budget_of_a_text(tmp_path):
     """150 kB that unpack to 13 million triangles, which would take 4 GB."""
     parts = [b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", *[b"f 1 2 3\n" * 2**16] * 200]

@@ -14,6 +14,7 @@ from scenes import join, scene_of_triangles, strip
 from scipy.special import expn
 from small_city import house, write_gml
 from test_trees import wall_and_tree
+from thorough import mark_cases
 from transfers import unshaded_transfer
 from weathers import BERLIN, HOUR, direct_horizontal, plain_table, year_of
 
@@ -75,6 +76,7 @@ def facing_walls():
     return scene
 
 
+@pytest.mark.slow
 def test_sky_that_a_wall_hides_from_another():
     """Hottel's strings: the walls see √(H² + d²) - d over H of each other, half of it above the
     horizon.
@@ -85,6 +87,8 @@ def test_sky_that_a_wall_hides_from_another():
     assert 0 < effect.share_standard_error < 0.1
 
 
+@pytest.mark.slow
+@pytest.mark.law
 def test_sun_that_a_wall_hides_from_another():
     """Of each hour's sun the upper part of the wall is lit: its shadow falls d ·
     tan(elevation)/cos(azimuth) deep.
@@ -99,7 +103,8 @@ def test_sun_that_a_wall_hides_from_another():
     assert effect.share == pytest.approx(1 - light.sum() / (light * lit).sum(), rel=0.05)
 
 
-@pytest.mark.parametrize("on", [True, False])
+@pytest.mark.slow
+@pytest.mark.parametrize("on", mark_cases([True, False], kept=1))
 def test_light_that_a_layer_of_leaves_takes(on):
     """Of an even sky 2 E₃(τ) passes to level ground below it: the same share, whether a run has the
     trees or not.
@@ -124,6 +129,7 @@ def test_light_that_a_layer_of_leaves_takes(on):
     assert "not known before the run; contributes −" in line and " ± " in line
 
 
+@pytest.mark.slow
 def test_reflections_in_a_half_sphere():
     """E_n = 1/2 (albedo/2)^n: of all light albedo/2 is reflected."""
     albedo = 0.6
@@ -133,6 +139,8 @@ def test_reflections_in_a_half_sphere():
     assert effect.share == pytest.approx(share_of_light(0.5 / (1 - albedo / 2), 0.5), rel=0.02)
 
 
+@pytest.mark.slow
+@pytest.mark.thorough
 def test_sky_in_a_mirror(tmp_path):
     """The street sees the facade with the share of Hottel's strings, and in it the sky's image."""
     scene, wide = street(), EDGES[-1]
@@ -144,6 +152,7 @@ def test_sky_in_a_mirror(tmp_path):
     assert effect.share == pytest.approx(share_of_light(1 - 0.4 * seen, 1 - seen), rel=0.05)
 
 
+@pytest.mark.slow
 def test_sky_behind_a_ring_of_mountains(tmp_path):
     """A level surface sees cos² h of an even sky above a horizon of height h."""
     path = tmp_path / "ring.csv"
@@ -164,7 +173,6 @@ KEYS = "sky-rays", "shadow-rays", "reflections", "far-ground", "perez"
 
 
 @pytest.mark.slow
-@pytest.mark.once
 @pytest.mark.parametrize("trees", [pytest.param(False, marks=pytest.mark.thorough), True])
 def test_whole_runs_with_and_without(tmp_path, trees):
     """Clear sky with Perez's horizon: what is told of 36 houses, and what two runs tell.
@@ -177,7 +185,6 @@ def test_whole_runs_with_and_without(tmp_path, trees):
 
 
 @pytest.mark.slow
-@pytest.mark.once
 def test_a_city_whose_middle_is_not_like_the_rest(tmp_path):
     """Nine towers close together among 135 low houses far apart: the middle is shaded, the city is
     not.
@@ -195,7 +202,6 @@ def test_a_city_whose_middle_is_not_like_the_rest(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.once
 def test_trees_in_one_quarter_of_a_city(tmp_path):
     """Crowns before southern walls of 30 of 120 houses: all of the city tells their part."""
     scene = read_rows(

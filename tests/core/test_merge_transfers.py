@@ -25,8 +25,6 @@ from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.study import read_year, trace_scene
 
-pytestmark = pytest.mark.once
-
 REQUEST = Request(samples=64, shadow_samples=4, max_bounces=2, threads=1)
 ROUNDS = 4
 
@@ -54,6 +52,7 @@ def light_of(transfer):
     )
 
 
+@pytest.mark.slow
 def test_the_first_round_is_an_ordinary_run_and_others_have_numbers_of_their_own():
     scene, suns, prepared = prepared_houses()
     alone = trace_gather(scene, suns, replace(REQUEST, seed=5), silent)
@@ -65,6 +64,7 @@ def test_the_first_round_is_an_ordinary_run_and_others_have_numbers_of_their_own
     assert len(seeds) == 2500
 
 
+@pytest.mark.slow
 def test_merged_rounds_are_averages_and_stated_errors_fall():
     rounds = [traced(0, index) for index in range(ROUNDS)]
     one, four = rounds[0], merge_all(rounds)
@@ -100,6 +100,7 @@ def test_replicates_side_by_side_state_the_variance_of_the_mean():
         assert stated.var() == pytest.approx(2 / freedom / (4 * rounds) ** 2, rel=0.25)
 
 
+@pytest.mark.slow
 def test_forward_rounds_merge_too():
     scene, request = three_houses(), Request(estimator="forward", samples=8, threads=1)
     rounds = [
@@ -162,6 +163,7 @@ def full_patches():
     return full
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sizes", [(1, 2), (1, 1, 1)])
 def test_points_and_sky_rays_are_those_of_one_run(sizes):
     full, one, city = full_patches(), whole_run(3, 4), in_rounds(3, sizes)
@@ -181,6 +183,7 @@ def test_points_and_sky_rays_are_those_of_one_run(sizes):
     assert rounds.record.hemisphere_rays >= one.record.hemisphere_rays
 
 
+@pytest.mark.slow
 def test_their_error_is_that_of_one_run_and_is_stated():
     """Scatter of ten runs on some thousand surfaces, in light of the sky and of the suns."""
     ways = (
@@ -201,6 +204,7 @@ def test_their_error_is_that_of_one_run_and_is_stated():
             assert 0.9 < stated[members].mean() / scatter[1][members].mean() < most
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bounces", [0, 2])
 def test_both_states_of_trees_go_on(bounces):
     """Light in leaf and bare is that of a run of 16 times the samples."""

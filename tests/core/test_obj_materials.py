@@ -16,6 +16,8 @@ from citypv.core.read.read_city import read_city
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
 
+pytestmark = pytest.mark.every_python
+
 TOWER = Path(__file__).parents[1] / "data/obj/nyc_tower_yup.obj.gz"
 CUBE = "\n".join(f"v {x} {y} {z}" for z in (0, 5) for y in (0, 10) for x in (0, 10)) + "\n"
 FACES = ["f 1 3 4 2", "f 1 2 6 5", "f 2 4 8 6", "f 4 3 7 8", "f 3 1 5 7", "f 5 6 8 7"]
@@ -214,6 +216,7 @@ def test_one_name_with_two_colours(tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_command_line(tmp_path, capsys):
     """Inspect lists the materials; simulate tells which were met, for how many surfaces and which
     area.

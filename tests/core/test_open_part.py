@@ -149,6 +149,7 @@ def south_walls(city):
     ]
 
 
+@pytest.mark.slow
 def test_a_wall_yields_the_same_in_one_polygon_and_cut_at_its_neighbour(tmp_path):
     """Energy and light within 0.1 %; its rays alone err by less with so many."""
     sums = []

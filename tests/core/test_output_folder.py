@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from thorough import mark_cases
 
 from citypv.core.results.output_folder import LOCK, SITE_FILES, SITE_NAMES, whole_folder
 from citypv.core.settings.errors import InputError
@@ -15,6 +16,7 @@ OVER = "x" * 256
 POSIX = pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
 
 
+@pytest.mark.slow
 def test_a_second_run_into_the_same_new_folder_is_refused(tmp_path):
     """From its first moment, not when the results are moved; the first one ends as if alone."""
     with whole_folder(tmp_path / "out") as work:
@@ -187,7 +189,6 @@ print("done")
 
 @POSIX
 @pytest.mark.slow
-@pytest.mark.once
 def test_an_overwrite_that_is_killed_leaves_the_old_or_the_new(tmp_path):
     """Killed before each thing that it asks of the system while results are exchanged, until it
     ends by itself.
@@ -230,14 +231,9 @@ def test_where_folders_cannot_be_exchanged_the_next_run_finds_the_old(tmp_path):
     assert (tmp_path / "out" / "faces.csv").read_text() == "old" and not left.exists()
 
 
+@pytest.mark.slow
 @POSIX
-@pytest.mark.parametrize(
-    "limit",
-    [
-        30_000,
-        *(pytest.param(limit, marks=pytest.mark.once) for limit in (0, 3_000, 100_000, 200_000)),
-    ],
-)
+@pytest.mark.parametrize("limit", mark_cases([30_000, 0, 3_000, 100_000, 200_000], kept=2))
 def test_a_disk_that_fills_while_netcdf_is_written_is_one_error(tmp_path, limit):
     """Whichever write meets the end of the disk: one OSError that names the file, and nothing on
     the error stream.

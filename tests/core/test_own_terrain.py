@@ -24,6 +24,8 @@ from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
 from citypv.core.study import make_scene
 
+pytestmark = pytest.mark.every_python
+
 ORIGIN = np.array([EAST, NORTH, UP])
 
 
@@ -45,6 +47,7 @@ def same_scene(one, other):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("version", ["1.0", "2.0", "3.0"])
 def test_relief_of_a_citygml_file_is_its_ground(tmp_path, version):
     points, triangles = tin()
@@ -69,6 +72,7 @@ def test_relief_of_a_citygml_file_is_its_ground(tmp_path, version):
     assert np.abs(feet).max() < 0.01  # the houses stand level
 
 
+@pytest.mark.slow
 def test_the_scene_is_that_of_the_same_relief_given_as_a_file(tmp_path):
     points, triangles = tin()
     own = write_gml(tmp_path / "own.gml", HOUSES, relief(points, triangles))
@@ -83,6 +87,7 @@ def test_the_scene_is_that_of_the_same_relief_given_as_a_file(tmp_path):
     assert told(others[1], "not used") and not told(others[1], "Ground: terrain of the file")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ground", ["feet", "none"])
 def test_relief_can_be_left_out(tmp_path, ground):
     points, triangles = tin()
@@ -97,6 +102,7 @@ def test_relief_can_be_left_out(tmp_path, ground):
         build_scene(own, ground="sea")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("margin", [0.0, 0.4])
 def test_relief_with_holes_under_buildings(tmp_path, margin):
     """A TIN that is cut out along a house, or somewhat wider, has heights at its walls."""
@@ -122,6 +128,7 @@ def test_relief_with_holes_under_buildings(tmp_path, margin):
     assert found == pytest.approx(expected, abs=0.01 + 0.15 * margin)  # the slope is at most 0.15
 
 
+@pytest.mark.slow
 def test_relief_of_another_place_is_left_out(tmp_path):
     points, triangles = tin()
     bare = build_scene(read_city(write_gml(tmp_path / "bare.gml", HOUSES)))
@@ -136,6 +143,7 @@ def test_relief_of_another_place_is_left_out(tmp_path):
         assert not told(scene, "Ground: terrain")
 
 
+@pytest.mark.slow
 def test_relief_of_a_part_is_followed_by_the_feet(tmp_path):
     """Beyond the relief the ground runs through the feet, and at the zero level of the relief."""
     points, triangles = tin(high=(16.0, 15.0), height=lambda x, y: 0 * x + 0.5)
@@ -157,6 +165,7 @@ def _shift(text, *move):
     return " ".join(f"{value:.3f}" for value in numbers.ravel())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("where", ["srs_name", "envelope"])
 def test_relief_in_another_system(tmp_path, where):
     """Zone 32 in a file of zone 33: heights stand where pyproj sees them."""
@@ -181,6 +190,7 @@ def test_relief_in_another_system(tmp_path, where):
     )
 
 
+@pytest.mark.slow
 def test_relief_in_degrees(tmp_path):
     """Latitude first, as PLATEAU writes: the relief lies under the houses whatever plane is chosen
     for them.
@@ -213,6 +223,7 @@ def test_relief_in_degrees(tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_the_finest_level_of_detail_counts(tmp_path):
     coarse, fine = (
         tin(step=40.0),
@@ -231,6 +242,7 @@ def test_the_finest_level_of_detail_counts(tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_tiles_join(tmp_path):
     points, triangles = tin()
     west = points[triangles].mean(axis=1)[:, 0] < 15
@@ -248,6 +260,7 @@ def test_tiles_join(tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_triangles_of_a_building_stay_its_own(tmp_path):
     """Of a triangulated roof nothing is lost to the terrain, wherever the relief stands in the
     file.
@@ -269,6 +282,7 @@ def test_triangles_of_a_building_stay_its_own(tmp_path):
     assert len(only(city).triangles) == len(triangles)
 
 
+@pytest.mark.slow
 def test_large_reliefs_are_read_in_pieces(tmp_path, monkeypatch):
     """Only what is held in memory at once counts: a relief of many tags is no bomb."""
     points, triangles = tin(step=6.0)
@@ -279,6 +293,7 @@ def test_large_reliefs_are_read_in_pieces(tmp_path, monkeypatch):
     assert len(only(city).triangles) == len(triangles)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_used_is_named(tmp_path):
     points, triangles = tin(step=60.0)
     text = relief(points, triangles)
@@ -310,7 +325,7 @@ def test_what_cannot_be_used_is_named(tmp_path):
 HAGUE = Path(__file__).parents[1] / "data" / "citygml" / "denhaag_cut_with_relief.gml.gz"
 
 
-@pytest.mark.once
+@pytest.mark.slow
 def test_eight_houses_of_the_hague():
     """Heights of the real TIN at random places, by barycentric coordinates of the text's own
     triangles.

@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 from cityjson_text import CUBE, house, model, solid
 from reliefs import only, told
+from thorough import mark_cases
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.city.terrain import measure_heights
 from citypv.core.read.read_city import read_city
 from citypv.core.settings.errors import InputError
+
+pytestmark = pytest.mark.every_python
 
 
 def cube_on_relief(boundaries, vertices, **more):
@@ -21,8 +24,11 @@ def cube_on_relief(boundaries, vertices, **more):
     ]
 
 
-@pytest.mark.parametrize("sequence", [False, True])
-@pytest.mark.parametrize("quad", [False, True])
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("sequence", "quad"),
+    mark_cases([(False, True), (True, False), (False, False), (True, True)], kept=2),
+)
 def test_relief_of_cityjson(tmp_path, sequence, quad):
     """A plane of slope 0.25 towards the east, of triangles or of one square; with a transform."""
     corners = [[-40, -40, -10], [40, -40, 10], [40, 40, 10], [-40, 40, -10]]

@@ -190,6 +190,7 @@ def test_a_city_that_is_too_large_says_so(compose, monkeypatch):
     assert "script-src 'none'" in page and "<script" not in page
 
 
+@pytest.mark.slow
 def test_the_size_of_a_large_city():
     """15 MB for 100,000 surfaces are 1.5 for 10,000; three.js and the viewer come once."""
     assert len(pack_city(some_results(1667))) < 1_500_000

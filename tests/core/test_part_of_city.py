@@ -72,6 +72,7 @@ def meet(prepared, part):
     return members
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("buildings, ground", [(["a", "t"], True), (["b", "c"], False)])
 def test_light_is_that_of_the_same_patches_in_arrays_of_all(city, buildings, ground):
     """To the rounding of sums in float32. What others cover is known as well."""
@@ -119,6 +120,7 @@ def test_light_is_that_of_the_same_patches_in_arrays_of_all(city, buildings, gro
         )
 
 
+@pytest.mark.slow
 def test_a_small_city_and_one_with_mirrors_stay_whole(city, tmp_path):
     scene, prepared, _ = city
     every = np.arange(len(prepared.patches))

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cities import box, make_city
+from thorough import mark_cases
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.city.edit_city import Change, edit_city
@@ -71,7 +72,8 @@ def building_near(city, place):
     return found, middles[found]
 
 
-@pytest.mark.parametrize("edit", ["add", "remove", "raise"])
+@pytest.mark.slow
+@pytest.mark.parametrize("edit", mark_cases(["add", "remove", "raise"], kept=1, law=(0,)))
 def test_far_from_an_edit_of_berlin_nothing_changes(berlin, edit):
     city, scene, before = berlin
     building, middle = building_near(city, city.points[:, :2].min(axis=0) + 150.0)

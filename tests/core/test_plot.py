@@ -15,7 +15,8 @@ import pandas as pd
 import pytest
 import shapely
 from lxml import etree, html
-from small_city import FAST, write_small_city
+from small_city import FAST
+from thorough import mark_cases
 
 from citypv.core.commands.command_line import main
 from citypv.core.results import draw_plan as plan
@@ -50,27 +51,18 @@ class Page:
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    place = tmp_path_factory.mktemp("plot")
-    city = write_small_city(place / "city.gml")
-    out = place / "Tom & Co"
-    assert main(["simulate", str(city), "--out", str(out), *FAST]) == 0
-    assert main(["plot", str(out), "--quiet"]) == 0
-    return out
+def page(small_results):
+    return Page((small_results / "report.html").read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module")
-def page(folder):
-    return Page((folder / "report.html").read_text(encoding="utf-8"))
+def results(small_results):
+    return read_results(small_results)
 
 
-@pytest.fixture(scope="module")
-def results(folder):
-    return read_results(folder)
-
-
-def test_the_report_opens_by_itself(folder, page):
-    assert {path.name for path in folder.iterdir()} >= {"report.html", "summary.json"}
+@pytest.mark.slow
+def test_the_report_opens_by_itself(small_results, page):
+    assert {path.name for path in small_results.iterdir()} >= {"report.html", "summary.json"}
     assert set(page.figures) == FIGURES
     assert page.references
     for reference in page.references:
@@ -85,7 +77,7 @@ def test_the_report_opens_by_itself(folder, page):
         targets = re.findall(r'(?:href|src)="([^"]*)"', text) + re.findall(r"url\(([^)]*)\)", text)
         assert all(target.startswith("#") for target in targets)
     style = (
-        (folder / "report.html")
+        (small_results / "report.html")
         .read_text(encoding="utf-8")
         .partition("<style>")[2]
         .partition("</style>")[0]
@@ -93,14 +85,16 @@ def test_the_report_opens_by_itself(folder, page):
     assert "url(" not in style and "@import" not in style
 
 
-def test_names_are_escaped(folder, page):
+@pytest.mark.slow
+def test_names_are_escaped(small_results, page):
     assert "Solar potential: Tom & Co" in page.text
-    assert "Tom &amp; Co" in (folder / "report.html").read_text(encoding="utf-8")
+    assert "Tom &amp; Co" in (small_results / "report.html").read_text(encoding="utf-8")
     assert "&lt;b&gt;" in table(("a",), [("<b>",)]) and "<b>" not in table(("a",), [("<b>",)])
 
 
-def test_the_tables_are_those_of_the_files(folder, page):
-    groups = pd.read_csv(folder / "groups.csv")
+@pytest.mark.slow
+def test_the_tables_are_those_of_the_files(small_results, page):
+    groups = pd.read_csv(small_results / "groups.csv")
     annual = groups[groups["period"] == "annual"]
     shown = next(rows for rows in page.tables if rows[0][:2] == ["Surfaces", "facing"])[1:]
     assert len(shown) == len(annual) == 6
@@ -116,15 +110,16 @@ def test_the_tables_are_those_of_the_files(folder, page):
         (groups["kind"] == "roof") & (groups["period"] == "month") & (groups["index"] == 6)
     ]
     assert months[6] == ["Jun", *(f"{value:.1f}" for value in june["full_load_hours"])]
-    totals = json.loads((folder / "summary.json").read_text(encoding="utf-8"))["totals"]
+    totals = json.loads((small_results / "summary.json").read_text(encoding="utf-8"))["totals"]
     first = next(rows for rows in page.tables if "Nominal power [kWp]" in rows[0])[1]
     expected = [totals[name] for name in ("eligible_area", "kwp", "mwh_per_year")]
     assert [float(text.replace(",", "")) for text in first[1:4]] == pytest.approx(expected, abs=0.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("period", "shift"), [("month", 0), ("solar_hour", 0.5)])
-def test_the_lines_are_those_of_groups_csv(folder, results, period, shift):
-    groups = pd.read_csv(folder / "groups.csv")
+def test_the_lines_are_those_of_groups_csv(small_results, results, period, shift):
+    groups = pd.read_csv(small_results / "groups.csv")
     panels = draw_periods(results.groups, period).axes
     assert [axes.get_title() for axes in panels] == ["Facades", "Pitched roofs"]
     for axes, kind in zip(panels, ("facade", "roof"), strict=True):
@@ -141,9 +136,10 @@ def test_the_lines_are_those_of_groups_csv(folder, results, period, shift):
             )
 
 
-def test_histograms_hold_the_area_and_hours_of_the_groups(folder, results):
+@pytest.mark.slow
+def test_histograms_hold_the_area_and_hours_of_the_groups(small_results, results):
     """groups.csv is written from hourly sums, the bars from faces.csv."""
-    annual = pd.read_csv(folder / "groups.csv").query("period == 'annual'")
+    annual = pd.read_csv(small_results / "groups.csv").query("period == 'annual'")
     mounted = select_mounted(results.faces)
     edges, areas = tabulate_histograms(mounted)
     assert edges[0] == 0 and mounted["full_load_hours"].max() < edges[-1]
@@ -162,8 +158,9 @@ def test_histograms_hold_the_area_and_hours_of_the_groups(folder, results):
     assert bars == pytest.approx(areas["facade"].tolist())
 
 
-def test_the_traced_suns_are_drawn_where_they_stand(folder, results):
-    directions = read_transfer(folder / "transfer.nc").suns.direction
+@pytest.mark.slow
+def test_the_traced_suns_are_drawn_where_they_stand(small_results, results):
+    directions = read_transfer(small_results / "transfer.nc").suns.direction
     axes = draw_sun_path(results.times, results.interval, 52.5, 13.4, results.suns).axes[0]
     (dots,) = (line for line in axes.lines if line.get_label().startswith("traced"))
     azimuth, elevation = np.radians(dots.get_xdata()), np.radians(dots.get_ydata())
@@ -172,6 +169,8 @@ def test_the_traced_suns_are_drawn_where_they_stand(folder, results):
     assert drawn == pytest.approx(directions, abs=1e-6)
 
 
+@pytest.mark.slow
+@pytest.mark.law
 def test_the_plan_has_the_shapes_of_the_city(results):
     """Areas seen from above are area · cos(tilt), by shapely; a wall's line is as long as the
     house, and along it.
@@ -190,8 +189,9 @@ def test_the_plan_has_the_shapes_of_the_city(results):
     assert np.degrees(np.arctan2(along[0], along[1])) % 180 == pytest.approx(90 - 1.285, abs=0.05)
 
 
-def test_the_plan_is_coloured_by_the_hours_of_faces_csv(folder, results):
-    table = pd.read_csv(folder / "faces.csv").query("eligible")
+@pytest.mark.slow
+def test_the_plan_is_coloured_by_the_hours_of_faces_csv(small_results, results):
+    table = pd.read_csv(small_results / "faces.csv").query("eligible")
     for show, kind in (("roof", "roof"), ("facade", "facade")):
         coloured = plan.draw_plan(results.faces, results.outlines, show).axes[0].collections[-1]
         rows = table[table["kind"] == kind]
@@ -207,13 +207,14 @@ def test_holes_stay_free():
         assert sums == [True, False]
 
 
-def test_yield_keeps_the_shapes(folder, tmp_path):
+@pytest.mark.slow
+def test_yield_keeps_the_shapes(small_results, tmp_path):
     out = tmp_path / "again"
     assert (
         main(
             [
                 "yield",
-                str(folder / "transfer.nc"),
+                str(small_results / "transfer.nc"),
                 "--weather",
                 "clear-sky",
                 "--out",
@@ -230,10 +231,10 @@ def test_yield_keeps_the_shapes(folder, tmp_path):
     assert "earlier run" in page.text
 
 
-def test_a_folder_of_an_earlier_version_is_refused_with_the_cure(folder, tmp_path, refused):
+def test_a_folder_of_an_earlier_version_is_refused_with_the_cure(small_results, tmp_path, refused):
     """As 0.2.0 began: no areas of modules, no sums by kind; citypv yield writes what is missing."""
     old = tmp_path / "old"
-    shutil.copytree(folder, old)
+    shutil.copytree(small_results, old)
     summary = json.loads((old / "summary.json").read_text(encoding="utf-8"))
     del summary["totals"]["kinds"]
     (old / "summary.json").write_text(json.dumps(summary), encoding="utf-8")
@@ -244,9 +245,10 @@ def test_a_folder_of_an_earlier_version_is_refused_with_the_cure(folder, tmp_pat
     )
 
 
-def test_without_shapes_there_is_no_plan_and_that_is_said(folder, tmp_path):
+@pytest.mark.slow
+def test_without_shapes_there_is_no_plan_and_that_is_said(small_results, tmp_path):
     write_transfer(
-        tmp_path / "plain.nc", replace(read_transfer(folder / "transfer.nc"), outlines=None)
+        tmp_path / "plain.nc", replace(read_transfer(small_results / "transfer.nc"), outlines=None)
     )
     assert (
         main(["yield", str(tmp_path / "plain.nc"), "--out", str(tmp_path / "plain"), "--quiet"])
@@ -258,10 +260,12 @@ def test_without_shapes_there_is_no_plan_and_that_is_said(folder, tmp_path):
     assert "no plan of the city" in page.text
 
 
-def test_runs_too_large_for_a_transfer_have_their_shapes(folder, tmp_path, monkeypatch):
+@pytest.mark.slow
+@pytest.mark.thorough
+def test_runs_too_large_for_a_transfer_have_their_shapes(small_results, tmp_path, monkeypatch):
     monkeypatch.setattr("citypv.core.run.write_run.is_on_disk", lambda matrix: True)
     out = tmp_path / "large"
-    assert main(["simulate", str(folder.parent / "city.gml"), "--out", str(out), *FAST]) == 0
+    assert main(["simulate", str(small_results.parent / "city.gml"), "--out", str(out), *FAST]) == 0
     assert not (out / "transfer.nc").exists()
     assert main(["plot", str(out), "--quiet"]) == 0
     assert set(Page((out / "report.html").read_text(encoding="utf-8")).figures) == FIGURES
@@ -271,22 +275,23 @@ def test_runs_too_large_for_a_transfer_have_their_shapes(folder, tmp_path, monke
     )
 
 
-def test_the_same_folder_gives_the_same_page_and_a_new_run_takes_it_away(folder, tmp_path):
-    shutil.copytree(folder, tmp_path / folder.name)
-    assert main(["plot", str(tmp_path / folder.name), "--quiet"]) == 0
-    assert (tmp_path / folder.name / "report.html").read_bytes() == (
-        folder / "report.html"
+@pytest.mark.slow
+def test_the_same_folder_gives_the_same_page_and_a_new_run_takes_it_away(small_results, tmp_path):
+    shutil.copytree(small_results, tmp_path / small_results.name)
+    assert main(["plot", str(tmp_path / small_results.name), "--quiet"]) == 0
+    assert (tmp_path / small_results.name / "report.html").read_bytes() == (
+        small_results / "report.html"
     ).read_bytes()
     again = [
         "yield",
-        str(folder / "transfer.nc"),
+        str(small_results / "transfer.nc"),
         "--out",
-        str(tmp_path / folder.name),
+        str(tmp_path / small_results.name),
         "--overwrite",
         "--quiet",
     ]
     assert main(again) == 0
-    assert not (tmp_path / folder.name / "report.html").exists()
+    assert not (tmp_path / small_results.name / "report.html").exists()
 
 
 SPOIL = {
@@ -304,9 +309,10 @@ SPOIL = {
 }
 
 
-@pytest.mark.parametrize("name", SPOIL)
-def test_a_spoilt_folder_ends_in_one_line(name, folder, tmp_path, refused):
-    shutil.copytree(folder, tmp_path / "bad", ignore=shutil.ignore_patterns("report.html"))
+@pytest.mark.slow
+@pytest.mark.parametrize("name", mark_cases(SPOIL, kept=4))
+def test_a_spoilt_folder_ends_in_one_line(name, small_results, tmp_path, refused):
+    shutil.copytree(small_results, tmp_path / "bad", ignore=shutil.ignore_patterns("report.html"))
     file, change = SPOIL[name]
     path = tmp_path / "bad" / file
     text = path.read_text(encoding="utf-8", errors="replace")
@@ -319,17 +325,20 @@ def test_a_spoilt_folder_ends_in_one_line(name, folder, tmp_path, refused):
     assert not list((tmp_path / "bad").glob("*report*"))
 
 
-def test_what_is_no_folder_of_results_ends_in_one_line(folder, tmp_path, refused):
-    for place in (tmp_path / "nowhere", tmp_path, folder / "faces.csv"):
+@pytest.mark.slow
+def test_what_is_no_folder_of_results_ends_in_one_line(small_results, tmp_path, refused):
+    for place in (tmp_path / "nowhere", tmp_path, small_results / "faces.csv"):
         assert str(place) in refused("plot", place)
 
 
-def test_without_matplotlib_one_line_tells_how_to_get_it(folder, monkeypatch, refused):
+@pytest.mark.slow
+def test_without_matplotlib_one_line_tells_how_to_get_it(small_results, monkeypatch, refused):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    assert "type: pip install matplotlib" in refused("plot", folder)
+    assert "type: pip install matplotlib" in refused("plot", small_results)
 
 
-def test_the_lead_tells_the_error_of_the_weather(folder, page):
+@pytest.mark.slow
+def test_the_lead_tells_the_error_of_the_weather(small_results, page):
     """Of the built-in climate it is that of the published table; P90 of several years stands there,
     too.
     """
@@ -342,7 +351,7 @@ def test_the_lead_tells_the_error_of_the_weather(folder, page):
     rms, mean = (
         [float(cell) for cell in row.replace("−", "-").strip("| ").split("|")[-4:]] for row in rows
     )
-    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    summary = json.loads((small_results / "summary.json").read_text(encoding="utf-8"))
     summary["weather"] |= {"label": "climatology", "years": 10.0}
     told = summarise_errors(summary)
     assert f"{min(rms):.0f} % (north)" in told and f"{max(rms):.0f} % (east)" in told
@@ -351,7 +360,11 @@ def test_the_lead_tells_the_error_of_the_weather(folder, page):
     assert describe_poor_years(summary).endswith("12 MWh (P50) and nine of ten 10 MWh (P90).")
 
 
-@pytest.mark.parametrize(("latitude", "longitude"), [(52.5, 13.4), (-33.9, 151.2), (1.3, 103.8)])
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("latitude", "longitude"),
+    mark_cases([(52.5, 13.4), (-33.9, 151.2), (1.3, 103.8)], kept=1, law=(0,)),
+)
 def test_the_sun_stands_where_spherical_trigonometry_says(latitude, longitude):
     """Highest at noon with 90° − |latitude − declination|; ±23.44° at the solstices, to the day and
     refraction.

@@ -24,8 +24,6 @@ from citypv.core.study import (
     trace_scene,
 )
 
-pytestmark = pytest.mark.once
-
 
 def trace_city(city, **settings):
     """A city traced: the errors it states, and processor seconds of tracing."""
@@ -41,6 +39,8 @@ def trace_city(city, **settings):
     return split_errors(transfer, weather, compute_energy(transfer, weather, request)), seconds
 
 
+@pytest.mark.slow
+@pytest.mark.thorough
 def test_predictions_are_those_of_runs(tmp_path, capfd):
     """Errors within a factor of 1.5, seconds of 2 while other work goes on: of towers amid low
     houses, which differ.
@@ -69,6 +69,7 @@ def test_predictions_are_those_of_runs(tmp_path, capfd):
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_a_city_with_mirrors_has_a_price_list(city, tmp_path, capfd):
     """Its pilot follows mirrors as a run does."""
     finish = tmp_path / "finish.csv"

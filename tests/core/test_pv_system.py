@@ -6,6 +6,7 @@ import numpy as np
 import pvlib
 import pytest
 from planes import SANDIA, cell_temperature, light_on_plane, sapm_power, spectral_by_pvlib
+from thorough import mark_cases
 from transfers import Horizons, unshaded_transfer
 
 from citypv.core.energy import compute_energy as module_under_test
@@ -47,8 +48,10 @@ def cec_power(effective, temp_cell):
     return power / (module["I_mp_ref"] * module["V_mp_ref"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("mounting", "iam"), list(zip(PARAMETERS, ("module", "ashrae", "module"), strict=True))
+    ("mounting", "iam"),
+    mark_cases(list(zip(PARAMETERS, ("module", "ashrae", "module"), strict=True)), kept=1),
 )
 def test_cec_modules_hour_by_hour(berlin, hourly, mounting, iam):
     system = build_system(Request(module=CEC, mounting=mounting, iam=iam, **NO_LOSSES))
@@ -66,6 +69,7 @@ def test_cec_modules_hour_by_hour(berlin, hourly, mounting, iam):
         np.testing.assert_allclose(series.capacity_factor[:, row], expected, atol=2e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("iam", ["module", "physical"])
 def test_diffuse_light_loses_by_marions_integral(berlin, hourly, iam):
     system = build_system(
@@ -101,8 +105,11 @@ SYSTEMS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    "given", SYSTEMS, ids=lambda given: " ".join(map(str, given.values())) or "default"
+    "given",
+    mark_cases(SYSTEMS, kept=2, law=(3,)),
+    ids=lambda given: " ".join(map(str, given.values())) or "default",
 )
 def test_tables_equal_pvlib_hour_by_hour(berlin, hourly, given, monkeypatch):
     """Within 0.05 % or 1e-5 of nominal power."""
@@ -122,6 +129,7 @@ def test_tables_equal_pvlib_hour_by_hour(berlin, hourly, given, monkeypatch):
         np.testing.assert_allclose(getattr(fast, name), getattr(plain, name), rtol=2e-5)
 
 
+@pytest.mark.slow
 def test_losses_and_inverters(berlin, hourly):
     transfer = unshaded_transfer(hourly, TILT, AZIMUTH)
     rows, rack = np.arange(len(TILT)), {"mounting": "open-rack"}
@@ -155,6 +163,7 @@ def test_losses_and_inverters(berlin, hourly):
     assert (energy.full_load_hours < 0.97 * energy.full_load_hours_dc).all()
 
 
+@pytest.mark.slow
 def test_the_defaults_are_pvwatts_plant(berlin, hourly):
     """ModelChain with losses and inverter of PVWatts; modules near walls and pitched roofs, on
     racks on level ones.
@@ -200,6 +209,7 @@ def test_the_defaults_are_pvwatts_plant(berlin, hourly):
     np.testing.assert_allclose(energy.full_load_hours_standard_error, 0)
 
 
+@pytest.mark.slow
 def test_the_spectral_polynomial_ends_where_its_coefficients_do():
     system = dc_system()
     found = spectral_factor(np.array([1.0, 9.9, 10.0, 20.0, 38.0, np.nan]), system)
@@ -214,6 +224,7 @@ def test_the_spectral_polynomial_ends_where_its_coefficients_do():
     assert (spectral_factor(np.array([1.0, np.nan]), build_system(Request(module=CEC))) == 1).all()
 
 
+@pytest.mark.slow
 def test_module_names():
     module = pick_module(SANDIA)
     assert module.nominal_power == pytest.approx(300.303) and module.library == "SandiaMod"
@@ -234,6 +245,7 @@ def test_module_names():
             pick_module(empty)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("library", ["SandiaMod", "CECMod"])
 def test_modules_of_the_libraries_work(library):
     """At reference conditions each gives its nominal power."""
@@ -247,6 +259,7 @@ def test_modules_of_the_libraries_work(library):
         assert power[0] == pytest.approx(1, abs=0.01) and 0 <= power[1] < 0.002, name
 
 
+@pytest.mark.slow
 def test_inverter_names():
     assert pick_inverter("PVWatts", 1.2).dc_ac_ratio == 1.2
     assert pick_inverter("abb micro 0.25 i outd us 208 [208v]").name == INVERTER

@@ -13,6 +13,7 @@ import pytest
 import xarray as xr
 from small_city import house
 from test_open_part import write_blocks
+from thorough import mark_cases
 from weathers import ERA5
 
 import citypv
@@ -67,8 +68,8 @@ def options_of(settings):
     ]
 
 
-@pytest.mark.once
-@pytest.mark.parametrize("name", SETTINGS)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", mark_cases(SETTINGS, kept=1, law=(0,)))
 def test_the_same_files_as_the_command_line(name, city, tmp_path):
     options, settings = SETTINGS[name]
     common = {key: value for key, value in FEW.items() if key not in settings}
@@ -95,6 +96,7 @@ def test_the_same_files_as_the_command_line(name, city, tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_tables_are_those_of_the_files(result):
     expected = pd.read_csv(result.folder / "faces.csv")
     assert result.faces["full_load_hours"].to_numpy() == pytest.approx(
@@ -111,6 +113,7 @@ def test_tables_are_those_of_the_files(result):
     assert "<table" in shown and "data:image/png;base64," in shown
 
 
+@pytest.mark.slow
 def test_saved_and_read_again(result, tmp_path):
     saved = result.save(tmp_path / "mine")
     again = citypv.read_results(tmp_path / "mine")
@@ -123,6 +126,7 @@ def test_saved_and_read_again(result, tmp_path):
         citypv.read_results(tmp_path / "mine")
 
 
+@pytest.mark.slow
 def test_another_weather_keeps_the_plant(city, tmp_path):
     first = citypv.simulate(city, **FEW | {"losses": 20.0, "sky": "isotropic"})
     again = first.with_weather("clear-sky", threads=1)
@@ -235,7 +239,7 @@ def test_every_library_that_a_number_depends_on_is_in_the_summary():
     assert all(found[name] for name in needed)
 
 
-@pytest.mark.once
+@pytest.mark.slow
 def test_goals_are_honoured(city):
     aimed = citypv.simulate(city, **FEW | {"suns": "days:24", "target_error": 0.8})
     assert aimed.summary["traced"]["rounds"] > 1
@@ -250,6 +254,7 @@ def test_a_city_is_inspected(city):
         citypv.inspect(city, samples=4)
 
 
+@pytest.mark.slow
 def test_a_world_of_unshaded_walls(tmp_path):
     found = citypv.world(
         "unshaded", weather="clear-sky", step=30, latitudes=(0, 60), longitudes=(0, 30)
@@ -257,7 +262,6 @@ def test_a_world_of_unshaded_walls(tmp_path):
     assert found.sizes["latitude"] == 3 and np.isfinite(found["full_load_hours"]).all()
 
 
-@pytest.mark.once
 @pytest.mark.filterwarnings("ignore:pandas infers:FutureWarning")  # of PyPSA
 def test_capacity_factors_go_into_pypsa(city):
     """PyPSA gets the hours of each group, and no more power than its area allows."""
@@ -277,6 +281,7 @@ def test_capacity_factors_go_into_pypsa(city):
     assert plants["p_nom_max"].sum() == pytest.approx(result.summary["totals"]["kwp"], rel=1e-4)
 
 
+@pytest.mark.slow
 def test_another_state_of_a_city_stands_where_the_first_one_does(city, result, tmp_path):
     """A house 200 m away moves the middle of the city; where that is kept, only rays that meet the
     house change.

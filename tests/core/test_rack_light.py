@@ -8,6 +8,7 @@ from cities import box
 from flat_roofs import rectangle, roof, rows_of, scene_with
 from pvlib.bifacial import infinite_sheds
 from scenes import run_gather, suns_towards
+from thorough import mark_cases
 from weathers import DATA
 
 from citypv.core.energy.compute_energy import compute_energy
@@ -54,8 +55,10 @@ def infinite_rows(weather, tilt, azimuth, pitch, *, height, albedo):
     return poa["poa_global"].fillna(0).sum() / 1000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("tilt", "azimuth", "pitch"), [(10, 180, 1.1), (30, 180, 1.6), (35, 150, 2.5), (20, 90, 1.3)]
+    ("tilt", "azimuth", "pitch"),
+    mark_cases([(10, 180, 1.1), (30, 180, 1.6), (35, 150, 2.5), (20, 90, 1.3)], kept=1),
 )
 def test_a_long_row_between_others_is_one_of_infinite_sheds(new_york, tilt, azimuth, pitch):
     """pvlib's two-dimensional model (Mikofski et al. 2019, doi:10.1109/PVSC40753.2019.8980572), to
@@ -81,6 +84,8 @@ def test_a_long_row_between_others_is_one_of_infinite_sheds(new_york, tilt, azim
     assert abs(alone / expected - 1) > 0.012
 
 
+@pytest.mark.slow
+@pytest.mark.law
 def test_narrow_rows_shade_each_other(new_york):
     hours = []
     for spacing in (1.05, 1.3, 2.0, 3.0):
@@ -95,6 +100,7 @@ def test_narrow_rows_shade_each_other(new_york):
     assert (np.diff(hours) > 0.003).all() and hours[0] < 0.95 and hours[-1] > 0.99
 
 
+@pytest.mark.slow
 def test_pairs_that_face_east_and_west_are_alike(new_york):
     """Under suns that stand as often in the east as in the west, mirrored rows get the
     same light.
@@ -122,6 +128,7 @@ def test_pairs_that_face_east_and_west_are_alike(new_york):
     )
 
 
+@pytest.mark.slow
 def test_light_backs_send_light_to_the_row_behind(new_york):
     scenes = [
         scene_with(f"tilt=30,spacing=1.5,back-albedo={albedo}", rectangle(30, 20))
@@ -139,6 +146,7 @@ def test_light_backs_send_light_to_the_row_behind(new_york):
     )
 
 
+@pytest.mark.slow
 def test_what_stands_beside_is_shaded_and_far_things_are_not(new_york):
     houses = [*box("a", 0, 0, 20, 12, 0, 9), *box("z", 300, 0, 10, 10, 0, 9)]
     plain, racked = (
@@ -153,6 +161,7 @@ def test_what_stands_beside_is_shaded_and_far_things_are_not(new_york):
     assert trace(racked, new_york).covered_share[5] < 0.02
 
 
+@pytest.mark.slow
 def test_roofs_with_racks_count_once(new_york):
     houses = [*box("a", 0, 0, 20, 12, 0, 9), *box("z", 60, 0, 5, 2, 0, 9)]
     scene = scene_with("tilt=10", houses, ground="auto")

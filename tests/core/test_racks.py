@@ -101,6 +101,7 @@ def test_what_rises_above_a_roof_is_left_free():
     assert fronts_in(scene)[np.char.startswith(names, "s23/")][..., 0].max() <= -0.8 + 1e-5
 
 
+@pytest.mark.slow
 def test_covered_and_pitched_roofs_small_ones_and_ground_bear_none():
     pitched = [("b", "RoofSurface", [[(0, 0, 5), (20, 0, 5), (20, 10, 8), (0, 10, 8)]])]  # 16.7°
     assert not len(rows_of(scene_with("tilt=10", pitched)))

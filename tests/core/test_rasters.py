@@ -10,11 +10,14 @@ import rasterio
 from rasterio.enums import Resampling
 from rasterio.transform import Affine
 from rasterio.windows import Window
+from thorough import mark_cases
 
 from citypv.core.city.transform_crs import plane_of
 from citypv.core.read import open_raster as opening
 from citypv.core.read.open_raster import average_window, open_raster
 from citypv.core.settings.errors import InputError
+
+pytestmark = pytest.mark.every_python
 
 SHAPE = (150, 211)
 PLACE = Affine(2.0, 0.0, 390_000.0, 0.0, -2.0, 5_820_000.0)
@@ -85,6 +88,7 @@ def assert_as_gdal(path, window=(3, 41, 150, 90), posts=(37, 50), rounding=1e-12
 STRIPS, TILES = {"blockysize": 7}, {"tiled": True, "blockxsize": 64, "blockysize": 32}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("compress", "kind", "layout"),
     [
@@ -108,18 +112,21 @@ def test_each_way_of_storing_gives_the_heights_that_gdal_gives(compress, kind, l
 
 @pytest.mark.parametrize(
     "options",
-    [
-        {"BIGTIFF": "YES"},
-        {"ENDIANNESS": "BIG", "compress": "lzw", "predictor": 2},
-        {"ENDIANNESS": "BIG", "compress": "deflate", "predictor": 3},
-        {"crs": "EPSG:4326"},
-        {"crs": None},
-        {"crs": "EPSG:2263"},
-        {"crs": "EPSG:25832+5783"},
-        {"transform": Affine(1, 0.3, 5e5, 0.2, -1, 5e6)},
-        {"nodata": None},
-        {"tfw": "YES", "profile": "BASELINE", "crs": None},
-    ],
+    mark_cases(
+        [
+            {"BIGTIFF": "YES"},
+            {"ENDIANNESS": "BIG", "compress": "lzw", "predictor": 2},
+            {"ENDIANNESS": "BIG", "compress": "deflate", "predictor": 3},
+            {"crs": "EPSG:4326"},
+            {"crs": None},
+            {"crs": "EPSG:2263"},
+            {"crs": "EPSG:25832+5783"},
+            {"transform": Affine(1, 0.3, 5e5, 0.2, -1, 5e6)},
+            {"nodata": None},
+            {"tfw": "YES", "profile": "BASELINE", "crs": None},
+        ],
+        kept=4,
+    ),
 )
 def test_variants(options, tmp_path):
     assert_as_gdal(write_tiff(tmp_path / "a.tif", make_heights("float32"), **options))
@@ -160,6 +167,7 @@ def test_compressed_by_gzip(tmp_path):
         )
 
 
+@pytest.mark.slow
 def test_a_grid_as_text_is_as_gdal_reads_it(tmp_path):
     heights = make_heights("float32")[:40, :50]
     head = "NCOLS 50\nnrows 40\nxllcenter 390000.5\nyllcenter 5820000\ncellsize 2\nNODATA_value 0\n"
@@ -199,6 +207,7 @@ def test_a_rarer_kind_is_read_by_gdal_where_it_is_installed_and_else_refused(
     assert "\n" not in str(told.value)
 
 
+@pytest.mark.slow
 def test_any_damage_is_one_line(tmp_path):
     """Bytes cut or changed anywhere: heights or one InputError, never another error."""
     random, refused = np.random.default_rng(1), 0

@@ -15,6 +15,8 @@ from citypv.core.city.polygons import measure_polygons
 from citypv.core.read.read_city import read_city
 from citypv.core.settings.errors import InputError
 
+pytestmark = pytest.mark.every_python
+
 ROOT = Path(__file__).parents[2]
 DATA = ROOT / "tests" / "data" / "citygml"
 EXPECTED = json.loads((DATA / "expected.json").read_text(encoding="utf-8"))
@@ -127,6 +129,7 @@ def test_bounds_are_those_of_the_points_not_of_the_envelope(name):
     assert points.max(axis=0) == pytest.approx(highest, abs=2e-3)
 
 
+@pytest.mark.slow
 def test_holes_are_kept():
     for name, e in EXPECTED.items():
         total = sum(len(city.ring_start) - 1 - len(city) for city in read_lods(name))
@@ -143,6 +146,7 @@ def test_bent_polygons_are_reported(name):
     assert bent == EXPECTED[name]["nonplanar_gt_5cm"]
 
 
+@pytest.mark.slow
 def test_best_of_lod_2_by_default_and_never_two_at_once():
     assert read_city(find("hamburg_CS2_multiLOD.gml")).report.lods_chosen == {"2": 21}
     assert read_city(find("delft_lod1_v2.xml")).report.lods_chosen == {"1": 91}

@@ -15,6 +15,8 @@ from citypv.core.city.polygons import measure_polygons
 from citypv.core.read.read_city import read_city
 from citypv.core.settings.errors import InputError
 
+pytestmark = pytest.mark.every_python
+
 DATA = Path(__file__).parents[1] / "data" / "cityjson"
 EXPECTED = json.loads((DATA / "expected.json").read_text(encoding="utf-8"))
 NO_BUILDINGS = ("all_geometry_types_v10.json", "geomtemplate_2.city.json")
@@ -45,6 +47,7 @@ def areas(city):
     return measure_polygons(city.points, city.ring_start, city.polygon_start)[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "lod"), CASES)
 def test_counts_and_areas_of_every_lod(name, lod):
     city = read_city(find(name), lod=lod)
@@ -67,6 +70,7 @@ def test_counts_and_areas_of_every_lod(name, lod):
         assert area[chosen].sum() == pytest.approx(square_metres, rel=1e-3, abs=0.06)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PLACES)
 def test_place_on_earth_and_best_lod(name):
     city = read_city(find(name))

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from cities import make_city
 from test_citygml_rules import assert_refused
+from thorough import mark_cases
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.city.classify import measure_tilt
@@ -18,6 +19,8 @@ from citypv.core.city.polygons import measure_polygons
 from citypv.core.read.parse_obj import parse_obj
 from citypv.core.read.read_city import read_city
 from citypv.core.read.read_obj import read_obj
+
+pytestmark = pytest.mark.every_python
 
 DATA = Path(__file__).parents[1] / "data" / "obj"
 EXPECTED = json.loads((DATA / "expected.json").read_text(encoding="utf-8"))
@@ -65,7 +68,8 @@ def count_doubles(parts):
     return doubles
 
 
-@pytest.mark.parametrize("name", EXPECTED)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", mark_cases(EXPECTED, kept=2))
 def test_counts_bounds_and_volumes(name):
     expected = EXPECTED[name]
     parts = parse_obj(find(name))
@@ -84,6 +88,7 @@ def test_counts_bounds_and_volumes(name):
     assert city.crs is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EXPECTED)
 def test_areas_by_tilt_as_drawn(name):
     content = read_obj(find(name))
@@ -97,6 +102,7 @@ def test_areas_by_tilt_as_drawn(name):
         assert inside == pytest.approx(expected.get(word, 0.0), rel=1e-3, abs=0.1)
 
 
+@pytest.mark.slow
 def test_grounds_of_rockaway_that_face_up_are_turned_and_named():
     city = read_city(find("nyc_rockaway_1km_feet.obj"), unit="us-ft")
     area, _, tilt = measure(city)
@@ -111,7 +117,8 @@ def test_grounds_of_rockaway_that_face_up_are_turned_and_named():
     assert any("EPSG:2263" in note for note in city.report.notes)
 
 
-@pytest.mark.once
+@pytest.mark.slow
+@pytest.mark.thorough
 def test_midtown_in_metres_keeps_its_volume():
     city = read_city(find("nyc_midtown_citicorp_1km.obj"))
     expected = EXPECTED["nyc_midtown_citicorp_1km.obj"]
@@ -132,6 +139,7 @@ def test_the_tower_stands_upright_with_y_up():
     )
 
 
+@pytest.mark.slow
 def test_the_floors_of_lyon_are_turned_as_the_tower_around_them():
     city = read_city(find("lyon_tour_part_dieu.obj"))
     area, _, tilt = measure(city)

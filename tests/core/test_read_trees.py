@@ -10,6 +10,7 @@ import pytest
 from citygml_text import members, polygon, wrap
 from cityjson_text import CUBE, house, instance, model, read, solid
 from small_city import write_gml
+from thorough import mark_cases
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.city.crowns import CROWN_BASE, cylinder, unit_sphere, volume_of_crowns
@@ -17,6 +18,8 @@ from citypv.core.city.locate_site import bring_to_origin
 from citypv.core.commands.command_line import main
 from citypv.core.read.read_city import read_city
 from citypv.core.settings.errors import InputError
+
+pytestmark = pytest.mark.every_python
 
 DATA = Path(__file__).parents[1] / "data"
 HEAD = (
@@ -52,6 +55,7 @@ def tree(inside, kind="SolitaryVegetationObject"):
     return f'<veg:{kind} gml:id="oak">{inside}</veg:{kind}>'
 
 
+@pytest.mark.slow
 def test_trees_of_berlin_stand_where_their_attributes_say(tmp_path):
     """Places and heights of the file's own attributes, which reading ignores (X, Y, Z) or replaces
     by the shape.
@@ -84,6 +88,7 @@ def test_trees_of_berlin_stand_where_their_attributes_say(tmp_path):
     assert (volume_of_crowns(crowns) > 0).all() and crowns.trunk.any()
 
 
+@pytest.mark.slow
 def test_a_tree_of_which_only_numbers_are_given(tmp_path):
     numbers = (
         "<veg:class>1060</veg:class><veg:height "
@@ -96,6 +101,7 @@ def test_a_tree_of_which_only_numbers_are_given(tmp_path):
     assert crowns.area_density == pytest.approx(0.7)
 
 
+@pytest.mark.slow
 def test_a_closed_shape_is_a_crown_and_crossed_pictures_are_in_a_hull(tmp_path):
     x, y = 390020, 5810000
     low = [(x, y, 2), (x + 2, y, 2), (x + 2, y + 2, 2), (x, y + 2, 2)]
@@ -111,6 +117,7 @@ def test_a_closed_shape_is_a_crown_and_crossed_pictures_are_in_a_hull(tmp_path):
     assert volume_of_crowns(crowns) == pytest.approx(20, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_the_lowest_faces_of_a_round_crown_are_no_trunk(tmp_path):
     """All of a ball of leaves lets light through; a stem below it does not."""
     sphere, triangles = unit_sphere()
@@ -127,6 +134,7 @@ def test_the_lowest_faces_of_a_round_crown_are_no_trunk(tmp_path):
     assert crowns.trunk.sum() == len(stem[1])
 
 
+@pytest.mark.slow
 def test_an_area_of_plants_is_raised_by_its_height(tmp_path):
     area = [(390020, 5810000, 2), (390030, 5810000, 2), (390030, 5810004, 2), (390020, 5810004, 2)]
     shape = f"<veg:lod1MultiSurface>{surfaces(area)}</veg:lod1MultiSurface>"
@@ -153,7 +161,8 @@ def terraces(step, wall):
     return faces
 
 
-@pytest.mark.parametrize("step", [0, 0.4])
+@pytest.mark.slow
+@pytest.mark.parametrize("step", mark_cases([0, 0.4], kept=1))
 def test_lawns_on_a_hillside_are_no_crowns(tmp_path, step):
     """3dfier draws them so. Their convex hull would be a hedge as high as the hill, which hides the
     ground floor.
@@ -168,6 +177,7 @@ def test_lawns_on_a_hillside_are_no_crowns(tmp_path, step):
     ] == ["oak"]
 
 
+@pytest.mark.slow
 def test_plants_with_walls_around_them_are_a_body(tmp_path):
     """A wood of 4 m without a bottom: 20 m by 10 m."""
     plants = tree(

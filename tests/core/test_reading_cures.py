@@ -13,6 +13,8 @@ from citypv.__main__ import main
 from citypv.core.settings.request import Request
 from citypv.core.study import read_buildings
 
+pytestmark = pytest.mark.every_python
+
 HOUSE = 10.0, 8.0, 9.0  # [m] width, depth and height: its walls have 324 m²
 METRE = {"mm": 1000.0, "cm": 100.0, "in": 1 / 0.0254}  # how many of a unit it is
 

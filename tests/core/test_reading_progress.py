@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from cities import box, make_city
 from cityjson_text import CUBE, at, house, model, row, solid
+from thorough import mark_cases
 from transfers import unshaded_transfer
 
 from citypv.core.city.build_scene import build_scene
@@ -96,7 +97,8 @@ def files(tmp_path_factory):
     return large_files(tmp_path_factory.mktemp("large"))
 
 
-@pytest.mark.parametrize("number", [0, 1, 2, pytest.param(slice(3, 5), marks=pytest.mark.thorough)])
+@pytest.mark.slow
+@pytest.mark.parametrize("number", mark_cases([0, 1, 2, slice(3, 5)], kept=1))
 def test_reading_is_told(files, number):
     """Several files are one stage, packed ones as well."""
     paths, kept = files[number] if isinstance(number, slice) else [files[number]], Kept()
@@ -116,7 +118,7 @@ def test_reading_is_told(files, number):
     assert len(paths) > 1 or len(city) == len(read_city(paths))
 
 
-@pytest.mark.once
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("number", "stage", "share"),
     [
@@ -152,6 +154,7 @@ def let_time_pass(monkeypatch, seconds):
     monkeypatch.setattr(progress, "time", SimpleNamespace(**{**vars(time), "monotonic": clock}))
 
 
+@pytest.mark.slow
 def test_lines_of_a_terminal_and_of_a_log(files, monkeypatch):
     """One line a stage; where none is to last, the terminal is left as it was and a log stays
     empty.
@@ -188,6 +191,7 @@ def results():
     return city, scene, transfer, compute_energy(transfer, weather), weather
 
 
+@pytest.mark.slow
 def test_writing_is_told(results, tmp_path, monkeypatch):
     run = RunResults(*results)
     city, transfer = run.city, run.transfer
@@ -204,6 +208,7 @@ def test_writing_is_told(results, tmp_path, monkeypatch):
     assert_whole(kept.of("writing city.glb"))
 
 
+@pytest.mark.slow
 def test_classifying_tells_many_shares_and_the_plan_each_effect():
     shares, told, request = [], [], Request(weather="clear-sky", suns="days:2")
     scene = make_scene(

@@ -30,6 +30,7 @@ def year():
     return choose_suns("days:4", year_of(), HOUR, 52.5, 13.4)
 
 
+@pytest.mark.slow
 def test_receivers_keep_their_own_rays():
     """Sky and suns of surfaces whose numbers are wanted stay the same to the last bit; the others
     send a quarter.
@@ -44,6 +45,7 @@ def test_receivers_keep_their_own_rays():
     assert few.record.shadow_rays == every.record.shadow_rays
 
 
+@pytest.mark.slow
 def test_light_that_others_pass_on_is_the_same(year):
     """The mean over the receivers differs by noise only, and by no more than the plan's bound."""
     surfaces = on_ground().surfaces
@@ -58,6 +60,7 @@ def test_light_that_others_pass_on_is_the_same(year):
     assert np.mean(bounds) < 0.01  # of twelve triangles of ground; a city has thousands
 
 
+@pytest.mark.slow
 def test_others_pass_on_light_from_where_it_falls(year):
     """Facades on bright ground in sun and shadow, against all points: four cells a patch would be 8
     % too bright.
@@ -73,6 +76,7 @@ def test_others_pass_on_light_from_where_it_falls(year):
     assert np.sqrt((np.mean(ratios, axis=0) ** 2).mean()) < 0.05
 
 
+@pytest.mark.slow
 def test_others_keep_honest_errors(year):
     """Surfaces with fewer rays against many rays: errors as of four replicates (t, three degrees of
     freedom).

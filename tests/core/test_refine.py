@@ -79,6 +79,7 @@ def measure(vertices, triangles):
     return longest, 2 * area / longest, area
 
 
+@pytest.mark.slow
 def test_a_long_wall_and_its_neighbours_still_meet_edge_to_edge():
     """A wall of 300 × 3 m between a roof, the ground and two short walls, turned any way: no gap,
     no face turned.
@@ -115,6 +116,7 @@ def normals(vertices, triangles):
     return size / np.linalg.norm(size, axis=1)[:, None]
 
 
+@pytest.mark.slow
 def test_a_disc_of_short_edges_is_refined():
     """A regular polygon with 150 sides of 4 m, cut into a fan: its long edges are diagonals, none
     lies on the rim.

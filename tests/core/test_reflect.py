@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 from scipy import sparse
+from thorough import mark_cases
 
 from citypv.core.effects.rays import MOST_BOUNCES
 from citypv.core.light.form_factor_products import multiply
@@ -28,7 +29,8 @@ def random_form_factors(generator):
 
 
 @pytest.mark.parametrize(
-    ("sources", "bounces"), [(1, 0), (7, 1), (33, 2), (1, 3), (7, 4), (33, 5), (1, 2), (7, 0)]
+    ("sources", "bounces"),
+    mark_cases([(1, 0), (7, 1), (33, 2), (1, 3), (7, 4), (33, 5), (1, 2), (7, 0)], kept=3),
 )
 def test_any_number_of_bounces(sources, bounces):
     """The sum of E₁ = F (ρ ∘ E₀) + far and E_{n+1} = F (ρ ∘ E_n)."""
@@ -68,6 +70,7 @@ def test_cells_hand_on_each_by_its_own_factor(sources):
     assert reflected == pytest.approx(arriving + second, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_rays_of_further_rounds_count_as_those_of_one():
     """A patch with rays of two rounds has the mean of both; the others stay as they are."""
     generator = np.random.default_rng(3)

@@ -5,6 +5,7 @@ files are read.
 from pathlib import Path
 
 import pytest
+from thorough import mark_cases
 from weathers import BARROW, ERA5
 
 DEM = Path(__file__).parents[1] / "data" / "terrain" / "dem_jacksboro_tn_wgs84.tif"
@@ -111,7 +112,9 @@ def test_a_map_of_the_world_that_cannot_be_meant(refusal, words, problem):
     assert problem in refusal(f"world {words} --out out --quiet")
 
 
-@pytest.mark.parametrize("command", ["simulate --out out", "effects", "accuracy"])
+@pytest.mark.parametrize(
+    "command", mark_cases(["simulate --out out", "effects", "accuracy"], kept=1)
+)
 @pytest.mark.parametrize(
     ("settings", "problem"),
     [

@@ -15,7 +15,7 @@ from citypv.core.commands.command_line import main
 from citypv.core.energy.counted_area import REASONS
 from citypv.core.results.read_results import read_results
 
-pytestmark = [pytest.mark.once, pytest.mark.slow]
+pytestmark = pytest.mark.slow
 HOSTILE = [
     "</script><script>document.title='bad'</script>",
     "\"'><img src=x onerror=document.title='bad'>",

@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from thorough import mark_cases
 from transfers import Horizons, unshaded_transfer
 from weathers import ERA5, PVGIS
 
@@ -66,6 +67,7 @@ def weighed(request):
     return transfer, weather, compute_energy(transfer, weather)
 
 
+@pytest.mark.slow
 def test_faces(weighed, tmp_path):
     transfer, _, energy = weighed
     write_faces(tmp_path / "faces.csv", transfer, energy)
@@ -90,6 +92,7 @@ def test_faces(weighed, tmp_path):
         np.testing.assert_allclose(written, values, rtol=5e-6)
 
 
+@pytest.mark.slow
 def test_groups(weighed, tmp_path):
     transfer, weather, energy = weighed
     write_groups(tmp_path / "groups.csv", energy)
@@ -131,6 +134,7 @@ def test_groups(weighed, tmp_path):
     assert noon == pytest.approx(12 - weather.longitude / 15 + offset, abs=0.45)
 
 
+@pytest.mark.slow
 def test_time_series(weighed, tmp_path):
     _, weather, energy = weighed
     path = tmp_path / "timeseries.nc"
@@ -177,6 +181,7 @@ def assert_same(one, other):
         assert type(one) is type(other) and one == other
 
 
+@pytest.mark.slow
 def test_transfer_comes_back_exactly(weighed, tmp_path):
     transfer, weather, energy = weighed
     write_transfer(tmp_path / "transfer.nc", transfer)
@@ -187,6 +192,7 @@ def test_transfer_comes_back_exactly(weighed, tmp_path):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sky", KEPT_HOURS)
 def test_a_transfer_of_version_0_2_is_read(tmp_path, sky):
     """In leaf from May to October and bare, beneath distant terrain, with the horizon of Perez's
@@ -231,6 +237,7 @@ def kept_again(tmp_path_factory):
     return new, again
 
 
+@pytest.mark.slow
 def test_all_that_is_written_has_a_checksum(kept_again):
     with netCDF4.Dataset(kept_again[0]) as file:
         for group in (file, file["bare"]):
@@ -241,7 +248,10 @@ def test_all_that_is_written_has_a_checksum(kept_again):
         )  # as others read it
 
 
-@pytest.mark.parametrize("name", ["diffuse_relative", "horizon_relative", "surface_id", "site"])
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name", mark_cases(["diffuse_relative", "horizon_relative", "surface_id", "site"], kept=2)
+)
 def test_one_flipped_bit_is_named(kept_again, tmp_path, name):
     path, transfer = kept_again
     arrays = {
@@ -261,6 +271,7 @@ def test_one_flipped_bit_is_named(kept_again, tmp_path, name):
         read_transfer(tmp_path / "flipped.nc")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", ["hourly", "sky-grid:64"])
 def test_transfer_of_other_ways_and_without_surfaces(way, tmp_path):
     times = pd.date_range("2021-06-01", periods=48, freq="h", tz="UTC")
@@ -273,6 +284,7 @@ def test_transfer_of_other_ways_and_without_surfaces(way, tmp_path):
         assert_same(transfer, read_transfer(path))
 
 
+@pytest.mark.slow
 def test_a_series_without_groups_keeps_names_of_text(weighed, tmp_path):
     _, weather, energy = weighed
     area, count, factor = (
@@ -288,6 +300,7 @@ def test_a_series_without_groups_keeps_names_of_text(weighed, tmp_path):
         assert data["group"].dtype is str
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="not reported")
 def test_the_peak_of_memory_is_of_this_process_alone():
     """A worker that a large process has started reports its own memory: here beside 600 MB."""
@@ -297,6 +310,7 @@ def test_the_peak_of_memory_is_of_this_process_alone():
     assert 2e7 < own < 5e8 < large.nbytes < peak_memory()
 
 
+@pytest.mark.slow
 def test_files_that_are_no_transfer(weighed, tmp_path):
     transfer, weather, energy = weighed
     good = tmp_path / "transfer.nc"

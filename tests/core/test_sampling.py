@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 from scipy.stats.qmc import Sobol
+from thorough import mark_cases
 
 from citypv.core.rays.random_numbers import key_of_names, uniform
 from citypv.core.rays.sample_points import (
@@ -36,6 +37,7 @@ def test_keys_follow_name_and_seed_not_place():
     assert key_of_names(["a"], 1)[0] != key_of_names(["a"], 2)[0]
 
 
+@pytest.mark.slow
 def test_cosine_directions_have_the_moments_of_lambert():
     """For density cos/π: mean of z is 2/3, of z² 1/2, of x² 1/4."""
     points = additive_recurrence(1 << 16, 2)
@@ -67,7 +69,7 @@ def test_stratified_points_lie_in_their_cells(divisions):
     assert inside.mean() > 0.999  # a point on an edge may round to the neighbour
 
 
-@pytest.mark.parametrize("count", [1, 2, 4, 8, 16, 32, 64, 256, 1 << 18])
+@pytest.mark.parametrize("count", mark_cases([1, 2, 4, 8, 16, 32, 64, 256, 1 << 18], kept=3))
 def test_shadow_points_lie_evenly_in_all_bands(count):
     """One of them in each rectangle of area 1/count, whatever its shape, however the digits are
     turned over.

@@ -19,7 +19,7 @@ from citypv.core.commands.command_line import main
 from citypv.core.results import tile_tree
 from citypv.core.results.read_results import read_results
 
-pytestmark = [pytest.mark.once, pytest.mark.slow]
+pytestmark = pytest.mark.slow
 HOSTILE = [
     "</script><script>document.title='bad'</script>",
     "\"'><img src=x onerror=document.title='bad'>",

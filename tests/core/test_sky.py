@@ -73,7 +73,6 @@ def open_plane(tilt, azimuth):
 
 
 @pytest.mark.slow
-@pytest.mark.once
 @pytest.mark.parametrize(
     "station",
     [
@@ -120,6 +119,7 @@ def mean_of(transfer, rows, name="view_factor"):
     return share @ getattr(transfer.sources["horizon"], name)[rows], error
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tilt", [5, 60, 90, 135])
 def test_the_horizon_of_an_open_plane_by_rays(tilt):
     """sin(tilt) whatever the azimuth: every ray towards the band stands in front of the plane and
@@ -145,6 +145,7 @@ def test_the_horizon_of_an_open_plane_by_rays(tilt):
         assert known.record.source_rays == {"horizon": 0}
 
 
+@pytest.mark.slow
 def test_the_horizon_over_a_wall_opposite():
     """Wall of height 1 at distance 1, integrated: the band begins where the other wall's top hides
     it no more.
@@ -161,6 +162,7 @@ def test_the_horizon_over_a_wall_opposite():
     assert mean_of(transfer, ground) == (0, 0)
 
 
+@pytest.mark.slow
 def test_the_horizon_over_a_court():
     """Square court, side 1, walls 0.2 high: from each point of a wall, the rims of the other three,
     integrated.
@@ -185,6 +187,7 @@ def test_the_horizon_over_a_court():
     assert_mean(found, error, expected)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tilt", [20, 90, 120])
 def test_photons_of_the_horizon_on_an_open_plane(tilt):
     forward = run_forward(
@@ -195,6 +198,8 @@ def test_photons_of_the_horizon_on_an_open_plane(tilt):
     assert_mean(forward.sources["horizon"].relative, error, np.sin(np.radians(tilt)))
 
 
+@pytest.mark.slow
+@pytest.mark.law
 def test_stated_errors_of_the_horizon_hold():
     """Twelve seeds: the spread of a wall's horizon is what is stated, within a factor that chance
     allows.
@@ -229,7 +234,7 @@ def test_surfaces_for_which_the_sky_is_chosen(eligible, counted):
     assert surfaces_that_count(surfaces).tolist() == counted
 
 
-@pytest.mark.once
+@pytest.mark.slow
 def test_irradiation_is_that_of_all_parts_of_the_sky():
     """Unshaded planes: what the horizon adds to the year in closed form; a world map as a yield."""
     transfer, system = unshaded_transfer(), build_system(Request(diffuse_iam=True, **DC))

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scenes import run_gather, scene_of_triangles, strip, suns_towards
+from thorough import mark_cases
 from transfers import unshaded_transfer
 from weathers import BARROW
 
@@ -29,8 +30,7 @@ WORSE = 3  # [W/m²] than pvlib's own Perez
 
 
 @pytest.mark.slow
-@pytest.mark.once
-@pytest.mark.parametrize("period", NORTH)
+@pytest.mark.parametrize("period", mark_cases(NORTH, kept=1))
 def test_measured_walls(period):
     """Hourly global irradiance of four walls, as measured: bounds from pvlib's own numbers."""
     found = BENCHMARK["compare_walls"](period)
@@ -46,7 +46,6 @@ def test_measured_walls(period):
 
 
 @pytest.mark.slow
-@pytest.mark.once
 def test_hours_of_iso_52010():
     """No worse than pvlib's Perez; and with the norm's clearness, by the sun's altitude, the norm's
     own numbers.
@@ -68,6 +67,7 @@ def horizon_of(transfer, share):
     return replace(transfer, sources={"horizon": SourceLight(view, view, np.zeros(len(view)))})
 
 
+@pytest.mark.slow
 def test_no_sky_is_darker_than_black(berlin):
     """Where little of the dome but all of the horizon is seen, a dark horizon takes no more than
     the dome gives.
@@ -85,6 +85,8 @@ def test_no_sky_is_darker_than_black(berlin):
     assert split_sky(berlin, "perez").sources["horizon"].min() < -1
 
 
+@pytest.mark.slow
+@pytest.mark.thorough
 def test_few_and_many_surfaces_agree_under_perez(berlin):
     """pvlib itself and its tables: full load hours to 0.03 %, with the loss of diffuse light by
     incidence.
@@ -101,6 +103,7 @@ def test_few_and_many_surfaces_agree_under_perez(berlin):
     np.testing.assert_allclose(many.poa_global_annual[::10], few.poa_global_annual, rtol=1e-4)
 
 
+@pytest.mark.slow
 def test_annual_sums_are_those_of_the_hours(berlin):
     transfer = horizon_of(
         unshaded_transfer(choose_suns("days:12", *berlin.axis), [90, 30, 120], [180, 90, 0]), 0.5
@@ -116,6 +119,7 @@ def test_annual_sums_are_those_of_the_hours(berlin):
     )  # circumsolar light counts as diffuse
 
 
+@pytest.mark.slow
 def test_errors_of_the_horizon_are_carried_to_hours(berlin):
     transfer = horizon_of(
         unshaded_transfer(choose_suns("days:12", *berlin.axis), [90, 90], [180, 0]), 1
@@ -138,6 +142,7 @@ def plan_of(scene, weather=None, **settings):
     return plan_effects(scene, prepared.patches, Request(**settings), weather=weather)
 
 
+@pytest.mark.slow
 def test_the_plan_takes_perez_where_inclined_surfaces_count(berlin):
     level = scene_of_triangles(*strip([0, 0, 0], [10, 0, 0], [0, 10, 0], 1))
     wall = scene_of_triangles(*strip([0, 0, 0], [10, 0, 0], [0, 0, 10], 1))
@@ -157,6 +162,7 @@ def test_the_plan_takes_perez_where_inclined_surfaces_count(berlin):
     assert plan_of(level, berlin, sky="perez")["perez"].on
 
 
+@pytest.mark.slow
 def test_the_sky_of_a_transfer():
     suns = suns_towards([[0, 0, 1.0]])
     wall = scene_of_triangles(*strip([0, 0, 0], [10, 0, 0], [0, 0, 10], 1))

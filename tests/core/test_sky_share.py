@@ -32,6 +32,7 @@ def hours_by_pvlib(weather, sky):
     )
 
 
+@pytest.mark.slow
 def test_share_and_outcome_of_the_sky_are_those_of_pvlib(berlin):
     """The horizon of these unshaded planes was not traced: they see all of it."""
     transfer = unshaded_transfer(choose_suns("hourly", *berlin.axis), TILT, AZIMUTH)
@@ -44,6 +45,7 @@ def test_share_and_outcome_of_the_sky_are_those_of_pvlib(berlin):
     assert largest == pytest.approx(np.abs(1 - even / perez)[area > 0].max(), abs=5e-3)
 
 
+@pytest.mark.slow
 def test_a_wall_without_sun_loses_all_but_the_dome_as_pvlib_has_it(berlin):
     """The bound of the isotropic sky: DHI over the dome's part of it, for unshaded planes that
     change less.

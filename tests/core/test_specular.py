@@ -21,6 +21,7 @@ from scenes import assert_mean, join, run_forward, run_gather, run_hybrid, strip
 from scipy.special import expn
 from test_forward_agrees import SUNS, group_means, refined
 from test_tracing import three_houses
+from thorough import mark_cases
 
 from citypv.core.light import sun_blocks
 from citypv.core.patches.brdfs import reflect_interfaces
@@ -31,9 +32,14 @@ from citypv.core.settings.errors import InputError
 MIRROR = "surface,albedo,material\nfacade,0.6,mirror\nflat,{},\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("estimator", "elevation", "bounces"),
-    [("gather", 30.0, 1), ("gather", 50.0, 4), ("forward", 30.0, 1), ("forward", 50.0, 1)],
+    mark_cases(
+        [("gather", 30.0, 1), ("gather", 50.0, 4), ("forward", 30.0, 1), ("forward", 50.0, 1)],
+        kept=1,
+        law=(2,),
+    ),
 )
 def test_sun_in_a_mirror_facade(tmp_path, estimator, elevation, bounces):
     """The mirror image of the sun lights the street: ρ · sin(elevation) as far as the facade throws
@@ -56,8 +62,10 @@ def test_sun_in_a_mirror_facade(tmp_path, estimator, elevation, bounces):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("estimator", "material"), [("gather", "mirror"), ("forward", "mirror"), ("forward", "")]
+    ("estimator", "material"),
+    mark_cases([("gather", "mirror"), ("forward", "mirror"), ("forward", "")], kept=1),
 )
 def test_sky_in_a_facade(tmp_path, estimator, material):
     """The street sees the sky but for the facade, and in a mirror its image (Hottel), twice what a
@@ -71,13 +79,17 @@ def test_sky_in_a_facade(tmp_path, estimator, material):
     assert_mean(mean, error + 2e-4, 1 - seen + 0.8 * (1.0 if material else 0.5) * seen)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("estimator", "name", "index", "interfaces"),
-    [
-        ("gather", "glass", 1.52, 2),
-        ("forward", "double glazing", 1.52, 4),
-        ("gather", "water", 1.333, 1),
-    ],
+    mark_cases(
+        [
+            ("gather", "glass", 1.52, 2),
+            ("forward", "double glazing", 1.52, 4),
+            ("gather", "water", 1.333, 1),
+        ],
+        kept=1,
+    ),
 )
 def test_sun_in_a_glass_facade(tmp_path, estimator, name, index, interfaces):
     """Fresnel's share at the angle of incidence, which is the elevation here."""
@@ -91,6 +103,7 @@ def test_sun_in_a_glass_facade(tmp_path, estimator, name, index, interfaces):
     assert_mean(mean, error + 1e-4, share * 0.5 * lit_share(30.0))
 
 
+@pytest.mark.slow
 def test_a_mirror_below_a_layer_of_leaves(tmp_path):
     """Leaves take their share on the way to the mirror: e^(-τ/sin β) of a sun, and 2 E₃(τ) of the
     sky.
@@ -130,8 +143,10 @@ def trace_houses(tmp_path, finishes, photons, **settings):
     return scene, hybrid, black, run_forward(scene, SUNS, **settings | {"samples": photons})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    "finishes", ["facade,0.8,mirror", "facade,0.7,glossy:0.3", "facade,,double glazing"]
+    "finishes",
+    mark_cases(["facade,0.8,mirror", "facade,0.7,glossy:0.3", "facade,,double glazing"], kept=1),
 )
 def test_hybrid_is_forward_on_three_houses(tmp_path, finishes):
     """Reflections of all kinds after one another, with far ground."""
@@ -145,7 +160,7 @@ def test_hybrid_is_forward_on_three_houses(tmp_path, finishes):
     assert max(gain) > 0.01
 
 
-@pytest.mark.once
+@pytest.mark.slow
 def test_stated_errors_of_the_specular_pass_hold():
     """Scatter from seed to seed of what a mirror adds, over what is stated."""
     scene, found = refined(three_houses(), 10.0), []
@@ -167,6 +182,7 @@ def test_stated_errors_of_the_specular_pass_hold():
     assert 0.7 < np.median(ratio) < 1.3
 
 
+@pytest.mark.slow
 def test_results_do_not_depend_on_threads_or_on_blocks(tmp_path, monkeypatch):
     path = finish(tmp_path, "surface,albedo,material\nfacade,0.8,mirror\n")
     settings = {"albedo": 0.5, "albedo_file": path, "samples": 64}
@@ -178,6 +194,7 @@ def test_results_do_not_depend_on_threads_or_on_blocks(tmp_path, monkeypatch):
         assert getattr(other, name) == pytest.approx(getattr(one, name), rel=1e-5, abs=1e-7), name
 
 
+@pytest.mark.slow
 def test_the_plan_and_gather_alone(tmp_path):
     """What calls for the pass, what is said, and that gather never takes a mirror for a black face
     in silence.
@@ -201,6 +218,8 @@ def test_the_plan_and_gather_alone(tmp_path):
     assert (one.direct_reflected == other.direct_reflected).all()
 
 
+@pytest.mark.slow
+@pytest.mark.thorough
 def test_the_horizon_of_perez_by_way_of_mirrors(tmp_path):
     """The band at the horizon, the second source of Perez's sky, reflected by facades: as forward
     has it.
@@ -223,6 +242,7 @@ def test_the_horizon_of_perez_by_way_of_mirrors(tmp_path):
         assert error < 0.01 < one - without
 
 
+@pytest.mark.slow
 def test_the_horizon_of_perez_in_still_water(tmp_path):
     """A level mirror, R wide before a long wall: from height z the band is seen in it down to where
     it ends.

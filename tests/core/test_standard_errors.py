@@ -8,6 +8,7 @@ from scenes import join, rms, run_gather, scene_of_triangles, strip, suns_toward
 from scipy import stats
 from test_closed_forms import SUNS, direct_relative
 from test_tracing import box, three_houses
+from thorough import mark_cases
 
 from citypv.core.city.split_edges import refine_triangles
 from citypv.core.light.direct_errors import variance_of_neighbours
@@ -16,8 +17,6 @@ from citypv.core.light.trace_gather import trace_gather
 from citypv.core.rays.sample_points import DIGITS, grid_of, points_of_grid
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
-
-pytestmark = pytest.mark.once
 
 SEEDS = (1, 2, 3)
 TOO_SMALL = 1.10  # how far errors may exceed what is reported
@@ -84,10 +83,7 @@ LADDERS = {  # part, settings with 1, 4 and 16 times the samples, and those of a
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
-    [
-        name if "reflections" in name else pytest.param(name, marks=pytest.mark.thorough)
-        for name in LADDERS
-    ],
+    mark_cases(LADDERS, kept=1),
 )
 def test_errors_fall_and_are_reported(name):
     """With sixteen times the samples to a quarter at least; of some thousand surfaces and three
@@ -104,6 +100,7 @@ def test_errors_fall_and_are_reported(name):
         assert np.log(errors[0] / errors[-1]) / np.log(16) >= 0.5
 
 
+@pytest.mark.slow
 def test_errors_of_patches_partly_under_a_house_are_not_missed_by_chance():
     """Few points stand on both sides of a wall's line: where they agree, they must not tell that
     nothing is unknown.
@@ -138,6 +135,7 @@ def lines_across_a_triangle(angle, generator):
     return normal, edge, np.where(edge < middle, before, beyond)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [2, 4, 8, 16, 64, 256])
 def test_what_is_left_of_the_variance_along_the_straight_edge_of_a_shadow(count):
     """Edges at any place and angle across a right triangle, whose lit area is known in

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pvlib
 import pytest
+from thorough import mark_cases
 from weathers import HOUR, year_of
 
 from citypv.core.settings.errors import InputError
@@ -101,7 +102,8 @@ def test_whole_days_cover_the_year_once(longitude):
         assert len(axis.difference(times)) <= 2 * 24
 
 
-@pytest.mark.parametrize(("latitude", "longitude"), PLACES + DATE_LINE)
+@pytest.mark.slow
+@pytest.mark.parametrize(("latitude", "longitude"), mark_cases(PLACES + DATE_LINE, kept=3))
 def test_hourly_is_the_sun_itself(latitude, longitude):
     times = year_of()
     suns = choose_suns("hourly", times, HOUR, latitude, longitude)
@@ -115,7 +117,10 @@ def test_hourly_is_the_sun_itself(latitude, longitude):
     assert mismatch(suns, year_of(2020), latitude, longitude).max() < 0.5
 
 
-@pytest.mark.parametrize(("latitude", "longitude"), [*PLACES[::2], DATE_LINE[0]])
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("latitude", "longitude"), mark_cases([*PLACES[::2], DATE_LINE[0]], kept=2)
+)
 def test_typical_days_stay_near(latitude, longitude):
     times = year_of()
     suns = choose_suns("typical-days:12", times, HOUR, latitude, longitude)
@@ -129,6 +134,7 @@ def test_typical_days_stay_near(latitude, longitude):
     assert angles.mean() < 3.2 and angles.max() < 6
 
 
+@pytest.mark.slow
 def test_more_typical_days_stand_nearer():
     times = year_of()
     chosen = [choose_suns(f"typical-days:{count}", times, HOUR, 30, 0) for count in (1, 4, 12, 52)]
@@ -136,6 +142,7 @@ def test_more_typical_days_stand_nearer():
     assert angles[0] > 2 * angles[1] > 4 * angles[2] > 6 * angles[3]
 
 
+@pytest.mark.slow
 def test_weights_are_the_shares_of_the_year():
     times = year_of()
     for way in ("days:24", "typical-days:12", "sky-grid:400", "hourly"):
@@ -161,8 +168,10 @@ def test_sky_grid_shares_the_sky_equally():
     assert nearest.min() > 0.6 * spacing and nearest.max() < 1.2 * spacing
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("latitude", "longitude"), [(0.0, 0.0), (52.5, 13.4), (-33.4, -70.8), (90.0, 0.0)]
+    ("latitude", "longitude"),
+    mark_cases([(0.0, 0.0), (52.5, 13.4), (-33.4, -70.8), (90.0, 0.0)], kept=2, law=(1,)),
 )
 def test_sky_grid_interpolates_any_latitude(latitude, longitude):
     suns = sky_grid_suns(1654)

@@ -124,7 +124,7 @@ def summary_of(folder):
     return json.loads((folder / "summary.json").read_text(encoding="utf-8"))
 
 
-@pytest.mark.once
+@pytest.mark.slow
 def test_a_target_is_met_twice_with_the_same_bits(city, tmp_path, capfd):
     assert (
         main(
@@ -164,7 +164,7 @@ def test_a_target_is_met_twice_with_the_same_bits(city, tmp_path, capfd):
     assert written.record.rounds == rounds
 
 
-@pytest.mark.once
+@pytest.mark.slow
 def test_ctrl_c_keeps_the_finished_rounds(city, tmp_path, monkeypatch, capfd):
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     trace = further_rounds.trace_round
@@ -186,6 +186,7 @@ def test_ctrl_c_keeps_the_finished_rounds(city, tmp_path, monkeypatch, capfd):
     assert summary_of(tmp_path / "b")["traced"]["rounds"] == 2
 
 
+@pytest.mark.slow
 def test_presets_are_defaults_that_options_and_methods_override():
     city = ["simulate", "x.gml", "--out", "y"]
     for arguments, expected in (

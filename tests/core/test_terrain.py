@@ -115,6 +115,7 @@ def test_tin_in_degrees_keeps_heights_and_area():
     )
 
 
+@pytest.mark.slow
 def test_mesh_with_gaps_is_bridged_and_said():
     city = town(-60.0, 0.0, -2.0, step=30.0)
     terrain = read_terrain(MESH, city)
@@ -125,6 +126,7 @@ def test_mesh_with_gaps_is_bridged_and_said():
     assert not np.isnan(heights_below(scene.vertices, scene.triangles, places)).any()
 
 
+@pytest.mark.slow
 def test_ground_follows_the_terrain():
     x, y, heights = asc_posts()
     city = town(float(x[30, 30]), float(y[30, 30]), float(heights[30, 30]), UTM)
@@ -149,6 +151,7 @@ def on_slope(city, folder, *rise):
     return build_scene(city, 50.0, 8.0, options=SceneOptions(terrain=terrain))
 
 
+@pytest.mark.slow
 def test_walls_above_a_slope_are_carried_down_and_those_below_are_cut(tmp_path):
     city = town(-60.0, -60.0, 0.0)
     scene = on_slope(city, tmp_path)
@@ -168,6 +171,7 @@ def test_walls_above_a_slope_are_carried_down_and_those_below_are_cut(tmp_path):
     assert any("extended downwards" in note for note in scene.report.notes)
 
 
+@pytest.mark.slow
 def test_no_ray_slips_under_a_wall(tmp_path):
     city = town(-60.0, -60.0, 0.0)
     scene = on_slope(city, tmp_path)
@@ -186,6 +190,7 @@ def test_no_ray_slips_under_a_wall(tmp_path):
     ).all()
 
 
+@pytest.mark.slow
 def test_marks_for_gaps_are_no_heights(tmp_path):
     heights = np.zeros((60, 60))
     heights[:, :25] = -9999
@@ -201,6 +206,7 @@ def test_marks_for_gaps_are_no_heights(tmp_path):
     assert np.abs(vertices[:, 2]).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_terrain_of_another_place_is_refused():
     city = town(389_000.0, 5_819_000.0, 30.0, "EPSG:25833")
     with pytest.raises(InputError, match=r"km away from the buildings|no heights at the city"):

@@ -64,6 +64,7 @@ def test_a_patch_is_drawn_as_often_as_it_is_met():
         assert last == pytest.approx(share, abs=4 * np.sqrt(share * (1 - share) / clusters))
 
 
+@pytest.mark.slow
 def test_light_is_that_of_all_patches(tile):
     """What blocks rays is exact; light from neighbours differs by less than the standard error of a
     surface.

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pvlib
 import pytest
+from thorough import mark_cases
 from transfers import Horizons, unshaded_transfer
 from weathers import HOUR
 
@@ -27,7 +28,8 @@ TILT, AZIMUTH = [90, 90, 90, 90, 30, 0, 110], [180, 90, 270, 0, 200, 0, 150]
 LATITUDE, LONGITUDE = 52.51, 13.39
 
 
-@pytest.mark.parametrize("way", ["hourly", "days:24", "sky-grid:300"])
+@pytest.mark.slow
+@pytest.mark.parametrize("way", mark_cases(["hourly", "days:24", "sky-grid:300"], kept=1))
 def test_unshaded_surfaces_have_the_irradiance_of_pvlib(berlin, way):
     transfer = unshaded_transfer(choose_suns(way, *berlin.axis), TILT, AZIMUTH)
     times = month_hours(2017, LONGITUDE)
@@ -42,6 +44,8 @@ def test_unshaded_surfaces_have_the_irradiance_of_pvlib(berlin, way):
         np.testing.assert_allclose(relative[:, row], np.where(lit, cosine + ground, 0), atol=2e-6)
 
 
+@pytest.mark.slow
+@pytest.mark.law
 def test_shaded_surfaces_have_the_shares_of_their_skyline(berlin):
     # With a traced sun for every hour, the error is that of the nearest hour of the year: some
     # degrees of a soft edge.
@@ -84,6 +88,7 @@ def test_hours_are_those_of_the_standard_time():
     )  # New York, UTC-5
 
 
+@pytest.mark.slow
 def test_the_weather_of_an_hour_is_its_mean_over_the_month(berlin):
     found = mean_of_months(berlin.data["dni"], berlin.data.index, berlin.interval, LONGITUDE)
     local = (berlin.data.index + berlin.interval / 2).tz_convert("Etc/GMT-1")
@@ -96,6 +101,7 @@ def test_the_weather_of_an_hour_is_its_mean_over_the_month(berlin):
     assert np.isnan(part[48:]).all()
 
 
+@pytest.mark.slow
 def test_the_months_add_up_to_the_year(berlin):
     transfer, system = (
         unshaded_transfer(choose_suns("days:4", *berlin.axis), TILT, AZIMUTH),

@@ -15,8 +15,6 @@ from citypv.core.light.trace_gather import trace_gather
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 
-pytestmark = pytest.mark.once
-
 ERRORS_KNOWN = 1e-4  # a surface whose error is below it has met no noise yet
 # above it the error is that of the shadow points, below it more and more that of reflections
 SHADOWS_MATTER = 1e-3
@@ -48,6 +46,7 @@ def spread(values, freedom):
     return np.append(by_quantiles, rms(values) / stats.t.std(freedom))
 
 
+@pytest.mark.thorough
 @pytest.mark.slow
 def test_town():
     town, scene, transfer = traced_town()

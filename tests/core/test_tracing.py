@@ -43,6 +43,7 @@ def test_without_obstacles_every_patch_has_its_closed_form():
     assert state["sky-rays"] == state["shadow-rays"] == (False, None)
 
 
+@pytest.mark.slow
 def test_shadows_off_leave_the_sky_as_it_is():
     scene = three_houses()
     on, off = (run_gather(scene, SUNS, effects=effects) for effects in ({}, {"shadow-rays": False}))

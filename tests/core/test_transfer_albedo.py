@@ -39,6 +39,7 @@ def trace(tmp_path, text=TEXT, trace=trace_forward, **settings):
     return trace(street(), SUNS, request, silent)
 
 
+@pytest.mark.slow
 def test_albedo_and_material_of_every_surface(tmp_path):
     transfer = trace(tmp_path, materials={"Backstein": MaterialSpec(0.31)})
     assert transfer.albedo == pytest.approx([0.31, 0.7, 0.6, 0.4])
@@ -55,6 +56,7 @@ def test_albedo_and_material_of_every_surface(tmp_path):
     assert (part.albedo.tolist(), part.material) == ([0.6, 0.31], ["mirror", "Backstein"])
 
 
+@pytest.mark.slow
 def test_the_file_tells_them_with_units_and_names(tmp_path):
     transfer = trace(tmp_path)
     write_transfer(tmp_path / "transfer.nc", transfer)
@@ -70,6 +72,7 @@ def test_the_file_tells_them_with_units_and_names(tmp_path):
     assert (again.material, again.albedos) == (transfer.material, transfer.albedos)
 
 
+@pytest.mark.slow
 def test_files_of_before_are_still_read(tmp_path):
     """They tell nothing of albedos, and all else as ever; one that tells half of it is refused."""
     write_transfer(tmp_path / "transfer.nc", trace(tmp_path))

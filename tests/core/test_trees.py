@@ -35,6 +35,7 @@ def canopy_of(shape, per_metre=0.0, per_crossing=0.0):
     return Canopy(crowns_of(shape), np.array([per_metre]), np.array([per_crossing]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("thickness", "direction"),
     [(0.5, (0.48, 0.6, -0.64)), (2.0, (0, 0, -1)), (4.0, (0.48, 0.6, -0.64))],
@@ -166,7 +167,6 @@ def test_the_sky_through_a_roof_of_leaves():
 
 
 @pytest.mark.thorough
-@pytest.mark.once
 def test_gather_and_forward_agree_behind_a_tree():
     """Both attenuate every segment: sky, sun, and light between wall and floor."""
     scene = wall_and_tree()
@@ -194,6 +194,7 @@ def test_gather_and_forward_agree_behind_a_tree():
         assert np.median(np.hypot(error, own)) < 0.1 * np.abs(value - without).max()
 
 
+@pytest.mark.slow
 def test_a_scene_without_trees_has_no_second_scene_and_the_same_light():
     request = Request(samples=64, shadow_samples=4)
     prepared = prepare_scene(wall_and_tree(trees=False), request)
@@ -231,6 +232,7 @@ def test_the_check_of_suns_sees_the_trees_of_its_plan():
     assert found[1].sum() > 1.05 * found[0].sum()
 
 
+@pytest.mark.slow
 def test_results_do_not_depend_on_threads():
     request = Request(samples=64, shadow_samples=4, threads=1)
     found = trace_gather(wall_and_tree(), SUNS, request, silent)
@@ -257,6 +259,7 @@ def test_months_and_density_of_leaves():
         check_request(Request(leaf_area_density=-1))
 
 
+@pytest.mark.slow
 def test_each_month_has_the_light_of_its_state(tmp_path):
     """Months with leaves have the energy of a run in leaf all year, the others that of a bare one;
     files keep both.

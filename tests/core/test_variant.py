@@ -81,6 +81,7 @@ EDITS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [
@@ -159,6 +160,7 @@ print(base.faces["full_load_hours"].mean())
     )
 
 
+@pytest.mark.slow
 def test_in_python(folder):
     base = citypv.read_results(folder / "base")
     less = base.variant(remove=["b"])
@@ -171,6 +173,8 @@ def test_in_python(folder):
         less.variant(remove=["a"])
 
 
+@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_building_at_several_heights(folder, tmp_path):
     """What the example's building gains and the others lose are differences of full runs, to a
     hundredth.
@@ -192,6 +196,7 @@ def test_a_building_at_several_heights(folder, tmp_path):
     assert plt.imread(tmp_path / "heights.png").std() > 0
 
 
+@pytest.mark.slow
 def test_variants_of_variants_and_albedos_of_buildings(folder, monkeypatch):
     monkeypatch.chdir(folder)
     assert (
@@ -223,6 +228,7 @@ def test_variants_of_variants_and_albedos_of_buildings(folder, monkeypatch):
     assert found.summary["settings"]["albedo_file"].endswith("albedo.csv")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -248,6 +254,7 @@ def test_refused_with_one_line(arguments, words, folder, monkeypatch, refused):
     assert not (folder / "refused").exists()
 
 
+@pytest.mark.slow
 def test_rays_of_an_earlier_version_are_refused_with_the_command_that_traces_again(
     folder, tmp_path
 ):
@@ -264,6 +271,7 @@ def test_rays_of_an_earlier_version_are_refused_with_the_command_that_traces_aga
     assert parsed["albedo_file"].endswith("albedo.csv")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rise", [-6, -6.5, -50])
 def test_no_building_is_turned_inside_out(rise, folder, monkeypatch, refused):
     """c is 6 m high up to its eaves."""
@@ -287,6 +295,7 @@ def described(folder):
     return told
 
 
+@pytest.mark.slow
 def test_a_flipped_bit_is_refused_or_changes_nothing(folder, tmp_path):
     data, generator, refused = (
         (folder / "base" / "rays.nc").read_bytes(),
@@ -308,6 +317,7 @@ def test_a_flipped_bit_is_refused_or_changes_nothing(folder, tmp_path):
     assert refused > 0  # a third of all bits: much of so small a file is empty
 
 
+@pytest.mark.slow
 def test_local_trees_and_buildings_stand_by_the_origin(folder):
     """A box and a tree of a city in metres from the origin of the base, whose grid is turned by its
     convergence.

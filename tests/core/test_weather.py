@@ -30,6 +30,8 @@ from citypv.core.energy.check_inputs import check_hours
 from citypv.core.settings.errors import InputError
 from citypv.core.weather.read_weather import read_weather
 
+pytestmark = pytest.mark.every_python
+
 
 def assert_sun_fits(weather):
     """The stamps are right: the sun of mid-interval explains the split better than one half an hour
@@ -52,6 +54,7 @@ def assert_sun_fits(weather):
 # --- each format
 
 
+@pytest.mark.slow
 def test_epw_of_the_arctic():
     weather = read_weather(BARROW, *BERLIN)
     assert annual_sums(weather) == pytest.approx(
@@ -67,6 +70,7 @@ def test_epw_of_the_arctic():
     assert (weather.data.loc["2021-06-01":"2021-07-01", "apparent_zenith"] < 90).all()
 
 
+@pytest.mark.slow
 def test_pvgis_csv_and_json_and_its_time_offset(tmp_path):
     weather = read_weather(PVGIS, *BERLIN)
     assert annual_sums(weather)[0] == pytest.approx(1435.9, abs=0.06)  # EXPECTED
@@ -96,6 +100,7 @@ def test_pvgis_csv_and_json_and_its_time_offset(tmp_path):
     pd.testing.assert_frame_equal(read_weather(tmp_path / "tmy.json", *BERLIN).data, weather.data)
 
 
+@pytest.mark.slow
 def test_clear_sky_is_an_upper_bound():
     weather = read_weather("clear-sky", *BERLIN, 34.0, year=2020)
     assert "upper bound" in weather.label
@@ -110,6 +115,7 @@ def test_clear_sky_is_an_upper_bound():
     assert annual_sums(weather)[0] > 1.2 * annual_sums(real)[0]
 
 
+@pytest.mark.slow
 def test_csv_of_two_columns_of_irradiance(tmp_path):
     times = year_of()
     table = plain_table(times)
@@ -130,6 +136,7 @@ def test_csv_of_two_columns_of_irradiance(tmp_path):
         np.testing.assert_allclose(again.data[other][high], weather.data[other][high], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_csv_with_summer_time_offsets_and_quarter_hours(tmp_path):
     local = year_of(freq="15min").tz_convert("Europe/Berlin")
     table = plain_table(local)
@@ -181,6 +188,7 @@ def test_an_epw_in_fahrenheit_lacks_nothing(tmp_path):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dropped", [1, 3, 20])
 def test_an_epw_without_its_last_columns_is_read(tmp_path, dropped):
     """As of TMY2: without albedo and rain; without DHI and wind: taken from others."""
@@ -197,6 +205,7 @@ def test_an_epw_without_its_last_columns_is_read(tmp_path, dropped):
     pd.testing.assert_frame_equal(found, whole)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("path", "names"),
     [
@@ -221,6 +230,7 @@ def test_messages_use_the_names_of_the_file(path, names):
         check_hours(weather)
 
 
+@pytest.mark.slow
 def test_tables_with_faults(tmp_path):
     good = plain_table(year_of())
     unknown = good["ghi"].where(good.index != good.index[50])
@@ -243,6 +253,7 @@ def test_tables_with_faults(tmp_path):
     refuse(tmp_path / "word.csv", "'warm'", "row 1", "temp_air")
 
 
+@pytest.mark.slow
 def test_epw_of_a_real_leap_year_without_its_leap_day(tmp_path):
     lines = lines_of(BARROW)
     rows = [",".join(["2012", *line.split(",")[1:]]) for line in lines[8:]]

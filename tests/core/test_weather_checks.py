@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pvlib
 import pytest
+from thorough import mark_cases
 from weathers import (
     BARROW,
     BERLIN,
@@ -54,6 +55,7 @@ def closure_by_pvlib(weather, shift=0):
 # --- times
 
 
+@pytest.mark.slow
 def test_the_quick_sun_is_that_of_pvlib():
     times = year_of(2024)
     for latitude, longitude in ((52.5, 13.4), (-33.9, 151.2), (78.0, -60.0)):
@@ -73,8 +75,11 @@ def test_the_quick_sun_is_that_of_pvlib():
             )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    "path", [BARROW, PVGIS, PVGIS_EPW, TMY3, STOCKHOLM], ids=lambda path: path.name[:12]
+    "path",
+    mark_cases([BARROW, PVGIS, PVGIS_EPW, TMY3, STOCKHOLM], kept=2),
+    ids=lambda path: path.name[:12],
 )
 def test_real_files_close(path):
     weather = read_weather(path, *BERLIN)
@@ -89,6 +94,7 @@ def test_real_files_close(path):
     assert any("GHI = DHI + DNI cos z" in note for note in weather.notes)
 
 
+@pytest.mark.slow
 def test_epw_of_pvgis_is_the_same_as_its_csv():
     csv, epw = read_weather(PVGIS, *BERLIN), read_weather(PVGIS_EPW, *BERLIN)
     assert abs(epw.data.index[0] - csv.data.index[0]) % pd.Timedelta(hours=1) < pd.Timedelta(
@@ -104,6 +110,7 @@ def test_epw_of_pvgis_is_the_same_as_its_csv():
     assert any("Irradiance Time Offset" in note for note in epw.notes)
 
 
+@pytest.mark.slow
 def test_epw_of_pvgis_without_its_comment(tmp_path):
     lines = [line.replace("Irradiance Time Offset", "Offset") for line in lines_of(PVGIS_EPW)]
     refuse(
@@ -111,6 +118,7 @@ def test_epw_of_pvgis_without_its_comment(tmp_path):
     )  # 30 + 60 · 0.1761
 
 
+@pytest.mark.slow
 def test_direct_light_of_another_sun():
     """Cairo: GHI rises and sets on time, but DNI belongs to the sun of the end of the hour."""
     refuse(CAIRO, "30 min later", "by 0.4 %", "or give --weather-without dni")  # 0.35 % by pvlib
@@ -122,6 +130,7 @@ def test_direct_light_of_another_sun():
     )  # the sun of DNI, not of GHI
 
 
+@pytest.mark.slow
 def test_weather_of_new_york_used_for_berlin(tmp_path):
     data = read_weather(TMY3, *BERLIN).data
     path = write_table(
@@ -164,6 +173,7 @@ def test_light_that_closes_at_another_time_is_refused(tmp_path, shift):
     assert bool(shift) == (worst(weather)["closure_residual"] is None)
 
 
+@pytest.mark.slow
 def test_the_shift_is_found_to_a_few_minutes():
     data = read_weather(ERA5, *BERLIN).data
     closed = read_weather(TMY3, *BERLIN)
@@ -196,16 +206,20 @@ def measured_table():
     return data[["ghi", "dhi", "temp_air", "wind_speed"]].rename_axis("time")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("factor", "words"),
-    [
-        (1e-3, ["times 1000 would fit", "kWm⁻²"]),
-        (3600.0, ["times 1/3600 would fit", "Jm⁻²"]),
-        (3.6, ["times 1/3.6 would fit", "kJm⁻²"]),
-        (3.6e-3, ["times 277.778 would fit", "MJm⁻²"]),
-        (1 / 3600, ["times 3600 would fit"]),
-        (0.05, ["check the unit"]),
-    ],
+    mark_cases(
+        [
+            (1e-3, ["times 1000 would fit", "kWm⁻²"]),
+            (3600.0, ["times 1/3600 would fit", "Jm⁻²"]),
+            (3.6, ["times 1/3.6 would fit", "kJm⁻²"]),
+            (3.6e-3, ["times 277.778 would fit", "MJm⁻²"]),
+            (1 / 3600, ["times 3600 would fit"]),
+            (0.05, ["check the unit"]),
+        ],
+        kept=3,
+    ),
 )
 def test_other_units(tmp_path, factor, words):
     table = measured_table()
@@ -213,6 +227,7 @@ def test_other_units(tmp_path, factor, words):
     refuse(write_table(tmp_path / "unit.csv", table), *words)
 
 
+@pytest.mark.slow
 def test_joules_of_a_quarter_of_an_hour_divided_by_an_hour(tmp_path):
     table = measured_table()
     quarters = pd.date_range(table.index[0], periods=4 * len(table), freq="15min")
@@ -226,19 +241,23 @@ def test_joules_of_a_quarter_of_an_hour_divided_by_an_hour(tmp_path):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("columns", "dark", "words"),
-    [
-        (
-            ["ghi", "dhi", "dni"],
-            "dni",
-            ["dni is 0 all year, ghi and dhi not", "--weather-without dni"],
-        ),
-        (["ghi", "dhi", "dni"], "ghi", ["ghi is 0 all year", "--weather-without ghi"]),
-        (["ghi", "dni"], "dni", ["dni is 0 all year, ghi not", "give a file that has it"]),
-        (["dhi", "dni"], "dni", ["dni is 0 all year", "give a file that has it"]),
-        (["ghi", "dhi"], "dhi", ["dhi is 0 all year", "give a file that has it"]),
-    ],
+    mark_cases(
+        [
+            (
+                ["ghi", "dhi", "dni"],
+                "dni",
+                ["dni is 0 all year, ghi and dhi not", "--weather-without dni"],
+            ),
+            (["ghi", "dhi", "dni"], "ghi", ["ghi is 0 all year", "--weather-without ghi"]),
+            (["ghi", "dni"], "dni", ["dni is 0 all year, ghi not", "give a file that has it"]),
+            (["dhi", "dni"], "dni", ["dni is 0 all year", "give a file that has it"]),
+            (["ghi", "dhi"], "dhi", ["dhi is 0 all year", "give a file that has it"]),
+        ],
+        kept=3,
+    ),
 )
 def test_a_column_of_zeros_is_named(tmp_path, columns, dark, words):
     right = read_weather(TMY3, *BERLIN)
@@ -252,6 +271,7 @@ def test_a_column_of_zeros_is_named(tmp_path, columns, dark, words):
         assert annual_sums(derived) == pytest.approx(annual_sums(right), rel=0.01)
 
 
+@pytest.mark.slow
 def test_global_light_in_the_diffuse_column(tmp_path):
     data = (
         read_weather(TMY3, *BERLIN)
@@ -263,6 +283,7 @@ def test_global_light_in_the_diffuse_column(tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_edges_of_clouds_may_exceed_the_limits_for_minutes(tmp_path):
     table = plain_table(year_of())
     bright = table.index[(table["ghi"] > 400).to_numpy()]
@@ -272,6 +293,7 @@ def test_edges_of_clouds_may_exceed_the_limits_for_minutes(tmp_path):
     refuse(write_table(tmp_path / "many.csv", table), "physically possible", "1.5 S cos(z)^1.2")
 
 
+@pytest.mark.slow
 def test_years_too_dark_or_too_bright(tmp_path):
     table = plain_table(year_of())
     for scale, words in (
@@ -283,6 +305,7 @@ def test_years_too_dark_or_too_bright(tmp_path):
         refuse(write_table(tmp_path / f"{scale}.csv", table.assign(ghi=ghi, dhi=0.1 * ghi)), words)
 
 
+@pytest.mark.slow
 def test_a_direct_column_that_holds_the_global_irradiance():
     """Potsdam 2019: G_Bh + G_Dh sums up to 1,659 kWh/m²."""
     refuse(POTSDAM_2019, "under overcast skies only 50 %", "direct column", "2019")

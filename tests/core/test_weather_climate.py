@@ -89,6 +89,7 @@ def test_real_records_are_within_what_is_usual(file):
     assert not [note for note in weather.notes if "climate" in note or "long-term mean:" in note]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", [*WARM.values(), *DULL.values()])
 @pytest.mark.parametrize(
     ("freq", "words"), [("h", r"values times (1\.9|2) would fit"), ("30min", "energy per interval")]

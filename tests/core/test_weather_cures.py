@@ -56,6 +56,7 @@ def facades(weather):
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("minutes", [-60, -30, 20, 30, 60])
 @pytest.mark.parametrize("columns", [("ghi", "dhi", "dni"), ("ghi", "dhi")], ids=len)
 def test_the_shift_of_a_file_runs_and_is_right(tmp_path, minutes, columns):
@@ -92,6 +93,7 @@ def dni_of_another_sun(tmp_path, light, direct):
     return write_table(tmp_path / f"{light}_{direct}.csv", data), right
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("light", "direct"), [(30, 0), (-30, 0), (45, 0), (0, 30)])
 def test_dni_of_another_sun_than_its_light(tmp_path, light, direct):
     """As in Essen's file: GHI of stamps in the middle of the hour, DNI made as if they ended it."""

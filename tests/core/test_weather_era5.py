@@ -6,12 +6,16 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from thorough import mark_cases
 from weathers import BERLIN, ERA5, HOUR, annual_sums, direct_horizontal, refuse, save_era5
 
 from citypv.core.settings.errors import InputError
 from citypv.core.weather.read_weather import read_weather
 
+pytestmark = pytest.mark.every_python
 
+
+@pytest.mark.slow
 def test_era5_sums_and_relation():
     weather = read_weather(ERA5, *BERLIN)
     data = weather.data
@@ -32,6 +36,7 @@ def test_era5_sums_and_relation():
     assert data.notna().all().all() and len(data) == 8760 and weather.interval == HOUR
 
 
+@pytest.mark.slow
 def test_era5_stamps_end_the_hour():
     weather = read_weather(ERA5, *BERLIN)
     with xr.open_dataset(ERA5) as dataset:
@@ -41,6 +46,7 @@ def test_era5_stamps_end_the_hour():
     np.testing.assert_allclose(weather.data["ghi"], ssrd / 3600.0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_era5_bilinear_lies_between_its_neighbours():
     weather = read_weather(ERA5, 52.475, 13.225, point="bilinear")
     # The middle of four grid points is their mean.
@@ -57,6 +63,7 @@ def test_era5_bilinear_lies_between_its_neighbours():
     assert "bilinear: 52.6°" in beyond.label
 
 
+@pytest.mark.slow
 def test_era5_new_names_expver_and_longitudes(tmp_path):
     plain = read_weather(ERA5, *BERLIN).data
 
@@ -75,6 +82,7 @@ def test_era5_new_names_expver_and_longitudes(tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_era5_in_two_files_of_a_zip(tmp_path):
     accumulated = save_era5(tmp_path / "accum.nc", lambda dataset: dataset[["ssrd", "fdir"]])
     instant = save_era5(tmp_path / "instant.nc", lambda dataset: dataset[["t2m", "u10", "v10"]])
@@ -85,6 +93,7 @@ def test_era5_in_two_files_of_a_zip(tmp_path):
     assert annual_sums(zipped)[0] == pytest.approx(1031.4, abs=0.06)
 
 
+@pytest.mark.slow
 def test_era5_of_several_years_with_one_left_out(tmp_path):
     for year, days in ((2015, -731), (2017, 0)):
         save_era5(
@@ -98,6 +107,7 @@ def test_era5_of_several_years_with_one_left_out(tmp_path):
     assert annual_sums(weather)[0] == pytest.approx(2 * 1031.4, abs=0.1)
 
 
+@pytest.mark.slow
 def test_era5_without_a_variable_or_with_another_unit(tmp_path):
     refuse(
         save_era5(tmp_path / "a.nc", lambda dataset: dataset.drop_vars(["ssrd", "t2m"])),
@@ -124,6 +134,7 @@ def test_era5_without_a_variable_or_with_another_unit(tmp_path):
     refuse(may, "2017-0", "missing")
 
 
+@pytest.mark.slow
 def test_place_outside_the_grid():
     refuse(ERA5, "outside the grid", "48.1", place=(48.1, 11.6))
     refuse(ERA5, "outside the grid", place=(52.6, 13.73))
@@ -137,7 +148,8 @@ def spell(dataset, units):
     return dataset
 
 
-@pytest.mark.parametrize("unit", ["J m-2", "J/m^2", "J m⁻²", "J m^-2"])
+@pytest.mark.slow
+@pytest.mark.parametrize("unit", mark_cases(["J m-2", "J/m^2", "J m⁻²", "J m^-2"], kept=2))
 def test_era5_units_in_other_spellings(tmp_path, unit):
     path = save_era5(
         tmp_path / "a.nc",
@@ -146,6 +158,7 @@ def test_era5_units_in_other_spellings(tmp_path, unit):
     assert annual_sums(read_weather(path, *BERLIN))[0] == pytest.approx(1031.4, abs=0.06)
 
 
+@pytest.mark.slow
 def test_era5_mean_rates_celsius_and_wind_speed(tmp_path):
     plain = read_weather(ERA5, *BERLIN).data
 
@@ -164,6 +177,7 @@ def test_era5_mean_rates_celsius_and_wind_speed(tmp_path):
     np.testing.assert_allclose(found[columns], plain[columns], rtol=2e-5, atol=2e-3)
 
 
+@pytest.mark.slow
 def test_era5_one_file_for_each_variable_beside_others(tmp_path):
     for name in ("ssrd", "fdir", "t2m", "u10", "v10"):
         save_era5(tmp_path / f"{name}.nc", lambda dataset, name=name: dataset[[name]])
@@ -191,6 +205,7 @@ def leap_year(dataset):
     return dataset.assign_coords(time=times[~((times.month == 2) & (times.day == 29))].to_numpy())
 
 
+@pytest.mark.slow
 def test_era5_without_29_february(tmp_path):
     weather = read_weather(save_era5(tmp_path / "leap.nc", leap_year), *BERLIN)
     assert len(weather.data) == 8760
@@ -202,6 +217,7 @@ def test_era5_without_29_february(tmp_path):
     refuse(gap, "gap", "2017-03-25")
 
 
+@pytest.mark.slow
 def test_era5_calendar_without_leap_days(tmp_path):
     path = save_era5(
         tmp_path / "noleap.nc", lambda dataset: leap_year(dataset).convert_calendar("noleap")
@@ -229,6 +245,7 @@ def quarters(dataset, share):
     )
 
 
+@pytest.mark.slow
 def test_era5_joules_of_a_quarter_of_an_hour(tmp_path):
     right = save_era5(
         tmp_path / "right.nc", lambda dataset: quarters(dataset, {"ssrd": 0.25, "fdir": 0.25})

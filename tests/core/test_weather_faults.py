@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from thorough import mark_cases
 from weathers import BARROW, DATA, HOUR, POTSDAM_2018, PVGIS
 
 from citypv.core.settings.errors import InputError
@@ -59,7 +60,8 @@ def faults_of(record):
     return check_faults(year, days, "a year")
 
 
-@pytest.mark.parametrize("name", RECORDS)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", mark_cases(RECORDS, kept=2))
 def test_real_records_pass(name):
     assert len(faults_of(year_of_record(name))) == (
         1 if name == "Po valley" else 0
@@ -108,8 +110,9 @@ FAULTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.__name__)
-@pytest.mark.parametrize("name", ["New York", "Potsdam"])
+@pytest.mark.parametrize("name", mark_cases(["New York", "Potsdam"], kept=1))
 def test_a_fault_is_refused(name, fault):
     record = year_of_record(name)
     fault(record.data)
@@ -117,7 +120,8 @@ def test_a_fault_is_refused(name, fault):
         faults_of(record)
 
 
-@pytest.mark.parametrize("name", RECORDS)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", mark_cases(RECORDS, kept=2))
 def test_global_as_diffuse_beside_all_three_is_no_shift_by_half_a_day(name):
     """With the sun below the horizon GHI = DHI."""
     record = year_of_record(name)
@@ -163,6 +167,7 @@ def test_one_temperature_all_year_is_no_fault():
     )
 
 
+@pytest.mark.slow
 def test_the_dark_signal_of_an_instrument_counts_as_0_with_a_note():
     """Pyranometers lose heat to the night sky: -5 Wm⁻² in every hour of darkness, which a file
     without a cure keeps.

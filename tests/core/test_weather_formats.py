@@ -30,12 +30,15 @@ from weathers import (
 from citypv.core.settings.errors import InputError
 from citypv.core.weather.read_weather import read_weather
 
+pytestmark = pytest.mark.every_python
+
 POTSDAM = (52.38, 13.06)
 
 
 # --- NSRDB
 
 
+@pytest.mark.slow
 def test_nsrdb_of_quarters_of_an_hour():
     with gzip.open(STOCKHOLM, "rt") as file:
         table, place = pvlib.iotools.read_nsrdb_psm4(file, map_variables=True)
@@ -54,6 +57,7 @@ def test_nsrdb_of_quarters_of_an_hour():
 # --- DWD
 
 
+@pytest.mark.slow
 def test_dwd_station_against_its_own_columns():
     weather = read_weather(POTSDAM_2018, *BERLIN)
     rows = np.array([line.split() for line in lines_of(POTSDAM_2018)[6:]], float)
@@ -83,6 +87,7 @@ def dwd_lines(year, change=lambda lines: lines):
     return change([line.replace("2018", str(year)) for line in lines[:6]] + lines[6:])
 
 
+@pytest.mark.slow
 def test_dwd_heads_of_several_kinds(tmp_path):
     def swap(lines):
         return ["#13.06\t52.38\t81.0\t1" if line.startswith("# 52,47") else line for line in lines]
@@ -101,6 +106,7 @@ def test_dwd_heads_of_several_kinds(tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_dwd_year_without_its_last_hour(tmp_path):
     short = write_lines(tmp_path / "short.txt", lines_of(POTSDAM_2018)[:-1])
     weather = read_weather(short, *BERLIN)
@@ -109,6 +115,7 @@ def test_dwd_year_without_its_last_hour(tmp_path):
     refuse(write_lines(tmp_path / "cut.txt", lines_of(POTSDAM_2018)[:-12]), "full years")
 
 
+@pytest.mark.slow
 def test_several_years_of_dwd_are_put_together(tmp_path):
     files = [write_lines(tmp_path / f"{year}.txt", dwd_lines(year)) for year in (2018, 2017)]
     weather = read_weather(files, *BERLIN)
@@ -123,6 +130,7 @@ def test_several_years_of_dwd_are_put_together(tmp_path):
         read_weather([files[0], BARROW], *BERLIN)
 
 
+@pytest.mark.slow
 def test_test_reference_year(tmp_path):
     rows = np.array([line.split() for line in lines_of(POTSDAM_2018)[6:]], float)
     times = pd.date_range("2021-01-01", periods=8760, freq="h")
@@ -190,6 +198,7 @@ def hourly_pvgis(slope=0, components=True):
     return head, names, rows
 
 
+@pytest.mark.slow
 def test_hourly_series_of_pvgis(tmp_path):
     head, names, rows = hourly_pvgis()
     path = write_lines(
@@ -229,6 +238,7 @@ def test_hourly_series_of_pvgis(tmp_path):
     refuse(tmp_path / "tilted.json", "slope of 30")
 
 
+@pytest.mark.slow
 def test_hourly_series_that_cannot_be_used(tmp_path):
     for name, settings, word in (
         ("slope", {"slope": 35}, "slope of 35"),
@@ -277,6 +287,7 @@ def server(monkeypatch):
         thread.join()
 
 
+@pytest.mark.slow
 def test_downloaded_is_as_read_from_a_file(server):
     downloaded, read = read_weather("pvgis", 45.0, 368.0), read_weather(PVGIS, 45.0, 8.0)
     assert Server.asked == ["/api/tmy?lat=45.0&lon=8.0&outputformat=json"]
@@ -297,6 +308,7 @@ def test_an_answer_that_is_no_typical_year(server):
         read_weather("pvgis", 9.0, 8.0)
 
 
+@pytest.mark.slow
 def test_without_a_network_it_ends_at_once(tmp_path, monkeypatch, refused):
     # Port 9 of this machine: nobody answers.
     monkeypatch.setattr(pvlib.iotools.pvgis, "URL", "http://127.0.0.1:9/api/")

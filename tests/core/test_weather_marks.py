@@ -28,6 +28,8 @@ from citypv.core.weather import formats
 from citypv.core.weather.formats import FORMATS, read_as, recognise_weather, table_of_formats
 from citypv.core.weather.read_weather import read_weather
 
+pytestmark = pytest.mark.every_python
+
 PLACE = (*BERLIN, 34.0)
 MAIN = ["ghi", "dhi", "dni"]
 

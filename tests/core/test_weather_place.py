@@ -31,6 +31,7 @@ def near_berlin(folder, longitude):
     return path
 
 
+@pytest.mark.slow
 def test_distance_is_that_of_the_ellipsoid():
     weather = read_weather(TMY3, *BERLIN)
     site = three_houses().site
@@ -57,6 +58,7 @@ def test_the_distance_that_a_refusal_names_is_enough_and_ten_less_is_not(degrees
         check_distance(weather, site, allowed - 10)
 
 
+@pytest.mark.slow
 def test_suns_are_those_of_the_weathers_place():
     scene = three_houses()
     request = Request(
@@ -88,6 +90,7 @@ def hours(folder):
     return totals["mwh_per_year"] / totals["kwp"] * 1000
 
 
+@pytest.mark.slow
 def test_yield_takes_any_longitude_of_the_latitude(traced, tmp_path, refused):
     path = near_berlin(tmp_path, 100.0)
     again = ["yield", str(traced / "days" / "transfer.nc"), "--quiet"]
@@ -113,6 +116,7 @@ def test_yield_takes_any_longitude_of_the_latitude(traced, tmp_path, refused):
     )
 
 
+@pytest.mark.slow
 def test_yield_takes_any_place_with_a_sky_grid(traced, tmp_path):
     again = ["yield", str(traced / "grid" / "transfer.nc"), "--quiet", "--weather", str(TMY3)]
     assert main([*again, "--out", str(tmp_path / "york")]) == 0
@@ -121,6 +125,7 @@ def test_yield_takes_any_place_with_a_sky_grid(traced, tmp_path):
     assert weather["distance_km"] == pytest.approx(6386, rel=0.01)
 
 
+@pytest.mark.slow
 def test_what_was_found_out_is_said_and_kept(city, tmp_path, capfd):
     options = ["--weather", str(ERA5), "--samples", "4", "--suns", "typical-days:2"]
     assert main(["simulate", str(city), *options, "--out", str(tmp_path / "said")]) == 0

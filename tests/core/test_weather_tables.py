@@ -25,6 +25,8 @@ from weathers import (
 
 from citypv.core.weather.read_weather import read_weather
 
+pytestmark = pytest.mark.every_python
+
 NAMES = ["ghi", "dhi", "dni", "temp_air", "wind_speed"]
 HEAD = [
     '0,"BERLIN",NA,1.0,52.51,13.39,35',
@@ -43,6 +45,7 @@ def write_tmy3(path, table, interval):
     return write_lines(path, HEAD + rows)
 
 
+@pytest.mark.slow
 def test_values_are_those_of_pvlib():
     with gzip.open(TMY3, "rt") as file:
         rows = file.readline().strip().strip('"').replace('""', '"') + "\n" + file.read()
@@ -60,6 +63,7 @@ def test_values_are_those_of_pvlib():
     )
 
 
+@pytest.mark.slow
 def test_february_of_a_leap_year(tmp_path):
     """The last hour of 28 February 1996 has the stamp 24:00, and does not make the typical year a
     leap year.
@@ -79,6 +83,7 @@ def test_february_of_a_leap_year(tmp_path):
         assert not any("29 February" in note for note in weather.notes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("freq", ["h", "30min", "15min"])
 def test_real_years_and_steps_in_this_format(tmp_path, freq):
     interval = pd.Timedelta(1, "h") if freq == "h" else pd.Timedelta(freq)
@@ -92,6 +97,7 @@ def test_real_years_and_steps_in_this_format(tmp_path, freq):
     assert abs(weather.checks["2020"]["daylight_shift"]) <= 2
 
 
+@pytest.mark.slow
 def test_columns_of_other_sources(tmp_path):
     lines = lines_of(TMY3)
     names = lines[1].split(",")
@@ -126,6 +132,7 @@ def test_sam_csv_of_another_source(tmp_path):
     refuse(write_lines(tmp_path / "minute.csv", lines), "Minute", "NSRDB", "csv")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("zone", "place"), [(5.5, (28.6, 77.1)), (5.75, (27.7, 85.3)), (-3.5, (47.6, -52.7))]
 )
@@ -158,6 +165,7 @@ def test_nsrdb_in_zones_of_half_hours(tmp_path, zone, place):
     )
 
 
+@pytest.mark.slow
 def test_csv_as_spreadsheets_write_it(tmp_path):
     table = plain_table(year_of())
     table["dni"] = 400.0 * (table["ghi"] > 0)
@@ -197,6 +205,7 @@ def test_words_among_numbers_are_named_by_row(tmp_path, path, field, row, column
     )
 
 
+@pytest.mark.slow
 def test_typical_year_of_pvgis_with_rows_missing_or_cut(tmp_path):
     lines = lines_of(PVGIS)
     refuse(

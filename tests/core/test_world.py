@@ -83,6 +83,7 @@ def test_each_direction_lies_in_its_triangle(count):
     assert np.degrees(np.arccos(nearest.min())) <= triangles.reach
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("place", "sky"),
     [
@@ -102,6 +103,7 @@ def test_a_place_is_what_yield_gives(skylines, place, sky):
     np.testing.assert_allclose(found, expected, rtol=CLOSE, atol=1e-3)
 
 
+@pytest.mark.slow
 def test_stations_are_what_yield_gives(skylines):
     """Measured weather of the Arctic, with direct light below 2°, and a typical year."""
     weathers = [read_weather(path, 0.0, 0.0) for path in (BARROW, PVGIS)]
@@ -114,6 +116,7 @@ def test_stations_are_what_yield_gives(skylines):
         np.testing.assert_allclose(world.full_load_hours[row, 0, :, 0], expected, rtol=CLOSE)
 
 
+@pytest.mark.slow
 def test_unshaded_planes_are_pvlibs():
     """Transposition, cell temperature and module by pvlib itself, at ten places from 55° S to 71°
     N.
@@ -131,6 +134,7 @@ def test_unshaded_planes_are_pvlibs():
             assert world.full_load_hours[row, 0, group, 0] == pytest.approx(expected, rel=2 * CLOSE)
 
 
+@pytest.mark.slow
 def test_poles_and_date_line():
     """At the pole all facades get the same light within a day's drift; no sun in the
     polar night.
@@ -151,6 +155,7 @@ def test_poles_and_date_line():
     assert hours[2, 2, 37:].argmax() in (11, 12)
 
 
+@pytest.mark.slow
 def test_land_and_sea():
     """Off land the climate is blank, or the clear sky, and says which."""
     places = Places(np.array([45.0, 45.0]), np.array([8.0, -30.0]))
@@ -164,6 +169,7 @@ def test_land_and_sea():
     assert "clear sky" in filled.label
 
 
+@pytest.mark.slow
 def test_shift_is_exact_at_greenwich_and_close_elsewhere(skylines):
     """At Greenwich nothing is shifted; over half the Earth the sun has moved on by half a day."""
     places = Places(np.full(3, 48.0), np.array([0.0, 97.5, -180.0]))
@@ -186,12 +192,14 @@ def test_weights_of_a_mix_that_mean_nothing():
             parse_mix(text, ["town", "unshaded"])
 
 
+@pytest.mark.slow
 def test_days_with_the_sun_hardly_above_the_horizon_have_numbers():
     """70° N in January: an hour with the sun at 0.0001° and a clearness index of 3.7."""
     places = Places(np.array([70.0]), np.array([-125.0]))
     assert np.isfinite(world_of(unshaded_transfer(), places, "climate").full_load_hours).all()
 
 
+@pytest.mark.slow
 def test_merged_surfaces_keep_what_is_linear(skylines):
     """Half of the surfaces: the same area and light of the sky, and hours within 2 %."""
     environment = build_environment("town", "test", skylines, SYSTEM, "perez")
@@ -223,6 +231,7 @@ def test_merged_surfaces_keep_what_is_linear(skylines):
     assert merge_surfaces(environment, 1000) is environment
 
 
+@pytest.mark.slow
 def test_other_suns_than_a_sky_grid_are_refused_with_what_to_run():
     whole, flat = (Horizons(9).transfer(sky_grid_suns(16)) for _ in range(2))
     flat.surfaces.eligible[:] = False

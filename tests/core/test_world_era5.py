@@ -6,6 +6,7 @@ from contextlib import ExitStack
 import numpy as np
 import pytest
 import xarray as xr
+from thorough import mark_cases
 
 from citypv.core.commands.command_line import main
 from citypv.core.commands.world_tasks import stamp_files
@@ -66,6 +67,7 @@ def expected(tmp_path_factory):
     return run(tmp_path_factory.mktemp("era5"), ERA5)
 
 
+@pytest.mark.slow
 def test_values_of_one_point_are_those_of_yield(tmp_path, expected):
     """The file's own point, computed like a city there."""
     assert dict(expected.sizes) | {"latitude": 2, "longitude": 3, "group": 8} == dict(
@@ -80,7 +82,8 @@ def test_values_of_one_point_are_those_of_yield(tmp_path, expected):
     assert expected["group"].to_numpy().tolist() == ["_".join(pair) for pair in energy.groups]
 
 
-@pytest.mark.parametrize("turn", ["ascending", "0 to 360", "west of Greenwich"])
+@pytest.mark.slow
+@pytest.mark.parametrize("turn", mark_cases(["ascending", "0 to 360", "west of Greenwich"], kept=1))
 def test_axes_may_run_either_way(tmp_path, demo, expected, turn):
     changed, shift = (
         demo.sortby(NORTH, ascending=not demo.indexes[NORTH].is_monotonic_increasing),
@@ -104,6 +107,7 @@ def test_axes_may_run_either_way(tmp_path, demo, expected, turn):
     )
 
 
+@pytest.mark.slow
 def test_variables_and_times_may_be_in_several_files(tmp_path, demo, expected, refusal):
     half = demo.sizes[TIME] // 2
     files = [
@@ -117,6 +121,7 @@ def test_variables_and_times_may_be_in_several_files(tmp_path, demo, expected, r
     refusal(*files)
 
 
+@pytest.mark.slow
 def test_years_are_averaged_and_chosen(tmp_path, demo, expected):
     later = demo.assign_coords({TIME: demo[TIME] + np.timedelta64(365 * 24, "h")})
     later["ssrd"], later["fdir"] = later["ssrd"] * 0.9, later["fdir"] * 0.9
@@ -131,6 +136,7 @@ def test_years_are_averaged_and_chosen(tmp_path, demo, expected):
     assert (second < first).all()
 
 
+@pytest.mark.slow
 def test_a_point_without_values_stays_blank_and_a_gap_is_refused(tmp_path, demo, expected, refusal):
     blank = demo.copy(deep=True)
     for name in blank.data_vars:
@@ -150,6 +156,7 @@ def test_a_point_without_values_stays_blank_and_a_gap_is_refused(tmp_path, demo,
     assert "temp_air is missing" in said and "gap.nc at " in said
 
 
+@pytest.mark.slow
 def test_what_is_missing_or_odd_is_refused_in_one_line(tmp_path, demo):
     with ExitStack() as stack, pytest.raises(InputError, match="variables fdir"):
         open_era5_grid([save(demo.drop_vars("fdir"), tmp_path / "fdir.nc")], stack)
@@ -165,6 +172,7 @@ def test_what_is_missing_or_odd_is_refused_in_one_line(tmp_path, demo):
         open_era5_grid([save(odd, tmp_path / "odd.nc")], stack)
 
 
+@pytest.mark.slow
 def test_a_grid_is_thinned_and_cut(tmp_path, expected):
     found = run(tmp_path, ERA5, options=("--step", "0.5", "--latitudes", "52.5", "53"))
     assert found.sizes["latitude"] == 1
@@ -185,6 +193,7 @@ def test_a_region_across_the_date_line_is_cut_and_thinned():
     assert regular_axes(5.0, None, (170.0, -170.0))[1].tolist() == [-180, -175, -170, 170, 175]
 
 
+@pytest.mark.slow
 def test_a_later_file_fills_what_an_earlier_one_lacks(tmp_path, demo, expected):
     """Final and preliminary data as two files of all hours, each with gaps where the other has
     values.
@@ -198,6 +207,7 @@ def test_a_later_file_fills_what_an_earlier_one_lacks(tmp_path, demo, expected):
         )
 
 
+@pytest.mark.slow
 def test_further_dimensions_are_dropped_or_refused(tmp_path, demo, expected, refusal):
     """Members of an ensemble, steps of a forecast, points in a list, curved grids."""
     found = run(tmp_path, save(demo.expand_dims(number=[0], surface=[0.0]), tmp_path / "single.nc"))
@@ -221,6 +231,7 @@ def test_further_dimensions_are_dropped_or_refused(tmp_path, demo, expected, ref
         assert words in said and path.name in said
 
 
+@pytest.mark.slow
 def test_a_time_that_a_file_has_twice_is_refused_as_by_yield(tmp_path, demo, refusal):
     """Two values of one hour: nobody knows which is right. Sorted or not, alone or beside other
     files.
@@ -239,6 +250,7 @@ def test_a_time_that_a_file_has_twice_is_refused_as_by_yield(tmp_path, demo, ref
             read_era5(files, 52.5, 13.5, 34.0, "nearest")
 
 
+@pytest.mark.slow
 def test_wrong_times_have_a_cure_that_a_grid_allows(tmp_path, demo, refusal):
     path = save(
         demo.assign_coords({TIME: demo[TIME] + np.timedelta64(2, "h")}), tmp_path / "late.nc"

@@ -66,6 +66,7 @@ def world_of(transfer, weathers):
     return world_at([build_environment("town", "test", transfer, SYSTEM)], weathers)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sky", ["isotropic", "perez"])
 def test_errors_are_those_of_yield(town, sky):
     """The Arctic, 45° N, and a clear sky at the equator: shares of direct light from a third to
@@ -91,7 +92,7 @@ def test_errors_are_those_of_yield(town, sky):
     ).any()  # one share for all places would not do
 
 
-@pytest.mark.once
+@pytest.mark.slow
 def test_errors_are_as_large_as_the_scatter():
     """Of the year and the gain: noise of known size in the reflected light of single surfaces, and
     in the visible sky, beside which rays meet faces of half its brightness.
@@ -126,7 +127,8 @@ def test_errors_are_as_large_as_the_scatter():
     np.testing.assert_allclose(np.sqrt(ratio.mean(axis=1)), 1.0, atol=0.17)
 
 
-@pytest.mark.once
+@pytest.mark.slow
+@pytest.mark.thorough
 def test_months_are_as_uncertain_as_the_scatter():
     """Noise of known size, another in each direction of the grid: months have more of it than the
     year has.
@@ -153,6 +155,7 @@ def test_months_are_as_uncertain_as_the_scatter():
     np.testing.assert_allclose(months / year, 1.0, atol=0.17)
 
 
+@pytest.mark.slow
 def test_a_mix_is_the_weighted_mean_of_independent_errors_and_closed_forms_have_none(town):
     environments = [
         build_environment(name, "test", transfer, SYSTEM)
@@ -171,6 +174,7 @@ def test_a_mix_is_the_weighted_mean_of_independent_errors_and_closed_forms_have_
     np.testing.assert_allclose(mix, 0.25 * town_gain * plain[0] / plain[2], rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_an_unknown_error_stays_unknown(town):
     unknown = replace(town, direct_annual_standard_error=np.full(COUNT, np.nan))
     world = world_of(unknown, [read_weather(PVGIS, 0.0, 0.0)])
@@ -178,6 +182,7 @@ def test_an_unknown_error_stays_unknown(town):
     assert np.isfinite(world.full_load_hours).all()
 
 
+@pytest.mark.slow
 def test_the_file_has_them_and_tasks_do_not_change_them(town, tmp_path):
     write_transfer(tmp_path / "transfer.nc", town)
     options = [

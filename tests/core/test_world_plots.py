@@ -40,6 +40,7 @@ def folder(tmp_path_factory):
     return out
 
 
+@pytest.mark.slow
 def test_plot_draws_them_anew(folder, tmp_path, capfd, refused):
     """From world.nc alone, the same bytes; what is no grid, or no world, ends in one line."""
     shutil.copy(folder / "world.nc", tmp_path / "world.nc")
@@ -68,6 +69,7 @@ def test_plot_draws_them_anew(folder, tmp_path, capfd, refused):
         assert f"{place / 'world.nc'}: " in said and words in said
 
 
+@pytest.mark.slow
 def test_file_follows_the_conventions(folder):
     with xr.open_dataset(folder / "world.nc") as dataset:
         assert dataset.attrs["Conventions"].startswith("CF-")
@@ -92,6 +94,7 @@ def test_file_follows_the_conventions(folder):
         np.testing.assert_allclose(months, hours, rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_gain_lies_where_the_ground_is(folder):
     """The further a facade faces away from the sun, the more of its light comes from the ground."""
     with xr.open_dataset(folder / "world.nc") as dataset:
@@ -102,6 +105,8 @@ def test_gain_lies_where_the_ground_is(folder):
     assert 5 < float(gain.sel(latitude=60)) < 25
 
 
+@pytest.mark.slow
+@pytest.mark.law
 def test_gain_under_an_overcast_sky_is_that_of_the_closed_form():
     """Eq. 9: a facade gets 0.5 from the sky and 0.25·0.5 from the ground; 25 %, as far as power is
     linear.
@@ -143,6 +148,7 @@ def test_places_are_found_across_the_date_line():
     assert [write_degrees(value, "E", "W") for value in (-10.5, 0, 20)] == ["10.5°W", "0°", "20°E"]
 
 
+@pytest.mark.slow
 def test_a_region_across_the_date_line_is_one_piece(folder):
     """Fiji lies between 177° E and 178° W; the map shows it once, in the middle, with both ends of
     its coast.
@@ -172,6 +178,7 @@ def test_a_region_across_the_date_line_is_one_piece(folder):
         assert join_at_date_line(whole)["longitude"].to_numpy().tolist() == longitude
 
 
+@pytest.mark.slow
 def test_every_environment_has_a_map_of_what_faces_the_equator(folder):
     """South facades in the north and north ones in the south; each environment that was asked for,
     with its title.

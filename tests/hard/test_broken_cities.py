@@ -33,6 +33,8 @@ from citypv.core.sun.sun_sampling import choose_suns, match_suns
 from citypv.core.weather.add_sun import add_sun
 from citypv.core.weather.climate import clear_sky
 
+pytestmark = pytest.mark.every_python
+
 HOUR = pd.Timedelta(hours=1)
 BERLIN = (52, 13)
 UTM = np.array([390_000, 5_818_000, 30.0])

@@ -25,6 +25,8 @@ from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request, check_request
 
+pytestmark = pytest.mark.every_python
+
 ALBEDO = np.full(COUNT, 0.25)
 PATCHES = patches_of_scene(HOUSE, ALBEDO, 0)
 EVERY = np.ones(COUNT, bool)
@@ -170,6 +172,7 @@ def test_broken_hemisphere():
             refused("ray_", hemisphere, broken)
 
 
+@pytest.mark.slow
 def test_broken_shadow_rays():
     ray_scene = RayScene(HOUSE.vertices, HOUSE.triangles)
     good = {

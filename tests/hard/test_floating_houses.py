@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from test_hollows import both_estimators
 from test_slabs_and_sheets import PLAIN, assert_light, scene_of, sheet, sheets_of
+from thorough import mark_cases
 from towns import box
 
 BELOW = sheet([-4, -3, 0], [8, 0, 0], [0, 6, 0])  # the ground under the house, a surface of its own
@@ -30,7 +31,9 @@ def test_below_a_house_that_floats_it_is_as_light_as_paths_say():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("floor", "dark"), [(0.0, True), (0.4, True), (2.0, False)])
+@pytest.mark.parametrize(
+    ("floor", "dark"), mark_cases([(0.0, True), (0.4, True), (2.0, False)], kept=1)
+)
 def test_gather_is_forward_at_a_house(floor, dark):
     """Diffuse and direct light of its walls and floor, and of the ground under it. Up to half a
     metre is how inaccurately houses are drawn on the ground: nothing passes below them."""

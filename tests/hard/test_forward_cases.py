@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scenes import RUNS, join, run_forward, run_gather, scene_of_triangles, strip, suns_towards
+from thorough import mark_cases
 from towns import spun
 
 from citypv.core.commands.plain_scenes import box
@@ -42,6 +43,7 @@ def direct_of(transfer):
 # Geometry
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("away", [0.0, 1e4])
 def test_an_unshaded_face_gets_its_closed_form_at_every_incidence(away):
     """A face turned any way, suns down to 0.1° above its plane: per irradiance on it, 1."""
@@ -66,6 +68,7 @@ def test_an_unshaded_face_gets_its_closed_form_at_every_incidence(away):
     assert share.mean() == pytest.approx(1, abs=0.03)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("depth", [0.5, 5.0])
 def test_walls_that_go_on_below_the_ground(depth):
     """The far ground shines from below the horizon, but not from below the ground."""
@@ -82,6 +85,7 @@ def test_walls_that_go_on_below_the_ground(depth):
     assert transfer.sky_view_factor[walls].mean() == pytest.approx(0.5 * share, abs=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("missing", [0, 1, 2])
 def test_an_open_house(missing):
     """Without its roof, its floor or a wall, its other faces get what they get in gather."""
@@ -91,6 +95,7 @@ def test_an_open_house(missing):
     )
 
 
+@pytest.mark.slow
 def test_an_inverted_house_is_dark_outside():
     parts = [PLAIN, *((points, np.asarray(faces)[:, ::-1]) for points, faces in HOUSE)]
     transfer = trace(parts)
@@ -98,6 +103,7 @@ def test_an_inverted_house_is_dark_outside():
     assert transfer.diffuse_relative[:12].max() > 0.9
 
 
+@pytest.mark.slow
 def test_a_face_that_leans_out_over_another_and_one_that_looks_down():
     parts = [
         PLAIN,
@@ -114,6 +120,7 @@ def test_slivers():
     assert direct_of(transfer).mean(axis=0) == pytest.approx(SUNS.direction[:, 2], rel=0.03)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [1e-3, 1024.0, 1e3])
 def test_any_scale(scale):
     """The same photons enter a town of any size: by powers of two to the last bit, else but for
@@ -129,7 +136,10 @@ def test_any_scale(scale):
 # Light
 
 
-@pytest.mark.parametrize(("albedo", "bounces"), [(0.0, 1), (1.0, 0), (1.0, 50)])
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("albedo", "bounces"), mark_cases([(0.0, 1), (1.0, 0), (1.0, 50)], law=(1,))
+)
 def test_nothing_is_brighter_than_the_sky(albedo, bounces):
     """White furnace: where all reflects all, everything comes as near to 1 as its error says;
     nothing is beyond.

@@ -80,6 +80,7 @@ def test_gather_and_forward_agree():
         assert abs(z.mean()) < (0.25 if bounces else 4 / np.sqrt(len(z)))
 
 
+@pytest.mark.slow
 @pytest.mark.law
 @law
 @given(seeds)
@@ -99,6 +100,7 @@ def test_energy(seed):
         assert min(tally.values()) >= 0
 
 
+@pytest.mark.slow
 @pytest.mark.law
 @law
 @given(seeds)
@@ -116,6 +118,7 @@ def test_threads_and_chunks(seed):
     assert one.record.photons == other.record.photons
 
 
+@pytest.mark.slow
 @pytest.mark.law
 @law
 @given(seeds)

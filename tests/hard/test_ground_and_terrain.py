@@ -50,6 +50,7 @@ def nameless(height, low, high, thematic=""):
     return build_scene(city, 52, 13, ground="none", patch_size=None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("slope", "thematic"), [(0.0, ""), (0.3, ""), (0.3, "TINRelief")])
 def test_a_cellar_under_ground_without_a_name(slope, thematic):
     """Of each wall only what stands above the ground is lit, and no ray leaves into the sky under
@@ -193,6 +194,7 @@ def stand(height, low, high, **options):
     return build_scene(city, 52, 13, options=SceneOptions(terrain=terrain(height, **options)))
 
 
+@pytest.mark.slow
 def test_a_house_on_a_steep_hill():
     """45°, analytic: each wall sees the sky above the plane it stands on, weighed by what the plane
     leaves of it.
@@ -213,6 +215,7 @@ def test_a_house_on_a_steep_hill():
     assert transfer.diffuse_relative[FLOOR] == 0
 
 
+@pytest.mark.slow
 def test_a_house_below_a_cliff():
     """100 m to the west, its top 25 m away: the west wall sees the sky above it, the east wall all
     of its own.
@@ -227,6 +230,7 @@ def test_a_house_below_a_cliff():
     assert transfer.sky_view_factor[EAST] == pytest.approx(0.5, abs=0.01)
 
 
+@pytest.mark.slow
 def test_a_house_on_the_edge_of_its_terrain():
     """Half of it stands beyond: the ground goes on through the feet, which is said; nothing is lit
     from below.
@@ -239,6 +243,7 @@ def test_a_house_on_the_edge_of_its_terrain():
     assert transfer.diffuse_relative[FLOOR] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("away", [500.0, -500.0])
 def test_terrain_of_another_zero_level(away):
     """500 m above or below: said, finite, and no light from under the ground."""
@@ -256,6 +261,7 @@ def test_terrain_of_another_zero_level(away):
         assert transfer.diffuse_relative[FLOOR] < LEVEL
 
 
+@pytest.mark.slow
 def test_terrain_with_gaps():
     """No heights under half of the house and in a wide band beside it: bridged by those around, and
     said. Where there is none under any house, it is refused."""
@@ -274,6 +280,7 @@ def test_terrain_with_gaps():
     assert one.diffuse_relative[-6:] == pytest.approx(other.diffuse_relative[-6:], abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_town_on_a_hill_far_away():
     """The same at UTM coordinates and 3,072 m, whole squares of the ground away: not a vertex
     differs.

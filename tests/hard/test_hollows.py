@@ -18,7 +18,6 @@ HOLLOWS = {  # faces of the sheet, and what stands in it
     "bowl 60 m wide": (bowl(), []),
     "valley with sides of 100 %": (valley(slope=1.0), []),
 }
-THOROUGH = [pytest.param(name, marks=pytest.mark.thorough) for name in list(HOLLOWS)[1:]]
 
 
 def hollow(name):
@@ -46,7 +45,8 @@ def both_estimators(scene, photons=1000, rays=512):
     return found
 
 
-@pytest.mark.parametrize("name", [next(iter(HOLLOWS)), *THOROUGH])
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", HOLLOWS)
 def test_gather_is_forward_in_a_hollow(name):
     """Surface by surface, and all of the sheet together, in stated errors."""
     scene, count = hollow(name)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from real_cities import SUNS
 from scenes import RUNS, join, strip
+from thorough import mark_cases
 from towns import boxes
 
 from citypv.core.commands.plain_scenes import box, room
@@ -130,7 +131,8 @@ def test_a_slot_between_four_houses_is_outside(width):
     assert np.mean([west["east"], east["west"]]) == pytest.approx(20 / 30, abs=CELL)
 
 
-@pytest.mark.parametrize(("width", "height"), [(3.0, 20.0), (4.0, 15.0)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("width", "height"), mark_cases([(3.0, 20.0), (4.0, 15.0)], law=(1,)))
 def test_cover_of_a_block_does_not_depend_on_the_seed(width, height):
     """25 houses without gaps, in no order: each inner wall coincides with one that faces the other
     way, and all of what a ray meets in a house may be such fronts of its neighbours."""
@@ -204,6 +206,7 @@ def covered_share(estimator="gather", **settings):
     return RUNS[estimator](scene_of_row(), SUNS, **settings).covered_share
 
 
+@pytest.mark.slow
 def test_the_covered_share_does_not_depend_on_rays():
     """The same to the last bit: cells are examined by rays that are the same in every run, by
     photons, and by `citypv inspect`, which traces nothing else."""

@@ -169,6 +169,7 @@ def test_reciprocity(seed):
     assert (np.abs(total - total.T) <= bound).all()
 
 
+@pytest.mark.slow
 @law
 @given(seeds, draw.floats(0, 360))
 def test_turning_the_town_with_the_sun(seed, angle):
@@ -210,6 +211,7 @@ def test_moving_the_town_before_it_is_read(seed, millimetres):
     assert np.array_equal(scenes[0].triangles, scenes[1].triangles)
 
 
+@pytest.mark.slow
 @law
 @given(seeds)
 def test_permuting_the_faces(seed):
@@ -242,6 +244,7 @@ def test_permuting_the_faces(seed):
     assert np.array_equal(one.sky_view_factor[order], other.sky_view_factor)
 
 
+@pytest.mark.slow
 @law
 @given(seeds, draw.integers(2, 7), draw.sampled_from([100, 1000, 4096]))
 def test_threads_and_chunks(seed, threads, chunk):
@@ -262,6 +265,7 @@ def test_threads_and_chunks(seed, threads, chunk):
         assert np.array_equal(getattr(one, name), getattr(other, name)), name
 
 
+@pytest.mark.slow
 @law
 @given(seeds)
 def test_rays_that_are_not_sent_would_be_free(seed):
@@ -279,6 +283,7 @@ def test_rays_that_are_not_sent_would_be_free(seed):
     assert (hemisphere.sky + hemisphere.far_ground)[unobstructed & patches.receives].min() == 1
 
 
+@pytest.mark.slow
 @law
 @given(seeds)
 def test_a_new_building_never_adds_direct_light(seed):
@@ -293,6 +298,7 @@ def test_a_new_building_never_adds_direct_light(seed):
     assert (after.sky_view_factor[:count] <= before.sky_view_factor).all()
 
 
+@pytest.mark.slow
 @law
 @given(seeds, draw.sampled_from([1e-3, 10.0, 1000.0, 1024.0]), draw.booleans())
 def test_any_scale(seed, scale, apart):

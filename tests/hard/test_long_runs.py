@@ -60,6 +60,7 @@ def run(city, out, *more):
     return main(["simulate", str(city), "--out", str(out), "--quiet", *FEW, *more])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stage", ["sky and reflections", "suns"])
 def test_cancel_leaves_nothing_running(stage):
     """An exception from the progress ends the task in that stage, its threads end, and the next run
@@ -78,12 +79,14 @@ def test_cancel_leaves_nothing_running(stage):
     assert same(trace(), reference)
 
 
+@pytest.mark.slow
 def test_the_same_run_in_two_threads_at_once():
     with ThreadPoolExecutor(4) as pool:
         found = list(pool.map(lambda _: trace(threads=2), range(4)))
     assert all(same(one, trace()) for one in found)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="reads the memory from /proc")
 def test_twenty_runs_do_not_grow():
     """Not by more than 5 % after the first runs have filled the allocators' pools."""
@@ -102,7 +105,6 @@ def test_twenty_runs_do_not_grow():
 
 @POSIX
 @pytest.mark.slow
-@pytest.mark.once
 def test_killed_while_results_are_replaced(tmp_path):
     """The folder holds all of the earlier results, or all of the new ones: here the new ones,
     beside which the earlier ones are about to be deleted.

@@ -11,6 +11,7 @@ from own_rays import OwnRays
 from real_cities import SUNS
 from scenes import run_gather
 from test_closed_forms import direct_relative
+from thorough import mark_cases
 from towns import boxes, city_of_polygons
 
 from citypv.core.city.build_scene import build_scene
@@ -80,7 +81,7 @@ CASES = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", mark_cases(CASES, kept=3))
 def test_the_stated_error_holds_what_patches_spread(name):
     """Three times of it, and it is not vast."""
     make, surface = CASES[name]

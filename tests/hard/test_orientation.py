@@ -234,6 +234,7 @@ def test_as_drawn_leaves_all_as_drawn(tmp_path):
     assert turned(read_city([path])) == list(range(6))
 
 
+@pytest.mark.slow
 def test_no_ray_is_cast_where_nothing_is_in_doubt(tmp_path, monkeypatch):
     def refuse(*_):
         raise AssertionError("a ray was cast")

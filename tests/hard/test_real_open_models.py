@@ -90,6 +90,7 @@ def complaints(town, shares):
     return brighter, darker
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("town", TOWNS)
 def test_no_wall_is_brightened_or_blackened_beyond_its_own_rays(town):
     shares, found = look(town)

@@ -10,6 +10,7 @@ import pytest
 from own_rays import OwnRays
 from radiosity import crossed_strings
 from scenes import RUNS, assert_mean, suns_towards
+from thorough import mark_cases
 from towns import box, city_of_polygons
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
@@ -130,7 +131,7 @@ def radiosity_below(size, height, albedo, bounces, *, step=0.5, reach=30.0):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("size", "stands"), [(10, False), (20, True)])
+@pytest.mark.parametrize(("size", "stands"), mark_cases([(10, False), (20, True)], kept=1))
 def test_a_canopy_is_lit_from_below(size, stands):
     """Underside and the wall beside it; as an object of its own, or in one with its posts."""
     half = size / 2
@@ -145,7 +146,7 @@ def test_a_canopy_is_lit_from_below(size, stands):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("size", [10, 20])
+@pytest.mark.parametrize("size", mark_cases([10, 20], kept=1))
 def test_the_underside_of_a_slab_converges_to_its_radiosity(size):
     """Numeric radiosity in squares of half a metre; patches of 2 to 10 m."""
     expected = radiosity_below(size, 3, 0.25, 3)
@@ -186,19 +187,10 @@ UNDER = {
     ),
     "roof under a slab": ([box((-5, 0, 0), (5, 8, 5)), box((-6, -1, 8), (6, 9, 8.3))], [1, 8], []),
 }
-FEW = (
-    "carport that looks down",
-    "noise barrier that looks away",
-    "carports one above the other",
-    "roof under a slab",
-)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=() if name in FEW else pytest.mark.thorough) for name in UNDER],
-)
+@pytest.mark.parametrize("name", mark_cases(UNDER, kept=1))
 def test_gather_is_forward_is_single_paths(name):
     objects, surfaces, sheets = UNDER[name]
     scene = scene_of(*objects)
@@ -215,6 +207,8 @@ def test_a_parapet_that_is_a_closed_body():
     assert_light(scene, [1], [], covered=0.2 / 8)
 
 
+@pytest.mark.slow
+@pytest.mark.thorough
 def test_the_roof_of_a_car_under_a_slab_of_20_m():
     """It sees the sky in the slot only: none of it is covered, and both estimators agree on the
     little that arrives.
@@ -248,7 +242,8 @@ def test_a_wall_behind_a_board_keeps_its_sky(height, distance, towards):
     assert transfer.sky_view_factor[2] == pytest.approx(expected, rel=0.01)
 
 
-@pytest.mark.parametrize("estimator", RUNS)
+@pytest.mark.slow
+@pytest.mark.parametrize("estimator", mark_cases(RUNS, kept=1))
 def test_a_board_that_stands_free_is_lit_as_a_front_however_it_is_drawn(estimator):
     """Half of the sky and half of the ground: 0.625, drawn once or from both sides."""
     south, north = (
@@ -264,6 +259,7 @@ def test_a_board_that_stands_free_is_lit_as_a_front_however_it_is_drawn(estimato
         assert len(sheets_of(scene)) == len(objects)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ground", ["none", "auto"])
 def test_a_slab_above_streets_in_pieces(ground):
     """No piece is known as ground: what lies below a thin thing tells that it hangs."""

@@ -56,6 +56,7 @@ def traced(name):
     return [np.array(part) for part in zip(*runs, strict=True)], scene, transfer.covered_share
 
 
+@pytest.mark.thorough
 @pytest.mark.slow
 def test_errors_are_as_large_as_the_scatter():
     """Of each scene the walls and roofs that modules may stand on, wherever their light comes from;
@@ -82,6 +83,7 @@ def test_errors_are_as_large_as_the_scatter():
         assert least <= rms(scatter[members & eligible]) / rms(error[members & eligible]) <= MOST
 
 
+@pytest.mark.slow
 def test_light_that_seen_patches_pass_on_counts():
     """More rays leave the error of sun on the roof, of which a penthouse's walls see four patches;
     not so before.

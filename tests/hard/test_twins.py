@@ -84,6 +84,7 @@ def test_a_chain_of_walls_each_on_half_of_the_next_stays():
     assert twins(nested) == [1, 2]
 
 
+@pytest.mark.slow
 def test_walls_back_to_back_beside_each_other_or_further_apart_are_no_twins():
     for gap in (0.0, 1e-3, -1e-3):
         assert twins([*house(), *house((10 + gap, 0, 0), (20, 10, 8))]) == []
@@ -91,6 +92,7 @@ def test_walls_back_to_back_beside_each_other_or_further_apart_are_no_twins():
     assert twins([*house(), house()[2] + 0.1 * SOUTH]) == []
 
 
+@pytest.mark.slow
 def test_no_wall_of_berlin_is_a_twin_until_seven_are_drawn_again():
     """Seven walls of 671 m² or more, drawn again a millimetre behind by another building: the
     eligible area stays.

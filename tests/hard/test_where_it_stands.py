@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scenes import join, run_gather, strip, suns_towards
+from thorough import mark_cases
 from towns import city_of_polygons, draw_town, moved
 
 from citypv.core.city.build_scene import build_scene
@@ -20,7 +21,7 @@ PLACES = {
 }
 
 
-@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("place", mark_cases(PLACES, kept=1))
 def test_the_same_town_and_its_ground_anywhere(place):
     """The same vertices, and so the same light."""
     city = city_of_polygons(*(rows[: 6 * 36] for rows in draw_town(across=6)))  # the houses alone
@@ -62,6 +63,7 @@ def test_a_house_in_a_terrain_of_100_km(away, cells):
     )
 
 
+@pytest.mark.slow
 def test_a_courtyard_far_from_the_origin_stays_dark():
     """A closed box 50 km out: float32 knows its corners to 4 mm only, and still nothing
     leaks in.

@@ -5,6 +5,7 @@ right light.
 import numpy as np
 import pytest
 from scenes import join, run_gather, strip, suns_towards
+from thorough import mark_cases
 from towns import spun
 
 from citypv.core.commands.plain_scenes import box, room
@@ -45,8 +46,10 @@ def square(size, turn, away=(0, 0, 0), cells=1):
 # No acne
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("size", "cells", "away"), [(0.1, 1, 0.0), (0.1, 1, 1e4), (10, 20, 100.0), (1000, 3, 1e4)]
+    ("size", "cells", "away"),
+    mark_cases([(0.1, 1, 0.0), (0.1, 1, 1e4), (10, 20, 100.0), (1000, 3, 1e4)], kept=2),
 )
 def test_an_unshaded_face_gets_its_closed_form_at_every_incidence(size, cells, away):
     """Suns from straight above the face down to 0.1° above its plane, all around, and a face turned
@@ -68,6 +71,7 @@ def test_an_unshaded_face_gets_its_closed_form_at_every_incidence(size, cells, a
         assert whole == pytest.approx(1, abs=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("large", "small"), [(50.0, 0.01), (1000.0, 1.0), (1e5, 0.01)])
 def test_small_faces_beside_a_large_one_in_the_same_plane(large, small):
     """T-junctions all along a long edge: the large face's plane is only known to the rounding of
@@ -93,7 +97,11 @@ def assert_dark(transfer):
         assert getattr(transfer, name).max() < 1e-6, name
 
 
-@pytest.mark.parametrize(("size", "seed"), [(0.01, None), (1.0, 0), (10.0, 1), (1000.0, None)])
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("size", "seed"),
+    mark_cases([(0.01, None), (1.0, 0), (10.0, 1), (1000.0, None)], kept=2, law=(1,)),
+)
 def test_a_closed_box_around_everything_is_dark(size, seed):
     """Along the axes, or turned any way and 300 m away."""
     generator = np.random.default_rng(seed)
@@ -144,6 +152,7 @@ def test_walls_between_touching_buildings_receive_nothing(gap):
     assert_unshaded(transfer, np.array([0, 1, 12, 13]), sample_error=1e-6)
 
 
+@pytest.mark.slow
 def test_t_junctions_in_a_wall_let_no_light_through():
     """A room whose walls are cut differently on both sides of each edge."""
     inside = room((0, 0, 0), (5, 4, 3))
@@ -175,6 +184,7 @@ def test_ground_at_the_foot_of_the_walls(height):
     assert transfer.diffuse_relative[floor].max() <= 0.01
 
 
+@pytest.mark.slow
 def test_a_face_seen_edge_on_by_the_sun_receives_nothing_and_casts_no_shadow():
     generator = np.random.default_rng(7)
     for _ in range(5):

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from scenes import join, run_gather, scene_of_triangles, strip, suns_towards
+from thorough import mark_cases
 
 from citypv.core.commands.closed_form_checks import furnace
 from citypv.core.commands.plain_scenes import box
@@ -31,9 +32,14 @@ def trace_all(scene, **settings):
 # Albedo
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("albedo", "bounces"),
-    [(0.0, 3), (0.25, 0), (0.25, 1), (0.25, 10), (0.999, 50), (1.0, 3), (1.0, 50)],
+    mark_cases(
+        [(0.0, 3), (0.25, 0), (0.25, 1), (0.25, 10), (0.999, 50), (1.0, 3), (1.0, 50)],
+        kept=2,
+        law=(2,),
+    ),
 )
 def test_closed_furnace(albedo, bounces):
     """(1 - ρⁿ⁺¹)/(1 - ρ) on every face, n + 1 at ρ = 1: no light is lost and none is made."""
@@ -96,6 +102,7 @@ def test_few_samples(samples, shadow_samples):
     )
 
 
+@pytest.mark.slow
 def test_one_shadow_point_tells_no_error():
     """Whose light is known exactly has no error; of the others it is unknown, which is not the
     same, and said.
@@ -168,6 +175,7 @@ def test_a_million_triangles():
 # Weather
 
 
+@pytest.mark.slow
 def test_a_weather_year_of_zeros():
     """No light: no electricity, and no NaN from the logarithms and quotients on the way there."""
     weather = add_sun(clear_sky(52.5, 13.4, 40.0, 2021), pd.Timedelta(hours=1))

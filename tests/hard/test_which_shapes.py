@@ -8,6 +8,7 @@ from test_which_geometry import SUNS, assert_unshaded, trace
 from citypv.core.commands.plain_scenes import box
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("aspect", [1e3, 1e6])
 def test_slivers(aspect):
     """A roof cut into slivers as thin as rounding lets them be: each gets what the whole
@@ -44,6 +45,7 @@ def test_triangles_of_a_tenth_of_a_millimetre():
     assert transfer.sky_view_factor[:2] == pytest.approx(1, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_triangle_without_area_is_no_number_and_no_light():
     points = np.array([[0, 0, 5], [1, 0, 5], [2, 0, 5], [0, 1, 5], [0.5, 0.5, 5]], float)
     for degenerate in ([0, 1, 2], [0, 0, 1], [3, 3, 3]):
@@ -81,6 +83,7 @@ def test_a_needle_tower(width):
     ) > 1 - 0.02 * np.sqrt(width)
 
 
+@pytest.mark.slow
 def test_a_roof_overhang_of_one_centimetre():
     """The wall below sees the sun but for the overhang's shadow: 1 cm · tan(elevation)."""
     wall = strip([0, 0, 0], [10, 0, 0], [0, 0, 1], 1)

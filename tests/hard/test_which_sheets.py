@@ -17,6 +17,7 @@ from citypv.core.patches.patches import patches_of_scene
 from citypv.core.read.read_city import read_city
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("missing", range(7))
 def test_what_encloses_is_no_sheet(missing):
     """A house, one with a face missing, one face of it turned; the whole is judged the same in
@@ -76,6 +77,7 @@ HANGING = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "given"), list(product(HANGING, ("nothing", "a plain", "terrain")))[::2]
 )
@@ -101,6 +103,7 @@ def test_the_ground_goes_on_below_what_hangs(name, given):
     assert not scene.footprint[scene.triangle_surface >= lowest].any()
 
 
+@pytest.mark.slow
 def test_what_rests_stays_a_footprint():
     """Towers on a podium, one drawn 0.3 m too high; a slab on the ground; a house on an embankment
     of 2 m.
@@ -114,6 +117,7 @@ def test_what_rests_stays_a_footprint():
         assert not scene.sheet.any()
 
 
+@pytest.mark.slow
 def test_footprints_and_sheets_of_real_files():
     """Berlin has none of either that hangs. Four boards stand free in a tile of North
     Rhine-Westphalia, 22 m².

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from scenes import join, run_gather, strip, suns_towards
+from thorough import mark_cases
 from towns import turned
 
 from citypv.core.commands.plain_scenes import box
@@ -111,7 +112,11 @@ def test_no_sun_above_the_horizon():
     assert transfer.diffuse_relative[ROOF] == pytest.approx(1, abs=1e-6)
 
 
-@pytest.mark.parametrize("place", [(0.0, 10.0), (90.0, 0.0), (-33.9, 18.4), (-16.8, 180.0)])
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "place",
+    mark_cases([((0.0, 10.0),), ((90.0, 0.0),), ((-33.9, 18.4),), ((-16.8, 180.0),)], kept=2),
+)
 def test_places(place):
     """A year of clear sky at the equator, a pole, in the south and on the date line: finite, dark
     while the sun is down, and the same beside the line as on it."""
@@ -146,6 +151,7 @@ def test_equator_at_equinox_sees_the_sun_at_zenith():
     assert visible(direction).visible_share[ROOF] == pytest.approx(1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("zone", ["Europe/Berlin", "Australia/Lord_Howe"])
 def test_summer_time_moves_no_sun(zone):
     """The same instants, named in a zone whose clocks jump."""
@@ -159,6 +165,7 @@ def test_summer_time_moves_no_sun(zone):
     assert np.array_equal(one.direction, other.direction)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("year", "hours"), [(2021, 8760), (2016, 8784), (1900, 8760)])
 def test_leap_years_and_years_with_leap_seconds(year, hours):
     """2016 ended with a leap second; 1900 is divisible by four and no leap year."""
