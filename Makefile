@@ -63,8 +63,8 @@ check:
 test test-all:
 	@$(NEEDS_PYTHON)
 	@python3 tools/set_up.py one
-	@mkdir -p build; failed=0; $(STYLE); \
-	{ python3 tools/set_up.py all; .venv/bin/python tools/blender_window.py find > build/window; } > build/set_up 2>&1 & others=$$!; \
+	@mkdir -p build; rm -f build/window; failed=0; $(STYLE); \
+	{ python3 tools/set_up.py all && .venv/bin/python tools/blender_window.py find > build/window; } > build/set_up 2>&1 & others=$$!; \
 	trap "kill $$others 2> /dev/null; exit 2" INT TERM; \
 	if [ $@ = test-all ]; then export CITYPV_THOROUGH=1; few=; else few=" and not thorough"; fi; \
 	run() { echo "[test] $$("$$1" -VV)"; "$$@" || { [ $$? != 2 ] || exit 2; failed=1; }; }; \
