@@ -23,12 +23,12 @@ from ..settings.version import __version__
 from .compare_runs import list_differences
 from .describe_run import describe_assumptions, describe_windows
 from .output_folder import SITE_FILES, SITE_NAMES, whole_folder
-from .pack_city import describe_view, list_layers, measure_faces
 from .read_pieces import frame_of, join_pieces, read_pieces
 from .read_results import in_order, read_summary
 from .site_store import Store
 from .surfaces_file import CURE
 from .tile_tree import SIDE, bound, join_squares, write_square, write_tileset
+from .viewer_columns import describe_view, list_layers, measure_faces
 from .write_report import (
     WEB,
     compose_errors,

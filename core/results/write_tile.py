@@ -20,22 +20,10 @@ from .glb import (
     pack_glb,
     plain_material,
 )
+from .viewer_columns import VIEWED
 
 MISSING_VALUE = -99999.0  # JSON of the schema cannot name NaN
 LIGHT = np.array([-0.35, -0.6, 0.72]) / np.linalg.norm([-0.35, -0.6, 0.72])  # as in web/viewer.js
-WORDS = {
-    "hours": "full load hours per year of the area that counts [h]",
-    "error": "standard error of the full load hours [h]",
-    "kwp": "nominal power of modules on the area that counts [kWp]",
-    "area": "area without holes [m2]",
-    "counted": "area that counts [m2]",
-    "tilt": "tilt from the horizontal [degree]",
-    "azimuth": "azimuth clockwise from true north [degree]",
-    "sky": "sky view factor",
-    "month": "full load hours of the month, UTC [h]",
-    "building": "number of the building in this map",
-    "reason": "why the surface does not count",
-}
 
 
 def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright):
@@ -116,7 +104,7 @@ def _colour_features(columns, level):
 
 def _tabulate(buffer, columns, enums):
     """Schema of the property table, and its properties: the views of each column."""
-    classes, properties = {}, {}
+    classes, properties, meanings = {}, {}, {one.name: one.meaning for one in VIEWED}
     for name, values in columns.items():
         if values.dtype.kind == "O":
             texts = [text.encode("utf-8", "replace") for text in values]
@@ -137,7 +125,7 @@ def _tabulate(buffer, columns, enums):
             properties[name] = {
                 "values": buffer.add(known.astype(values.dtype.newbyteorder("<")).tobytes())
             }
-        words = WORDS.get(name.partition("_")[0] if name.startswith("month_") else name)
+        words = meanings.get(name.partition("_")[0] if name.startswith("month_") else name)
         classes[name] |= {"description": words} if words else {}
     named = {
         name: {

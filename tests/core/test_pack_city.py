@@ -86,10 +86,10 @@ def test_numbers_come_out_as_they_are_in_the_tables():
     results = some_results()
     city, faces = unpack(pack_city(results)), results.faces
     wall, roof, floor = 0, 4, 5
-    assert city["surfaces"] == faces["surface_id"].tolist()
+    assert city["surface_id"] == faces["surface_id"].tolist()
     assert [city["buildings"][k] for k in city["building"]] == faces["building_id"].tolist()
     assert [city["kinds"][k]["name"] for k in city["kind"]] == faces["kind"].tolist()
-    assert [city["sides"][k] for k in city["side"]] == faces["orientation"].tolist()
+    assert [city["sides"][k] for k in city["orientation"]] == faces["orientation"].tolist()
     assert (city["area"] == faces["area"].to_numpy(np.float32)).all()  # whole float32
     for row, usable in ((wall, 0.5), (roof, 1.0)):
         one = faces.iloc[row]

@@ -236,7 +236,7 @@ def test_a_comparison_shows_the_change(chromium, folder, tmp_path):
         chromium.run("byId('legend-title').textContent")
         == "Change of the full load hours [h per year]"
     )
-    counting = "[...city.surfaces.keys()].filter(carries)"
+    counting = "[...city.surface_id.keys()].filter(carries)"
     stops = "currentLayer().stops.map(readColour)"
     assert chromium.run(
         f"{counting}.every((k) => colourOf(k, currentLayer(), {stops}, [0, 0, 0])[0] === 0xeb)"

@@ -43,10 +43,7 @@ async function readColumns(parser) {
   for (const [name, place] of Object.entries(table.properties)) {
     columns[name] = await readColumn(parser, place, schema.classes.surface.properties[name]);
   }
-  columns.energy = columns.kwp.map((kwp, surface) => kwp * columns.hours[surface]);
-  columns.side = columns.orientation;
-  columns.surfaces = columns.surface_id;
-  return columns;
+  return addEnergy(columns);
 }
 
 function shadesOf({ tilt, azimuth, hours }) {

@@ -15,8 +15,7 @@ async function unpack(text) {
     found[entry.name] = unpackArray(new Uint8Array(buffer, place, 4 * entry.count), entry);
     place += 4 * entry.count;
   }
-  found.energy = found.kwp.map((kwp, surface) => kwp * found.hours[surface]);
-  return found;
+  return addEnergy(found);
 }
 
 function unpackArray(bytes, { count, whole }) {
@@ -71,7 +70,7 @@ function buildMesh() {
   const shade = new Float32Array(count);
   const owner = new Int32Array(count);
   const owners = new Int32Array(city.corners.length / 3);
-  for (let surface = 0; surface < city.surfaces.length; surface++) owners.fill(surface, ...cornersOf(surface));
+  for (let surface = 0; surface < city.surface_id.length; surface++) owners.fill(surface, ...cornersOf(surface));
   const [a, b, c] = [new THREE.Vector3(), new THREE.Vector3(), new THREE.Vector3()];
   for (let triangle = 0; triangle < count; triangle++) {
     [a, b, c].forEach((corner, k) => {
@@ -136,7 +135,7 @@ function paintPicture(layer, stops, missing) {
 
 function buildView() {
   const parts = { ...startView(), ...buildMesh(), mark: null };
-  const all = [...city.surfaces.keys()];
+  const all = [...city.surface_id.keys()];
   parts.scene.add(buildGround(), parts.mesh, buildEdges(all, LOOK_OF_EDGES));
   return { ...parts, all, box: boundSurfaces(all) };
 }
@@ -168,7 +167,7 @@ function showMark() {
 function findRows() {
   const wanted = byId("search").value.trim().toLowerCase();
   const holds = (text) => text.toLowerCase().includes(wanted);
-  const inSurfaces = (row) => row.surfaces.some((surface) => holds(city.surfaces[surface]));
+  const inSurfaces = (row) => row.surfaces.some((surface) => holds(city.surface_id[surface]));
   return wanted ? rows.filter((row) => holds(row.id) || inSurfaces(row)) : [...rows];
 }
 

@@ -79,6 +79,12 @@ function sumSurfaces(surfaces) {
   return { count: parts.length, ...addParts(parts) };
 }
 
+function addEnergy(columns) {
+  columns.energy = columns.kwp.map((kwp, surface) => kwp * columns.hours[surface]);
+  columns.energy_error = columns.kwp.map((kwp, surface) => kwp * columns.error[surface]);
+  return columns;
+}
+
 function addParts(parts) {
   const sum = { area: 0, kwp: 0, mwh: 0 };
   for (const { area, kwp, mwh } of parts) {
@@ -306,7 +312,7 @@ function listenToCanvas() {
 // ---- What was chosen
 
 function nameSurface(surface) {
-  const side = city.sides[city.side[surface]];
+  const side = city.sides[city.orientation[surface]];
   const kind = city.kinds[city.kind[surface]].single;
   return side === "none" || side === "" ? kind : `${kind}, ${side}`;
 }
@@ -328,28 +334,19 @@ function monthBars(surface) {
   return [make("p", "Full load hours of the months [h]"), bars];
 }
 
+function writeFact({ name, unit, digits, error, plus }, surface) {
+  const more = error ? ` ± ${format(city[error][surface], digits)}` : "";
+  return `${format(city[name][surface], digits, plus)}${more}${unit}`;
+}
+
 function describeSurface(surface) {
-  const [hours, error, kwp] = [city.hours[surface], city.error[surface], city.kwp[surface]];
-  const found = [
-    ...(city.surfaces ? [["Surface", city.surfaces[surface]]] : []),
-    ["Tilt", `${format(city.tilt[surface], 1)}°`],
-    ["Azimuth", `${format(city.azimuth[surface], 1)}°`],
-    ["Area", `${format(city.area[surface], 2)} m²`],
-  ];
-  if (carries(surface)) {
-    found.push(
-      ["Area that counts", `${format(city.counted[surface], 2)} m²`],
-      ["Power", `${format(kwp, 2)} kWp`],
-      ["Full load hours", `${format(hours, 1)} ± ${format(error, 1)} h`],
-      ["Energy in a year", `${format(kwp * hours, 0)} ± ${format(kwp * error, 0)} kWh`],
-    );
-  } else if (Number.isFinite(hours)) found.push(["Full load hours", `${format(hours, 1)} ± ${format(error, 1)} h`]);
-  if (city.change) {
-    const change = city.change[surface];
-    const words = `${format(change, 1, "+")} ± ${format(city.change_error[surface], 1)} h`;
-    if (carries(surface)) found.push(["Change of the hours", Number.isFinite(change) ? words : "new"]);
+  const found = city.surface_id ? [["Surface", city.surface_id[surface]]] : [];
+  for (const column of city.columns) {
+    const known = Number.isFinite(city[column.name]?.[surface]);
+    if (city[column.name] && (carries(surface) || (known && !column.mounted))) {
+      found.push([column.title, known ? writeFact(column, surface) : column.unknown]);
+    }
   }
-  found.push(["Sky view factor", format(city.sky[surface], 3)]);
   const reason = city.reasons[city.reason[surface]];
   if (reason) found.push([carries(surface) ? "Note" : "Does not count", reason]);
   const body = make("tbody", "", ...found.map((texts) => tableRow("td", texts, 2)));
