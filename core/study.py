@@ -39,8 +39,8 @@ from .settings.errors import InputError
 from .settings.progress import silent
 from .settings.request import check_request
 from .settings.system_settings import BUILDINGS
-from .sun.read_horizon import check_horizon
-from .sun.sky_models import choose_sky
+from .sky.read_horizon import check_horizon
+from .sky.sky_models import choose_sky
 from .sun.sun_sampling import parse_sampling
 from .weather.climate_grid import is_land
 from .weather.read_weather import check_sources, read_weather

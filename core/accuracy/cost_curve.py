@@ -10,13 +10,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..light.prepare_scene import build_tree, prepare_scene
+from ..light.prepare_scene import PreparedScene, build_tree, prepare_scene
 from ..light.shadow_points import count_elements, points_above
 from ..settings.presets import PRESETS
 from ..settings.progress import describe_duration, silent
 from ..settings.request import Request
 from ..sun.sun_sampling import choose_suns
-from .pilot import PilotRun, run_pilot
+from .pilot import Pilot, PilotRun, run_pilot
 from .sun_sampling import FEWER, CityYear, measure_ways, name_groups
 from .yield_errors import SAMPLED
 
@@ -58,12 +58,12 @@ class _PriceList:
 class PricedCity:
     """A city with its pilot, and what some choices of suns do to full load hours on it."""
 
-    pilot: object  # Pilot
+    pilot: Pilot
     suns: dict  # choice of suns -> Suns
     sampling: dict  # choice of suns -> what `measure_ways` found
     checking: float  # [s] to measure `sampling`, here or in a run on more patches under fewer suns
     patch_size: float | None
-    prepared: object  # PreparedScene
+    prepared: PreparedScene
 
     def bounces_of(self, request):
         """Reflections of a run with some settings: as asked, or as many as the pilot needed."""

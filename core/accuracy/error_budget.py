@@ -10,7 +10,7 @@ from ..energy import standard_errors
 from ..light.trace_gather import SUNS
 from ..light.traced import SKY_DOME
 from ..settings.progress import describe_duration
-from ..sun.sky_models import split_sky
+from ..sky.sky_models import split_sky
 from .rounds_to_target import rounds_needed
 from .sun_sampling import name_groups
 from .yield_errors import CURES, SAMPLED, SOURCES, seconds_of_rounds, split_errors

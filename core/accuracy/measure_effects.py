@@ -20,7 +20,7 @@ from ..light.prepare_scene import reseed
 from ..light.transfer import SourceLight, take_rows
 from ..settings.progress import silent
 from ..settings.threads import usable_threads
-from ..sun.sky_models import choose_sky, sources_of
+from ..sky.sky_models import choose_sky, sources_of
 from .pilot import LARGE, trace_few, traced_patches
 from .trace_run import choose_year
 

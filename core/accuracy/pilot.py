@@ -21,11 +21,12 @@ from ..effects.rays import fewer_rays
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
 from ..light.solve_suns import COUNTING
+from ..light.transfer import Transfer
 from ..photons.specular_light import trace_hybrid
 from ..settings.progress import silent
-from ..sun.sky_models import choose_sky
+from ..sky.sky_models import choose_sky
 from .trace_run import choose_year
-from .yield_errors import split_errors
+from .yield_errors import YieldErrors, split_errors
 
 SMALL = 4_000  # patches of a small city
 SAMPLES, LARGE = 256, 32  # rays of a patch, and of one of a city that is not small
@@ -64,12 +65,12 @@ class PilotRun:
 
 
 @dataclass
-class _Pilot:
+class Pilot:
     """What the run showed."""
 
     run: PilotRun
-    transfer: object  # its Transfer
-    errors: object  # its YieldErrors
+    transfer: Transfer
+    errors: YieldErrors
     electricity: float  # [s] of `compute_energy`
 
 
@@ -98,7 +99,7 @@ def run_pilot(inputs, progress=silent):
     progress("pilot", 1, 1, "runs")
     started, sky = time.perf_counter(), choose_sky(request, transfer)
     energy = compute_energy(transfer, weather, build_system(request), request.threads, sky=sky)
-    return _Pilot(
+    return Pilot(
         run, transfer, split_errors(transfer, weather, energy), time.perf_counter() - started
     )
 

@@ -10,12 +10,13 @@ from threadpoolctl import threadpool_limits
 from ..city.scene import Scene
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
+from ..light.prepare_scene import PreparedScene
 from ..light.sun_sampling_error import PATCHES as LOOKED_AT
 from ..light.sun_sampling_error import trace_sun_samples
 from ..settings.progress import silent
 from ..settings.request import Request
 from ..settings.threads import map_in_order, usable_threads
-from ..sun.sky_models import choose_sky
+from ..sky.sky_models import choose_sky
 from ..sun.sun_sampling import choose_suns
 from ..weather.weather import Weather
 
@@ -27,7 +28,7 @@ class CityYear(NamedTuple):
     """What is traced, and the year that weighs it."""
 
     scene: Scene
-    prepared: object  # PreparedScene with its tree; None: prepared where it is needed
+    prepared: PreparedScene | None  # with its tree; None: prepared where it is needed
     weather: Weather
     request: Request
 

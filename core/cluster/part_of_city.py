@@ -14,6 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numba import njit
 
+from ..city.scene import Scene
+from ..light.prepare_scene import PreparedScene
 from ..light.transfer import take_fields
 from ..patches.patches import take_patches
 
@@ -24,8 +26,8 @@ BACKS = 2  # rows for backs: of others, and of the ground from below
 class PartOfCity:
     """Some patches of a city, ready to be traced."""
 
-    scene: object  # Scene of the surfaces of the part, for the tables
-    prepared: object  # PreparedScene
+    scene: Scene  # of the surfaces of the part, for the tables
+    prepared: PreparedScene
     patches: np.ndarray  # (k,) int, rows in the whole city; the first k of the part
     surfaces: np.ndarray  # (n,) int, likewise for the surfaces
 

@@ -10,7 +10,6 @@ may be wrong in either way, by no more than it can be.
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -23,10 +22,12 @@ from ..rays.sample_points import cosine_direction
 from ..results.transfer_file import write_transfer
 from ..results.write_summary import finite, peak_memory
 from ..settings.progress import silent
+from ..settings.request import Request
+from ..sky.horizon_band import SOURCES
+from ..sky.sky_models import split_sky
 from ..study import measure_sun_sampling, trace_scene
-from ..sun.horizon_band import SOURCES
-from ..sun.sky_models import split_sky
 from ..sun.suns import Suns
+from ..weather.weather import Weather
 from .run_tasks import finish_task, read_task, read_told
 from .thin_surroundings import thin_surroundings
 from .tiles import RISE
@@ -40,9 +41,9 @@ SHARES = ("sky", "reflected")  # what `_measure_halo` measures
 class Run:
     """What all tiles of a run have in common."""
 
-    request: Any  # Request, in which the plan's decisions are settled
+    request: Request  # in which the plan's decisions are settled
     suns: Suns
-    weather: Any  # Weather
+    weather: Weather
     city: tuple  # bounds of the whole scene in plan, two (2,) float64 [m]
     terrain: TracePlan  # of the distant terrain alone, decided for the whole
 

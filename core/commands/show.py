@@ -14,7 +14,7 @@ from ..energy.pv_system import build_system
 from ..light.prepare_scene import build_tree
 from ..settings.errors import InputError
 from ..settings.progress import TerminalProgress
-from ..sun.sky_models import choose_sky
+from ..sky.sky_models import choose_sky
 
 
 def list_effects(paths, request, progress):

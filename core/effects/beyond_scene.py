@@ -13,8 +13,8 @@ import numpy as np
 
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.errors import show_number
-from ..sun.horizon import UP, first_light, is_above, light_behind, lost_sky, sum_direct, sunlit_year
-from ..sun.sky_models import RAYS_SHARE, choose_share, split_sky
+from ..sky.horizon import UP, first_light, is_above, light_behind, lost_sky, sum_direct, sunlit_year
+from ..sky.sky_models import RAYS_SHARE, choose_share, split_sky
 from ..sun.solar_position import MINIMUM_ELEVATION, sun_direction
 from ..sun.sun_sampling import match_suns
 from .closed_form import ground_view_of_tilt, sky_view_of_tilt

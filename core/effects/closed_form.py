@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from ..settings.errors import UNIT, check_array
-from ..sun.horizon import lost_sky
+from ..sky.horizon import lost_sky
 
 NORMAL_STEPS = 1e6  # in which components of normals are told apart
 NUMBERED = np.array(

@@ -4,16 +4,21 @@ from.
 
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
+from ..city.foliage import Foliage
 from ..city.scene import Scene
+from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches
+from ..patches.read_albedo import TriangleBrdfs
 from ..settings.request import Request
-from ..sun.read_horizon import read_horizon
-from ..sun.sky_models import RAYS_SHARE, sources_of
+from ..sky.horizon import TerrainHorizon
+from ..sky.read_horizon import read_horizon
+from ..sky.sky_models import RAYS_SHARE, sources_of
 from ..sun.solar_position import MINIMUM_ELEVATION
+from ..sun.suns import Suns
+from ..weather.weather import Weather
 
 NO_SUNS = np.zeros((0, 3), np.float32)
 
@@ -46,13 +51,13 @@ class TracePlan:
     notes: list = field(
         default_factory=list
     )  # sentences for the user on settings that mean nothing any more
-    ray_scene: Any = None  # FacingScene, if it was made already
-    foliage: Any = None  # city.foliage.Foliage; None: no tree is traced
+    ray_scene: FacingScene | None = None  # if it was made already
+    foliage: Foliage | None = None  # None: no tree is traced
     unobstructed: np.ndarray | None = None  # (p,) bool, patches that see the sky in closed form
     open_to_suns: np.ndarray | None = None  # (p,) bool, patches that see every sun in front of them
     # whether shadow rays are sent to suns behind a patch, to see that this changes nothing
     suns_behind: bool = False
-    terrain: Any = None  # TerrainHorizon of distant terrain; None where it is level
+    terrain: TerrainHorizon | None = None  # of distant terrain; None where it is level
     hidden_suns: np.ndarray = field(
         default_factory=NO_SUNS.copy
     )  # (k, 3) float32, never above the terrain: not traced
@@ -63,8 +68,8 @@ class TracePlan:
     sky: str = "isotropic"  # model of the sky
     # hemisphere rays for each ray towards a source of light in the sky
     rays_share: int = RAYS_SHARE
-    # TriangleBrdfs of what photons follow; None: every face reflects by Lambert's law, or is black
-    brdfs: Any = None
+    # of what photons follow; None: every face reflects by Lambert's law, or is black
+    brdfs: TriangleBrdfs | None = None
 
     def __getitem__(self, key):
         return next(effect for effect in self.effects if effect.key == key)
@@ -94,8 +99,8 @@ class Inputs:
     patches: Patches
     materials: list  # of patches.read_albedo.Found
     request: Request
-    weather: Any = None  # weather.Weather, where it is known
-    suns: Any = None  # sun.Suns, where they are known
+    weather: Weather | None = None  # where it is known
+    suns: Suns | None = None  # where they are known
     plan: TracePlan = field(
         default_factory=TracePlan
     )  # with the decisions of the lines of the table above

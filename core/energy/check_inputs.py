@@ -3,8 +3,8 @@
 import numpy as np
 
 from ..settings.errors import UNIT, InputError, check_array, check_unit
-from ..sun.horizon_band import SOURCES
-from ..sun.sky_models import sources_of
+from ..sky.horizon_band import SOURCES
+from ..sky.sky_models import sources_of
 from ..sun.solar_position import check_place, check_times
 from ..sun.suns import check_suns
 from ..weather.check_weather import LIMITS

@@ -6,10 +6,11 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
+from ..light.transfer import Transfer
 from ..settings.progress import silent
 from ..settings.threads import map_in_order, usable_threads
-from ..sun.horizon_band import SOURCES
-from ..sun.sky_models import SkyParts, split_sky
+from ..sky.horizon_band import SOURCES
+from ..sky.sky_models import SkyParts, split_sky
 from ..weather.weather import darken_hours
 from .check_inputs import check_hours, check_sky, check_transfer
 from .counted_area import find_counted_area, find_groups, find_lit_share
@@ -145,7 +146,7 @@ def _lay_series(energy, zone):
 class _Task:
     """Data shared by all blocks of surfaces."""
 
-    transfer: object  # Transfer
+    transfer: Transfer
     hours: Hours  # in the precision of the blocks
     curves: PvlibCurves | PowerTables
     iam: np.ndarray  # (2 + k, n) from `diffuse_incidence_factors`

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pvlib
 
-from ..sun.horizon import is_above
+from ..sky.horizon import is_above
 from ..sun.solar_position import MINIMUM_ELEVATION, is_sunny, sun_direction
 from ..sun.sun_sampling import match_suns
 from .energy import split_years

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from ..light.transfer import no_parts, own_diffuse, own_direct, variance_of_mean
-from ..sun.sky_models import split_sky
+from ..sky.sky_models import split_sky
 from .energy import states_of_year
 
 # relative difference in yield per irradiance between direct, diffuse and reflected light

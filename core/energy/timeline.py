@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from ..settings.errors import show_number
-from ..sun.horizon import is_above
+from ..sky.horizon import is_above
 from ..sun.solar_position import is_sunny, solar_position, sun_direction
 from ..sun.sun_sampling import match_suns, values_at
 from .energy import kwp_of_hours, states_of_year

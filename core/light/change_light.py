@@ -21,7 +21,7 @@ from ..effects.beyond_scene import sky_of_surfaces
 from ..settings.errors import InputError
 from ..settings.progress import Clock, silent
 from ..settings.threads import map_in_order
-from ..sun.horizon import without_hidden
+from ..sky.horizon import without_hidden
 from .annual_light import solve_annual, sum_suns
 from .change_rays import find_changed_rows, find_shadowed
 from .change_suns import Edit, change_suns, with_first_days

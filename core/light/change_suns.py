@@ -16,10 +16,12 @@ from scipy import sparse
 from .form_factor_loops import link_patches
 from .form_factor_products import multiply_visible, scales_of
 from .form_factors import FormFactors, leave_rows
-from .solve_suns import solve_suns
+from .solve_suns import SunTask, solve_suns
 from .sun_blocks import FIRST_SUNS, block_of_suns
 from .sun_matrix import LIMIT
 from .sun_visibility import Shadows, count_visible, weigh_points
+from .trace_all import GatherContext
+from .trace_gather import TracedCity
 
 SMALL = 4e6  # patches times suns, up to which all suns are solved: half a second
 GUESSED = 5e-4  # of reflected light that one edit may give the mean's pattern
@@ -33,11 +35,11 @@ class Edit:
     their numbers.
     """
 
-    before: object  # TracedCity
-    context: object  # GatherContext of the edited city
+    before: TracedCity
+    context: GatherContext  # of the edited city
     traced: list  # of Traced, in each state of trees
     anew: np.ndarray  # (p,) bool, patches whose rows were traced anew
-    task: object = None  # SunTask with the bits of all suns
+    task: SunTask | None = None  # with the bits of all suns
     touched: np.ndarray | None = None  # (p,) bool, patches with a changed bit
     traced_pairs: int = 0  # pairs of a patch and a sun whose shadows were traced again
     lights: list = field(default_factory=list)  # of the lights of each state

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..city.written_scene import live_triangles, written_scene
 from ..settings.progress import silent
-from ..sun.horizon import without_hidden
+from ..sky.horizon import without_hidden
 from .editable_city import EditableCity, prepare_decided
 from .form_factors import FormFactors, Rows
 from .prepare_scene import build_tree

@@ -9,7 +9,7 @@ from ..city.written_scene import written_scene
 from ..settings.errors import InputError
 from ..settings.progress import silent
 from ..settings.request import Request
-from ..sun.horizon import without_hidden
+from ..sky.horizon import without_hidden
 from ..sun.suns import Suns
 from .prepare_scene import build_tree, prepare_scene
 from .shadow_points import find_points

@@ -17,8 +17,8 @@ import numpy as np
 
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.progress import Clock
-from ..sun.horizon import without_hidden
-from ..sun.sky_models import RAYS_SHARE
+from ..sky.horizon import without_hidden
+from ..sky.sky_models import RAYS_SHARE
 from .annual_light import add_points, solve_annual
 from .form_factors import leave_rows
 from .merge_transfers import add_columns, merge_records

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..settings.progress import CancelledError
-from ..sun.suns import end_of_days
+from ..sun.suns import Suns, end_of_days
 from .annual_light import Annual, sum_suns
 from .form_factor_products import multiply_visible
 from .solve_radiosity import radiosity_factor, reflection_of, sum_reflections
@@ -51,7 +51,7 @@ class SunLight:
 class SunTask:
     """Suns to trace, and the patches and their points to trace them from."""
 
-    suns: object  # sun.Suns
+    suns: Suns
     watch: SunWatch
     blocks: list  # of slice
     progress: SunProgress

@@ -11,7 +11,7 @@ from ..patches.read_albedo import materials_of_surfaces
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.errors import InputError
 from ..settings.progress import Clock
-from ..sun.horizon import without_hidden
+from ..sky.horizon import without_hidden
 from ..sun.suns import interrupted_suns
 from .annual_light import solve_annual
 from .form_factor_products import multiply, multiply_elements

@@ -34,7 +34,7 @@ from ..rays.random_numbers import mix
 from ..rays.ray_scene import HitPlaces
 from ..rays.sample_points import DIGITS, HEMISPHERE_REPLICATES
 from ..settings.threads import map_in_order
-from ..sun.horizon import mark_hidden
+from ..sky.horizon import mark_hidden
 from .form_factors import FEWEST_RAYS, count_hits
 from .traced import SKY_DOME, STEP, FirstLight, RowLight, no_light
 

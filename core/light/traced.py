@@ -15,13 +15,13 @@ from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches
 from ..rays.hemisphere_rays import CELL_DIVISIONS
 from ..rays.sample_points import HEMISPHERE_REPLICATES
-from ..sun.horizon import TerrainHorizon
+from ..sky.horizon import TerrainHorizon
 from .form_factors import FormFactors, Rows
 
 STEP = np.float32(
     1 / 4096
 )  # of deviations stored as 16-bit integers; the range ends at eight times full light
-SKY_DOME = "sky"  # the name of its first light; the others have names in `sun.sky_models`
+SKY_DOME = "sky"  # the name of its first light; the others have names in `sky.sky_models`
 
 
 @dataclass(kw_only=True)

@@ -9,8 +9,8 @@ import numpy as np
 from ..city.grid_cells import Outlines
 from ..city.scene import Site, Surfaces
 from ..settings.errors import build_from
-from ..sun.horizon import TerrainHorizon
-from ..sun.horizon_band import SOURCES
+from ..sky.horizon import TerrainHorizon
+from ..sky.horizon_band import SOURCES
 from ..sun.suns import Suns
 
 OF_SOURCE = "_rays"  # after the name of a traced source: its entry in files
@@ -114,7 +114,7 @@ def scale_direct(parts, growth):
 @dataclass
 class SourceLight:
     """Relative irradiance of n surfaces by a traced source of light in the sky, in its unit
-    (`sun.horizon_band`).
+    (`sky.horizon_band`).
     """
 
     view_factor: (
@@ -162,7 +162,7 @@ class Transfer:
     error_parts: ErrorParts | None = None  # None: the standard errors are own noise only
     sources: dict = field(
         default_factory=dict
-    )  # name -> SourceLight, for sources of `sun.sky_models` that were traced
+    )  # name -> SourceLight, for sources of `sky.sky_models` that were traced
     outlines: Outlines | None = None  # shapes of the surfaces, for plans; None: unknown
     # the same with deciduous trees without leaves; None: one state all year
     bare: "Transfer | None" = None

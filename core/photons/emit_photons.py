@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..rays.random_numbers import GOLDEN, key_of_names, mix
-from ..sun.horizon import TerrainHorizon
-from ..sun.horizon_band import HorizonBand
+from ..sky.horizon import TerrainHorizon
+from ..sky.horizon_band import HorizonBand
 
 MARGIN = 64 * np.finfo(np.float32).eps  # of the largest coordinate: margin of the box
 INWARDS = np.array(

@@ -19,7 +19,7 @@ from ..patches.read_albedo import TriangleBrdfs
 from ..rays.hemisphere_rays import CELL_DIVISIONS, points_of_patches
 from ..rays.random_numbers import GOLDEN, mix, uniform
 from ..rays.sample_points import cell_of_point, cosine_direction
-from ..sun.horizon import is_above
+from ..sky.horizon import is_above
 from .emit_photons import emit_photons
 from .light_of_photons import Light
 

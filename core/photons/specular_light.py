@@ -24,7 +24,7 @@ from ..light.trace_gather import trace_gather
 from ..light.traced import SKY_DOME
 from ..rays.random_numbers import key_of_names
 from ..settings.threads import map_in_order
-from ..sun.horizon import is_above
+from ..sky.horizon import is_above
 from .follow_photons import Target, deposit
 from .specular_faces import (
     FAR_GROUND,

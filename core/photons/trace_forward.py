@@ -22,7 +22,7 @@ from ..light.transfer import SourceLight, TraceRecord, Transfer, note_interrupti
 from ..patches.read_albedo import brdfs_of_triangles, materials_of_surfaces
 from ..settings.progress import SUN_STAGE, CancelledError, Clock
 from ..settings.threads import usable_threads
-from ..sun.horizon import without_hidden
+from ..sky.horizon import without_hidden
 from ..sun.suns import end_of_days, interrupted_suns
 from .emit_photons import FROM_ABOVE, FROM_BELOW, INWARDS, box_of_scene, make_source
 from .follow_photons import Target

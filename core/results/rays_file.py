@@ -33,7 +33,7 @@ from ..light.traced import FirstLight, Traced
 from ..read.open_netcdf import refuse_links
 from ..settings.errors import InputError, blame_file, build_from, parsing
 from ..settings.request import Request, write_options
-from ..sun.horizon import TerrainHorizon
+from ..sky.horizon import TerrainHorizon
 from ..sun.suns import Suns
 from .netcdf_file import netcdf_file, write_variables
 

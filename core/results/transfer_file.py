@@ -24,8 +24,8 @@ from ..light.transfer import ErrorParts, SourceLight, Transfer, record_of_dict
 from ..read.open_netcdf import check_hdf5
 from ..settings.errors import InputError, blame_file, build_from, parsing
 from ..settings.progress import silent
-from ..sun.horizon import TerrainHorizon
-from ..sun.horizon_band import SOURCES
+from ..sky.horizon import TerrainHorizon
+from ..sky.horizon_band import SOURCES
 from ..sun.suns import Suns
 from .columns import COLUMNS
 from .netcdf_file import netcdf_file, read_variables, write_variables

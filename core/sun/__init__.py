@@ -1,6 +1,5 @@
-"""The sun, the sky and the horizon: where they stand, which suns are traced, and how the sky's
-light is shared out.
+"""The sun: where it stands, which positions are traced, and which of them stand for an hour.
 
-In: times and a place; a Weather; a file of heights or angles. Out: Suns, SunMatch, SkyParts,
-TerrainHorizon. Read first: sun_sampling.py, then sky_models.py and horizon.py.
+In: times and a place. Out: Suns, SunMatch, SkyTriangles. Read first: solar_position.py, then
+sun_sampling.py.
 """

@@ -10,9 +10,9 @@ import pandas as pd
 import pvlib
 
 from ..settings.errors import InputError, count_of
-from ..sun.sky_models import clear_irradiance
 from ..sun.solar_position import sun_direction
 from .check_sun_times import MINUTE, cos_zenith_after, haurwitz
+from .clear_irradiance import clear_irradiance
 
 DAY, HOUR = pd.Timedelta(days=1), pd.Timedelta(hours=1)
 

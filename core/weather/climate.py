@@ -10,8 +10,8 @@ import pvlib
 from scipy.ndimage import uniform_filter1d
 
 from ..settings.errors import InputError
-from ..sun.sky_models import clear_irradiance
 from ..sun.solar_position import is_sunny, solar_position
+from .clear_irradiance import clear_irradiance
 from .climate_grid import look_up_normals
 from .draw_clearness import bisect, draw_days, draw_hours, draw_normals, rank_days, scale_to_sums
 from .weather import IRRADIANCES, Record

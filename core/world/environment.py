@@ -17,9 +17,9 @@ from ..energy.sum_block import Block, take_block
 from ..light.transfer import SourceLight, Transfer
 from ..results.transfer_file import read_transfer
 from ..settings.errors import InputError
-from ..sun.horizon_band import SOURCES
+from ..sky.horizon_band import SOURCES
+from ..sky.sky_models import model_traced, sources_of
 from ..sun.sky_grid import SkyTriangles, sky_grid_suns, triangulate_sky
-from ..sun.sky_models import model_traced, sources_of
 from ..sun.solar_position import sun_direction
 from .group_errors import GroupErrors, find_group_errors
 

@@ -10,9 +10,9 @@ import pvlib
 
 from ..energy.power import HALF, MIDDLE, cell_heating, spectral_factor
 from ..results.write_tables import share_periods
+from ..sky.sky_models import split_sky
 from ..sun import solar_position
 from ..sun.sky_grid import match_triangles
-from ..sun.sky_models import split_sky
 from .sum_groups import Sunlight
 
 MONTHS, HOURS = 12, 24  # of `PlaceHours.share`, behind the year; hours twice

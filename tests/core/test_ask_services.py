@@ -309,7 +309,7 @@ def test_services_say_what_they_have():
 
 
 def test_horizon_of_the_place(server):
-    from citypv.core.sun.read_horizon import ask_horizon
+    from citypv.core.sky.read_horizon import ask_horizon
 
     profile = [
         {"A": azimuth, "H_hor": 10.0 if azimuth == -90 else 1.0} for azimuth in range(-180, 181, 45)

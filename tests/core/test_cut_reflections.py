@@ -17,8 +17,8 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.light.prepare_scene import build_tree
 from citypv.core.light.solve_radiosity import bound_further
+from citypv.core.sky.sky_models import choose_sky
 from citypv.core.study import prepare_study
-from citypv.core.sun.sky_models import choose_sky
 
 MANY = 40
 

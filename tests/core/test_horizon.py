@@ -26,8 +26,8 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
-from citypv.core.sun.horizon import STEPS, TerrainHorizon, elevation_at, is_above, lost_sky
-from citypv.core.sun.read_horizon import read_horizon_table
+from citypv.core.sky.horizon import STEPS, TerrainHorizon, elevation_at, is_above, lost_sky
+from citypv.core.sky.read_horizon import read_horizon_table
 from citypv.core.sun.sun_sampling import hourly_suns
 from citypv.core.weather.read_weather import read_weather
 

@@ -19,9 +19,9 @@ from citypv.core.read.read_terrain import read_terrain
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
+from citypv.core.sky.horizon import STEPS, horizon_of_terrain
+from citypv.core.sky.read_horizon import distance_to_end, read_horizon
 from citypv.core.study import read_year
-from citypv.core.sun.horizon import STEPS, horizon_of_terrain
-from citypv.core.sun.read_horizon import distance_to_end, read_horizon
 from citypv.core.sun.sun_sampling import hourly_suns
 
 LATITUDE, STEP = -17.0, 0.004

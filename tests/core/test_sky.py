@@ -27,8 +27,8 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
-from citypv.core.sun.horizon_band import HEIGHT, HORIZON
-from citypv.core.sun.sky_models import split_sky
+from citypv.core.sky.horizon_band import HEIGHT, HORIZON
+from citypv.core.sky.sky_models import split_sky
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.compute_world import compute_world

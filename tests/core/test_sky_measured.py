@@ -20,7 +20,7 @@ from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.transfer import SourceLight
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
-from citypv.core.sun.sky_models import choose_sky, split_sky
+from citypv.core.sky.sky_models import choose_sky, split_sky
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 

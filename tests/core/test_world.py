@@ -15,7 +15,7 @@ from citypv.core.light.transfer import SourceLight
 from citypv.core.results.write_tables import sum_periods
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
-from citypv.core.sun.horizon import STEPS, TerrainHorizon
+from citypv.core.sky.horizon import STEPS, TerrainHorizon
 from citypv.core.sun.sky_grid import match_triangles, sky_grid_suns, triangulate_sky
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.sun.suns import interrupted_suns

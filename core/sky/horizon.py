@@ -26,8 +26,8 @@ import pyproj
 from numba import njit
 
 from ..settings.errors import UNIT, InputError, check_array
+from ..sun.solar_position import sun_direction
 from .horizon_band import SOURCES, by_normal
-from .solar_position import sun_direction
 
 STEPS = 1440  # azimuths at which a horizon is stored: every 0.25°
 EARTH_RADIUS = 6_371_000.0  # [m] mean; the local one differs by 0.4 %, which is 0.001° at 50 km
