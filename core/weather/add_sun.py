@@ -53,9 +53,8 @@ def add_sun(record, interval, horizon_cut="measured", position=None):
     columns = {name: record.columns.get(name, name) for name in record.data}
     sources = " and ".join(columns[name] for name in given if name in columns)
     columns = {name: f"{name} (from {sources})" for name in irradiance} | columns
-    return Weather(
-        data, interval, *place, record.altitude, record.label, list(record.notes), columns=columns
-    )
+    changed = {"data": data, "notes": list(record.notes), "columns": columns}
+    return Weather(**vars(record) | changed, interval=interval)
 
 
 def complete_irradiance(given, apparent_zenith, horizon_cut="measured", dni_extra=np.inf):

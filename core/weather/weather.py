@@ -21,30 +21,36 @@ KM_PER_DEGREE = 111.2  # along a meridian
 
 
 @dataclass
-class Weather:
-    """Weather of one site, independent of any surface."""
+class Record:
+    """The values of weather at one place, as they were read."""
 
-    data: pd.DataFrame  # index: tz-aware start of each interval (UTC); see below
-    interval: pd.Timedelta  # length of every interval
+    # index: UTC start of each interval; any of ghi, dhi, dni, temp_air, wind_speed, pressure
+    data: pd.DataFrame
     latitude: float  # [°] of the sun: the requested place, or the station
     longitude: float  # [°]
     altitude: float  # [m]
+    source: str  # the file, for messages
     label: str  # shown with the results: "ERA5 era5_berlin_2017.nc", "clear sky (upper bound)"
     notes: list = field(default_factory=list)  # of str: findings on the file, for the user
-    checks: dict = field(
-        default_factory=dict
-    )  # year -> fields of SunTimes: how well the irradiance fits the sun
-    columns: dict = field(
-        default_factory=dict
-    )  # column of data -> what its file calls it, or what it follows from
-    # offset of the calendar of sums and series; None: the times of data
-    zone: timezone | None = None
+    # column of data -> what the file calls it, or what it follows from
+    columns: dict = field(default_factory=dict)
+
+
+@dataclass
+class Weather(Record):
+    """A Record that was checked, complete and with the sun, independent of any surface."""
 
     # Columns of data, all float64:
     # ghi, dhi, dni [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹], pressure [Pa]
     # and, of the sun at mid-interval, solar_zenith, apparent_zenith, solar_azimuth [°].
     # Below 2° of apparent elevation dni is the measured one, or 0 if it would have to be derived;
     # see add_sun.
+
+    interval: pd.Timedelta = field(kw_only=True)  # length of every interval
+    # year -> fields of SunTimes: how well the irradiance fits the sun
+    checks: dict = field(default_factory=dict)
+    # offset of the calendar of sums and series; None: the times of data
+    zone: timezone | None = None
 
     @property
     def axis(self):
@@ -59,24 +65,6 @@ def darken_hours(weather, dark):
         **{name: weather.data[name].mask(dark, value) for name, value in night.items()}
     )
     return replace(weather, data=data)
-
-
-@dataclass
-class Record:
-    """The values of one file at one place, as they were read."""
-
-    data: (
-        pd.DataFrame
-    )  # index: UTC start of each interval; any of ghi, dhi, dni, temp_air, wind_speed, pressure
-    latitude: float  # [°]
-    longitude: float  # [°]
-    altitude: float  # [m]
-    source: str  # the file, for messages
-    label: str  # shown with the results
-    notes: list = field(default_factory=list)  # of str: what the user should know about the file
-    columns: dict = field(
-        default_factory=dict
-    )  # column of data -> what the file calls it, where that is another name
 
 
 def join_records(records):

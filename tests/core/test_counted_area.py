@@ -256,8 +256,7 @@ def three_years(berlin):
         parts.append(
             data.set_axis(data.index + (pd.Timestamp(f"{year}-01-01") - pd.Timestamp("2017-01-01")))
         )
-    place = berlin.latitude, berlin.longitude
-    return [type(berlin)(data, HOUR, *place, 0.0, "one") for data in (*parts, pd.concat(parts))]
+    return [replace(berlin, data=data) for data in (*parts, pd.concat(parts))]
 
 
 @pytest.mark.slow
