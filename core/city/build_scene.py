@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from ..settings.errors import InputError, count_of, list_some
+from ..settings.memory import check_memory
 from ..settings.progress import report_part, silent
 from .build_ground import PlacedCity
 from .check_geometry import check_city, check_extent
@@ -93,6 +94,11 @@ def build_scene(
             "give a number from 0 to 1",
         )
     report_share(0.0)
+    # Measured: 0.3 GB for Midtown Manhattan, of 167,000 corners, with what its ground takes.
+    source = next(iter(city.report.files), None)
+    cure = "give it more memory, or a part of the city"
+    scene = f"a scene of {len(city):,} surfaces"
+    check_memory(source or "the city", scene, 1800 * len(city.points), cure)
     check_city(city)
     check_extent(city)
     whole_area = measure_polygons(*city.shape)[0]
@@ -103,7 +109,6 @@ def build_scene(
     if site is None:
         low, high = city.points.min(axis=0), city.points.max(axis=0)
         origin = (float(0.5 * (low[0] + high[0])), float(0.5 * (low[1] + high[1])), float(low[2]))
-        source = next(iter(city.report.files), None)
         there = locate_site(city.plane or city.crs, origin, latitude, longitude, source=source)
         site = Site(*there[:2], origin[2], there[2], city.crs, origin, city.axes, city.plane)
     points = bring_to_origin(city.points, site)

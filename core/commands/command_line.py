@@ -104,10 +104,9 @@ def _describe_memory(options):
 
     used = peak_memory()
     words = "needs more memory than there is" + (f": {used / GB:.1f} GB were taken" if used else "")
-    return (
-        f"{_name_input(options)}: {words}; give --cluster serial, which traces a part at a time, "
-        "or more memory"
-    )
+    tiles = "--cluster serial, which traces a part at a time, or "
+    parts = "" if getattr(options, "cluster", "no such option") else tiles
+    return f"{_name_input(options)}: {words}; give {parts}more memory"
 
 
 def _name_input(options):

@@ -23,8 +23,8 @@ HOLD = """
 from importlib import import_module
 from threading import Event
 rooms = "bl_ext.user_default.citypv.operators"
-Job = import_module(rooms + ".job").Job
-Update = import_module(rooms + ".edits.update_city").UpdateCity
+Job = import_module(rooms + ".city.job").Job
+Update = import_module(rooms + ".run.update_city").UpdateCity
 space = bpy.app.driver_namespace
 space["hold"] = hold = {"stage": "", "stages": [], "go": Event(), "held": Event(), "shown": True}
 space["own"] = progress, refine = Job.progress, Update.refine
@@ -46,7 +46,7 @@ Job.progress, Update.refine = wait_at_stage, wait_to_show
 LEAVE = """
 from importlib import import_module
 rooms = "bl_ext.user_default.citypv.operators"
-job, update = import_module(rooms + ".job").Job, import_module(rooms + ".edits.update_city").UpdateCity
+job, update = import_module(rooms + ".city.job").Job, import_module(rooms + ".run.update_city").UpdateCity
 job.progress, update.refine = bpy.app.driver_namespace["own"]
 """
 SESSION = f"import_module('bl_ext.user_default.citypv.operators.city.session').find_session({CITY})"

@@ -14,6 +14,7 @@ from memory_of_reading import memory_of_refusal
 from weathers import ERA5
 
 from citypv.__main__ import main
+from citypv.core.city.build_scene import build_scene
 from citypv.core.read.open_geotiff import open_geotiff, unpack_bits
 from citypv.core.read.open_input import open_input
 from citypv.core.read.open_netcdf import open_netcdf, refuse_links
@@ -21,8 +22,11 @@ from citypv.core.read.open_raster import open_raster, read_posts
 from citypv.core.results.columns import write_table
 from citypv.core.results.read_results import read_table
 from citypv.core.run.run_log import print_output
+from citypv.core.settings import memory
 from citypv.core.settings.errors import InputError, cell_of_id, id_of_cell
 from citypv.core.settings.memory import check_memory, free_memory
+from citypv.core.settings.request import Request
+from citypv.core.study import read_buildings
 from citypv.core.weather.read_era5 import read_era5
 
 pytestmark = pytest.mark.every_python
@@ -229,6 +233,27 @@ def test_what_limits_leave_is_what_is_free():
     )
     assert 0 < free_memory() < 1e14
     check_memory("city.obj", "tracing", 1, "cure")
+
+
+def test_a_scene_that_does_not_fit_is_refused_by_what_it_needs(city, monkeypatch):
+    """1.8 kB for each corner of its polygons."""
+    buildings = read_buildings([city], Request())
+    needed = 1800 * len(buildings.points)
+    monkeypatch.setattr(memory, "free_memory", lambda: needed + 1)
+    assert len(build_scene(buildings).surfaces) == len(buildings)
+    monkeypatch.setattr(memory, "free_memory", lambda: needed - 1)
+    words = rf"{city.name}: a scene of {len(buildings)} surfaces needs 0.0 GB of memory, and 0.0 GB"
+    with pytest.raises(InputError, match=words):
+        build_scene(buildings)
+
+
+def test_tiles_are_no_cure_of_a_run_in_tiles(city, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("citypv.core.run.simulate.simulate", lambda *_, **__: [0] * (1 << 60))
+    run = ["simulate", str(city), "--out", str(tmp_path / "out")]
+    for more, named in (([], True), (["--cluster", "serial"], False)):
+        assert main([*run, *more]) == 1
+        words = capsys.readouterr().err
+        assert "needs more memory than there is" in words and ("--cluster" in words) == named
 
 
 @POSIX
