@@ -88,6 +88,7 @@ def is_above(horizon, direction):
     direction = np.asarray(direction, float)
     if horizon is None:
         return np.ones(len(direction), bool)
+    # azimuth, elevation  of the direction [°], to be held against the terrain's there.
     azimuth = np.degrees(np.arctan2(direction[:, 0], direction[:, 1]))
     elevation = np.degrees(np.arcsin(np.clip(direction[:, 2], -1, 1)))
     return elevation >= elevation_at(horizon, azimuth)
@@ -128,9 +129,12 @@ def mark_hidden(fate, directions, sine, seen, hidden):
     steps, highest = len(sine), sine.max()
     for patch in range(fate.shape[0]):
         for ray in range(fate.shape[1]):
+            # Only rays to the sky count, and only those lower than the highest terrain.
             height = directions[2, patch, ray]
             if fate[patch, ray] != seen or height >= highest:
                 continue
+            # Height of the terrain at the ray's azimuth, linear in the sine between two stored
+            # azimuths.
             turn = np.arctan2(directions[0, patch, ray], directions[1, patch, ray]) / (2 * np.pi)
             place = (turn - np.floor(turn)) * steps
             before = int(place)
@@ -176,6 +180,7 @@ def horizon_of_terrain(grids, place, start, reach, refraction=REFRACTION, *, oth
     C. Hirt et al. (2010), Monitoring of the refraction coefficient in the lower atmosphere,
     :doi:`10.1029/2010JD014067`.
     """
+    # The eye stands on the ground: on the finest grid that has a height there.
     found = height_at(grids, place)
     eye = found if np.isfinite(found) else otherwise
     if not np.isfinite(eye):
@@ -183,6 +188,8 @@ def horizon_of_terrain(grids, place, start, reach, refraction=REFRACTION, *, oth
         raise InputError(
             grids[0].path, problem, "give a raster that covers the site and up to 50 km around it"
         )
+    # Lines of sight are geodesics: nodes every kilometre are placed on the ellipsoid, and projected
+    # to each raster.
     nodes = np.arange(int(np.ceil(reach / NODE)) + 2) * NODE
     turn, far = (
         grid.ravel()
@@ -191,6 +198,7 @@ def horizon_of_terrain(grids, place, start, reach, refraction=REFRACTION, *, oth
     latitude, longitude = (np.full(turn.shape, value) for value in place)
     longitudes, latitudes, _ = GEODESIC.fwd(longitude, latitude, turn, far)
     steepest, known = np.zeros((2, STEPS))
+    # A line of sight that bends is straight above a larger Earth, of radius R/(1 - k).
     radius = EARTH_RADIUS / (1 - refraction)
     for grid in grids:
         lines = tuple(part.reshape(STEPS, -1) for part in grid.places_of(latitudes, longitudes))
@@ -217,8 +225,10 @@ def bilinear(heights, column, row):
     rows, columns = heights.shape
     if not (-0.5 <= column <= columns - 0.5 and -0.5 <= row <= rows - 0.5):
         return np.nan
+    # Half a cell beyond the outermost posts the height stays that of the edge.
     column, row = min(max(column, 0.0), columns - 1.0), min(max(row, 0.0), rows - 1.0)
     left, top = min(int(column), columns - 2), min(int(row), rows - 2)
+    # Linear across, along the upper and the lower edge of the cell, then linear down between them.
     across, down = column - left, row - top
     upper = heights[top, left] * (1 - across) + heights[top, left + 1] * across
     lower = heights[top + 1, left] * (1 - across) + heights[top + 1, left + 1] * across
@@ -245,6 +255,8 @@ def _raise_horizon(heights, lines, extent, eye_of, steepest, known):  # noqa: PL
     """
     (columns, rows), (start, reach, step), (eye, radius) = lines, extent, eye_of
     for line in range(len(steepest)):
+        # One step after the other along the line, from its start, in cells of the raster between
+        # nodes.
         distance = max(start[line], step)
         while distance <= reach:
             before = int(distance / NODE)
@@ -253,6 +265,9 @@ def _raise_horizon(heights, lines, extent, eye_of, steepest, known):  # noqa: PL
             row = rows[line, before] * (1 - share) + rows[line, before + 1] * share
             height = bilinear(heights, column, row)
             if not np.isnan(height):
+                # The Earth falls away under the level line through the eye:
+                # drop  below it, of a post at this height [m]; tangent  of its elevation, (height -
+                # eye - drop) / distance along that line [–].
                 angle = distance / radius  # at the centre of the Earth
                 drop = (radius + height) * 2 * np.sin(angle / 2) ** 2
                 tangent = (height - eye - drop) / ((radius + height) * np.sin(angle))
@@ -287,6 +302,7 @@ def lost_sky(normal, horizon):
         What (1 + cos tilt)/2 loses, and the view of the ground gains.
     """
     normal = check_array("normal", normal, ("n", 3), least=-1 - UNIT, most=1 + UNIT)
+    # For each azimuth the sky between level and terrain, cut where the surface's own plane cuts it.
     turn, height = np.radians(horizon.azimuth), np.radians(horizon.elevation)
 
     def lose(normal):
@@ -297,6 +313,8 @@ def lost_sky(normal, horizon):
         low = np.where((along < 0) & (up > 0), plane, 0.0)
         high = np.where((along > 0) & (up < 0), np.minimum(height, plane), height)
         faces = (high > low) & ((along > 0) | (up > 0))
+        # The integral of the docstring between elevations low and high, for the part along the
+        # azimuth and the upward part of the normal.
         share = along * (high - low + (np.sin(2 * high) - np.sin(2 * low)) / 2) / 2
         share += up * (np.sin(high) ** 2 - np.sin(low) ** 2) / 2
         return (
@@ -320,6 +338,8 @@ class _SunlitYear:
 
 def sunlit_year(weather, parts):
     """What shines in the year of a Weather, from its SkyParts: SunlitYear."""
+    # All that comes from the place of the sun, in the hours in which there is any; sums suffice for
+    # the rest, as their light does not move.
     data = weather.data
     direct = data["dni"].to_numpy(float) + parts.circumsolar
     lit = direct > 0
@@ -360,6 +380,8 @@ def light_behind(year, normal, horizon, ground_albedo):
     lost, gained : (k,) float64 [Wm⁻²]
         Summed over the year.
     """
+    # The sun behind terrain is lost to surfaces; the ground that they see loses it too, and
+    # reflects less.
     hidden = ~is_above(horizon, year.towards)
     dark = float(sum_direct(year, UP, hidden)[0])  # what the open ground loses of the sun
     lit = float(sum_direct(year, UP, ~hidden)[0]) + year.dome
@@ -368,6 +390,8 @@ def light_behind(year, normal, horizon, ground_albedo):
     for name, light in year.sources.items():
         source = SOURCES[name]
         of_sky.append(light * source.unshaded(normal) * (1 - source.seen(normal, horizon)))
+    # Lost are the sun's direct light, and what the darker ground would have reflected; (1 - n_z)/2
+    # is the view of the ground from an unobstructed surface.
     lost = sum_direct(year, normal, hidden) + ground_albedo * (1 - normal[:, 2]) / 2 * dark
     return lost + np.maximum(of_sky, 0).sum(axis=0), np.maximum(np.negative(of_sky), 0).sum(axis=0)
 

@@ -74,11 +74,14 @@ class HorizonBand:
         -------
         (c, m, 3) float32
         """
+        # Azimuth: the sine is even, so the cosine from the normal is its density (n · d_h).
+        # Elevation: even over the height of the band in front of the surface.
         horizontal = np.hypot(normal[:, 0], normal[:, 1])[:, None]
         level = normal[:, :2] / horizontal
         sine = 2 * along - 1  # of the azimuth from the normal, whose cosine is the density
         cosine = np.sqrt(np.maximum(1 - sine**2, 0))
         elevation = up * _visible_height(-normal[:, 2:] / horizontal, cosine)
+        # Turned from the surface's own azimuth to east and north.
         directions = np.empty((*along.shape, 3), np.float32)
         directions[..., 0] = np.cos(elevation) * (cosine * level[:, :1] - sine * level[:, 1:])
         directions[..., 1] = np.cos(elevation) * (cosine * level[:, 1:] + sine * level[:, :1])
@@ -101,11 +104,14 @@ class HorizonBand:
             n · d_h · cos e / (n · d), over the share of the band that is in front; 1 for walls, 0
             for level surfaces.
         """
+        # level  horizontal part of the normal, n_h; met  n · d, the cosine of incidence [–].
         normal, towards = np.asarray(normal, float), np.asarray(towards, float)
         level = np.hypot(normal[:, 0], normal[:, 1])
         cos_elevation = np.hypot(towards[:, 0], towards[:, 1])
         faced = np.maximum(np.einsum("ij,ij->i", normal[:, :2], towards[:, :2]), 0)  # n · d_h cos e
         met = np.maximum(np.einsum("ij,ij->i", normal, towards), 1e-9)
+        # The share of the band's height that is in front of a surface that leans forward, at this
+        # azimuth.
         slope = np.divide(-normal[:, 2], level, out=np.zeros(len(level)), where=level > 0)
         cosine = np.divide(faced, level * cos_elevation, out=np.zeros(len(level)), where=level > 0)
         share = _visible_height(slope, cosine) / HEIGHT
@@ -178,6 +184,7 @@ def _visible_height(slope, cosine):
 
 def by_normal(function, normal, decimals):
     """Values of a function of normals, (n, 3), found once for each of those that differ: (n,)."""
+    # Many surfaces share a normal, as walls and roofs of a city do: each is computed once.
     unique, which = np.unique(np.round(normal, decimals) + 0.0, axis=0, return_inverse=True)
     found = [function(unique[first : first + CHUNK]) for first in range(0, len(unique), CHUNK)]
     return np.concatenate([*found, np.zeros(0)])[which.ravel()]
@@ -185,11 +192,13 @@ def by_normal(function, normal, decimals):
 
 def _share_above(normal, terrain):
     """`HorizonBand.seen` of some surfaces behind terrain."""
+    # faced  n · d_h for each azimuth, weight of the band there; 0 behind the surface.
     turn, height = np.radians(terrain.azimuth), np.radians(terrain.elevation)
     level = np.hypot(normal[:, 0], normal[:, 1])[:, None]
     faced = np.maximum(normal[:, :1] * np.sin(turn) + normal[:, 1:2] * np.cos(turn), 0)
     inclined = level > 0
     cosine = np.divide(faced, level, out=np.zeros(faced.shape), where=inclined)
+    # At each azimuth terrain hides the lower part of the band that is in front of the surface.
     slope = np.divide(-normal[:, 2:], level, out=np.zeros(level.shape), where=inclined)
     band = np.maximum(_visible_height(slope, cosine).astype(float), 1e-9)
     whole = faced.sum(axis=1)

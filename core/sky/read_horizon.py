@@ -100,16 +100,21 @@ def read_horizon(path, scene):
         return ask_horizon(scene.site.latitude, scene.site.longitude), []
     if not _is_raster(path):
         return read_horizon_table(path), []
+    # The box in plan around the buildings: its middle and corners are where the horizon is seen
+    # from.
     own = scene.triangle_surface >= 0
     points = scene.vertices[scene.triangles[own if own.any() else slice(None)].ravel(), :2]
     low, high = points.min(axis=0), points.max(axis=0)
     corners = np.array([(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])])
     posts = [(low + high) / 2, *corners]
     site, places = scene.site, []
+    # From metres in the scene to latitude and longitude of each of them, along geodesics.
     for east, north in posts:
         azimuth, distance = np.degrees(np.arctan2(east, north)), np.hypot(east, north)
         places.append(GEODESIC.fwd(site.longitude, site.latitude, azimuth, distance)[1::-1])
     grids = read_heights(path, places[0], REACH)
+    # Terrain counts from where the scene's own ground ends: what the scene holds is traced, and
+    # would count twice.
     drawn = (
         find_ground(scene) if scene.terrain_laid else find_ground(scene) & own
     )  # or measured, not generated
@@ -149,6 +154,7 @@ def ask_horizon(latitude, longitude, timeout=(5.0, 60.0)):
     """
     import pvlib
 
+    # PVGIS is asked; whatever fails is told with its cure, as no horizon is made up.
     url, place = (
         pvlib.iotools.pvgis.URL,
         (round(latitude, 4), round((longitude + 180) % 360 - 180, 4)),
@@ -181,6 +187,7 @@ def distance_to_end(point, triangles):
     (STEPS,) float64 [m]
         0 where there is none.
     """
+    # Edges in portions, with the point as origin.
     furthest, angle = np.zeros(STEPS), 2 * np.pi / STEPS
     for first in range(0, len(triangles), AT_ONCE):
         corners = triangles[first : first + AT_ONCE] - point
@@ -191,8 +198,11 @@ def distance_to_end(point, triangles):
         turn -= 2 * np.pi * np.rint(turn / (2 * np.pi))  # the way round that the edge takes
         low = np.ceil((one + np.minimum(turn, 0)) / angle).astype(int)
         count = np.maximum(np.floor((one + np.maximum(turn, 0)) / angle).astype(int) - low + 1, 0)
+        # Edge and step of each crossing: azimuths from `low` on, `count` of them for each edge.
         edge = np.repeat(np.arange(len(one)), count)
         step = low[edge] + np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count)
+        # Where the line of sight meets the edge: by cross products of the ray's direction, the
+        # edge's direction and its start.
         ahead, along = np.stack([np.sin(step * angle), np.cos(step * angle)]), (end - start)[edge].T
         across = ahead[0] * along[1] - ahead[1] * along[0]
         offset = start[edge, 0] * along[1] - start[edge, 1] * along[0]
@@ -218,6 +228,7 @@ def read_horizon_table(path):
     InputError
         The file is not one of the formats above, or an angle is out of range.
     """
+    # A file is JSON of PVGIS, or text; the azimuths of PVGIS count from the south.
     with open_input(path) as stream:
         content = stream.read(LARGEST + 1)
     if len(content) > LARGEST or b"\0" in content:
@@ -249,6 +260,7 @@ def _horizon_of_angles(path, azimuth, elevation):
             "range"
         )
         raise InputError(path, problem, "give azimuths from 0 to 360° and elevations below 90°")
+    # Sorted round the circle and interpolated to the azimuths that a horizon holds.
     order = np.argsort(azimuth % 360, kind="stable")
     around = np.arange(STEPS) * (360.0 / STEPS)
     heights = np.interp(around, (azimuth % 360)[order], elevation[order], period=360.0)
@@ -257,6 +269,8 @@ def _horizon_of_angles(path, azimuth, elevation):
 
 def _angles_of_text(path, text):
     """Azimuths from north and elevations of a text."""
+    # Lines of numbers, all with as many columns; a line that is none may stand above them as a
+    # header.
     rows, header = [], ""
     for number, line in enumerate(text.splitlines(), start=1):
         try:
@@ -275,6 +289,8 @@ def _angles_of_text(path, text):
                 f"{path}:{number}", "has more or fewer columns than the lines before", CURE
             )
         rows += [values] if values else []
+    # Which format, by the header and the number of columns: of PVGIS, two of angles, or elevations
+    # alone that are spread evenly round the circle.
     columns = np.array(rows).T
     if OF_PVGIS.match(header) and len(columns) >= 2:
         return columns[0] + 180, columns[1]

@@ -82,6 +82,8 @@ def split_sky(weather, model):
     dhi, zenith = data["dhi"].to_numpy(float), data["apparent_zenith"].to_numpy(float)
     if model == "isotropic":
         return SkyParts(dhi, np.zeros(len(dhi)), np.zeros(len(dhi)), {})
+    # pvlib's three parts on a plane that is nearly level, with harmless values where the model is
+    # not defined.
     airmass = pvlib.atmosphere.get_relative_airmass(zenith, "kastenyoung1989")
     defined = np.isfinite(airmass) & (dhi > 0)
     parts = pvlib.irradiance.perez(
@@ -94,9 +96,12 @@ def split_sky(weather, model):
         airmass=np.where(defined, airmass, 1.0),
         return_components=True,
     )
+    # Each part per its view from that plane: (1 - F₁) DHI, F₁ DHI, and F₂ DHI of Eq. 9.
     tilt = np.radians(SMALL_TILT)
     dome = np.where(defined, parts["poa_isotropic"] / ((1 + np.cos(tilt)) / 2), dhi)
     around = np.maximum(dhi - dome, 0.0)
+    # F₁ DHI is what level ground has from the sun's place; normal to it there is 1/b times as much,
+    # b = max(cos 85°, cos z).
     height = np.maximum(np.cos(np.radians(zenith)), np.cos(np.radians(LOWEST)))
     horizon = np.where(defined, parts["poa_horizon"] / np.sin(tilt), 0.0)
     return SkyParts(dome, around / height, around, {HORIZON.name: horizon})
@@ -148,6 +153,7 @@ def choose_share(parts):
     int
         A power of two.
     """
+    # ratio  H/D, light of the horizon over light of the dome [–].
     dome, share = float(parts.dome.sum()), RAYS_SHARE
     ratio = float(np.abs(parts.of_sources).sum()) / dome if dome > 0 else 1.0
     while 2 * share <= MOST_SHARE and 2 * share * ratio**2 <= NOISE_SHARE:

@@ -80,6 +80,8 @@ def clear_sky(latitude, longitude, altitude, year, sun=None):
     -----
     :doi:`10.1016/S0038-092X(02)00045-2`; an upper bound of a real year.
     """
+    # Irradiance of a clear sky at the middle of each hour, from the sun, the haze of the month
+    # (Linke turbidity) and the height of the place.
     times = hours_of_year(year)
     zenith = (solar_position(times, INTERVAL, latitude, longitude) if sun is None else sun)[
         "apparent_zenith"
@@ -127,6 +129,7 @@ def make_climates(latitudes, longitudes, year=2021, seed=0, zenith=None):
     InputError
         If a place lies south of 60° S.
     """
+    # The long-term means of each place, and the sum of GHI that its year shall have.
     times = hours_of_year(year)
     places = list(zip(latitudes, longitudes, strict=True))
     normals = [look_up_normals(*place) for place in places]
@@ -134,10 +137,14 @@ def make_climates(latitudes, longitudes, year=2021, seed=0, zenith=None):
     annual = (
         np.array([[found.ghi] for found in normals]) * 1000.0 * len(times) / 24
     )  # (p, 1) [Wh/m²]
+    # GHI from coarse to fine: the year's sum is shared among months, theirs among days, theirs
+    # among hours; temperature follows from what the ground receives.
     sky = cleanest_sky(places, times, altitude, annual, zenith)
     monthly = monthly_sums(annual, normals, sky, times)
     drawn = draw_irradiance(places, times, sky, monthly, seed)
     temp_air = _air_temperature(places, times, normals, sky["outside"], drawn[0])
+    # One Record a place; the mean wind speed follows from the root of the mean square if speeds
+    # have a Rayleigh distribution.
     records = []
     for row, (place, found) in enumerate(zip(places, normals, strict=True)):
         data = pd.DataFrame(
@@ -185,6 +192,7 @@ def cleanest_sky(places, times, altitude, annual, zenith=None):
     -----
     Model of Ineichen and Perez with a Linke turbidity of 2.
     """
+    # sine  of the sun's elevation [–]; extra  normal irradiance outside the atmosphere [Wm⁻²].
     if zenith is None:
         zenith = np.stack(
             [
@@ -195,12 +203,16 @@ def cleanest_sky(places, times, altitude, annual, zenith=None):
     sine = np.maximum(np.cos(np.radians(zenith)), 0.0)
     extra = pvlib.irradiance.get_extra_radiation(times + INTERVAL / 2).to_numpy()
     pressure = pvlib.atmosphere.alt2pres(altitude)
+    # Clean air's irradiance, with the sun just above the horizon for the air mass and dark below
+    # it.
     risen = np.minimum(zenith, 89.99)
     airmass = pvlib.atmosphere.get_absolute_airmass(
         pvlib.atmosphere.get_relative_airmass(risen), pressure
     )
     clean = pvlib.clearsky.ineichen(risen, airmass, CLEAN_TURBIDITY, altitude, extra)
     ghi, dni = (np.where(zenith < 90, clean[name], 0.0) for name in ("ghi", "dni"))
+    # factor  by which this sky is scaled up where the climate has more light in a year than it
+    # gives.
     factor = np.maximum(1.0, annual / (CLOSEST * ghi.sum(axis=1, keepdims=True)))
     sky = {"ghi": ghi * factor, "dni": dni * factor, "outside": extra * sine, "pressure": pressure}
     return sky | {"zenith": zenith, "sine": sine}
@@ -217,9 +229,12 @@ def monthly_sums(annual, normals, sky, times):
     The annual sum is distributed by the clearness of the months; each is limited to 97 % of the
     cleanest sky, and the excess goes to the others.
     """
+    # outside  Sum of each month outside the atmosphere; most  what it may have at most [Wh/m²].
     starts = _starts_of_months(times)
     outside = np.add.reduceat(sky["outside"], starts, axis=1)
     most = CLOSEST * np.add.reduceat(sky["ghi"], starts, axis=1)
+    # One factor for all months brings the year to its sum, although those at their limit stay
+    # there: it is found by bisection, as the sum only grows with it.
     share = np.stack([found.clearness for found in normals]) * outside
     factor = bisect(
         lambda factor: np.minimum(share * factor, most).sum(axis=1, keepdims=True) < annual,
@@ -237,6 +252,8 @@ def draw_irradiance(places, times, sky, monthly, seed):
     Days are drawn by Bendt et al. and hours by Aguiar and Collares-Pereira (see `draw_clearness`);
     the direct part follows from DISC (E. L. Maxwell, SERI/TR-215-3087, 1987).
     """
+    # Days are local ones, of the whole hours that the longitude tells: hours are moved to local
+    # time, drawn in days of 24, and moved back.
     starts, outside = _starts_of_months(times), sky["outside"]
     cleanest = sky["ghi"] / np.maximum(outside, 1e-9)
     shift = np.array([[round(longitude / 15)] for _, longitude in places])
@@ -248,20 +265,26 @@ def draw_irradiance(places, times, sky, monthly, seed):
     def to_local(values):
         return np.take_along_axis(values, local, axis=1).reshape(by_day)
 
+    # mean  Clearness index of each month [–], GHI over irradiance outside the atmosphere.
     month = times.month.to_numpy()[::24] - 1
     normals = draw_normals(seed, (25, by_day[1]))
     mean = monthly / np.maximum(np.add.reduceat(outside, starts, axis=1), 1.0)
+    # Days: clearness between a dull day's and the cleanest sky's, by the month's distribution.
     outside_of_day = to_local(outside).sum(axis=2)
     cleanest_day = to_local(sky["ghi"]).sum(axis=2) / np.maximum(outside_of_day, 1e-9)
     days = draw_days(mean, cleanest_day, rank_days(normals[0], month), month)
+    # Hours: drawn around the clearness of their day, then scaled so that the day keeps its sum.
     hours = draw_hours(days, to_local(cleanest), to_local(sky["sine"]), normals[1:].T)
     flat = [
         values.reshape(len(places), -1) for values in (hours, to_local(cleanest), to_local(outside))
     ]
     hours = scale_to_sums(*flat, days * outside_of_day, np.arange(0, len(times), 24))
+    # Back in UTC, months are scaled once more to their exact sums, as local days cross their ends.
     clearness = np.empty_like(hours)
     np.put_along_axis(clearness, local, hours, axis=1)
     ghi = (scale_to_sums(clearness, cleanest, outside, monthly, starts) * outside).round(ROUNDING)
+    # Direct light by DISC from GHI and the air mass; no more than the cleanest sky lets through,
+    # nor than leaves 3 % of GHI diffuse, and none at night.
     day = np.broadcast_to(times.day_of_year.to_numpy(), ghi.shape)
     dni = np.nan_to_num(
         pvlib.irradiance.disc(ghi, sky["zenith"], day, pressure=sky["pressure"])["dni"]
@@ -296,21 +319,26 @@ def _air_temperature(places, times, normals, outside, ghi):
     give it for the mean day of a month; here each hour uses the clearness of the 24 hours around
     it, so that sunny days have the warmest afternoons.
     """
+    # Annual cycle: first Fourier coefficient of GHI, times the gain, turned back by the lag.
     phase = 2j * np.pi * (np.arange(len(times)) + 0.5) / len(times)
     harmonic = 2 * (ghi * np.exp(-phase)).mean(axis=1)  # (p,) [Wm⁻²]
     influence = np.array([found.land_influence for found in normals])
     gain = GAIN_SEA + (GAIN_LAND - GAIN_SEA) * influence  # (p,) [K/Wm⁻²]
     lag = 2j * np.pi * LAG / (len(times) / 24)
     yearly = ((gain * harmonic)[:, None] * np.exp(phase - lag)).real
+    # Daily cycle (Erbs et al.): swing  range of a day from its clearness [K].
     around = {"size": 24, "axis": 1, "mode": "wrap", "origin": -1}
     clearness = uniform_filter1d(ghi, **around) / np.maximum(
         uniform_filter1d(outside, **around), 1.0 / 24
     )
     swing = np.maximum(25.8 * clearness - 5.21, 0.0)  # [K]
+    # solar  hour angle from one o'clock in the afternoon, local solar time [rad]; form  course of a
+    # day, with a range of about 1 [–].
     longitude = np.array([[place[1]] for place in places])
     solar = 2 * np.pi * (np.arange(len(times)) + 0.5 + longitude / 15 - 1) / 24  # 1 o'clock is 0
     form = 0.4632 * np.cos(solar - 3.805) + 0.0984 * np.cos(2 * solar - 0.360)
     form += 0.0168 * np.cos(3 * solar - 0.822) + 0.0138 * np.cos(4 * solar - 3.513)
+    # The cycles average to nothing, so that the year has its mean.
     cycles = yearly + swing * form
     mean = np.array([[found.temp_air] for found in normals])
     return (mean + cycles - cycles.mean(axis=1, keepdims=True)).round(3)

@@ -72,6 +72,8 @@ def look_up_normals(latitude, longitude):
         raise InputError(
             "--weather climate", problem, "give weather files, or clear-sky as an upper bound"
         )
+    # On land the nearest cell tells; at sea a coarse grid at sea level does, cooled to the height
+    # of the place.
     grid = _read_grid()
     cell = _find_cell(grid["land"], latitude, longitude)
     if cell is None:
@@ -95,8 +97,11 @@ def _read_grid():
     """
     with np.load(FILE) as file:
         packed = {name: file[name] for name in file.files}
+    # One bit a cell for land and sea; numbers count the land cells in rows.
     land = np.unpackbits(packed["land"], count=SHAPE[0] * SHAPE[1]).reshape(SHAPE).astype(bool)
     grid = {"land": land, "number": (np.cumsum(land) - 1).reshape(SHAPE)}
+    # Values of the file are whole steps, and differences from the cell before where these are
+    # smaller.
     for name, step in STEPS.items():
         grid[name] = np.cumsum(_join_bytes(packed[name]), dtype=np.int32) * step
     ghi = _join_bytes(packed["ghi"]).reshape(360, 720)
@@ -118,6 +123,8 @@ def is_land(latitude, longitude):
 
 def _find_cell(land, latitude, longitude):
     """Row and column of the nearest land cell, None if there is none within reach."""
+    # A window of cells around the place, as wide in kilometres to the east as to the north; near
+    # the poles that is many columns, and it closes around the globe.
     nearest_row = round((latitude - SOUTH) / CELL)
     rows = np.arange(max(nearest_row - WINDOW, 0), min(nearest_row + WINDOW + 1, SHAPE[0]))
     across = int(min((WINDOW + 1) / max(np.cos(np.radians(latitude)), 0.02), SHAPE[1] // 2 - 1))
@@ -168,6 +175,8 @@ def _cells_around(values, latitude, longitude):
 
     The place is the share of the way from south to north and from west to east.
     """
+    # Coordinates in cells, counted from the middle of the first; rows end at the poles, columns go
+    # round the globe.
     rows, columns = values.shape[:2]
     row = np.clip((latitude + 90) * rows / 180 - 0.5, 0, rows - 1.000001)
     column = ((longitude + 180) * columns / 360 - 0.5) % columns
@@ -179,6 +188,7 @@ def _cells_around(values, latitude, longitude):
 
 def measure_land_influence(land, latitude, longitude):
     """Share of land along the parallel upwind of a place, weighted with its distance: 0 to 1."""
+    # band  Share of land among the rows around the parallel, for each column.
     row = round((latitude - SOUTH) / CELL)
     column = round((longitude - WEST) / CELL)
     band = (
@@ -186,8 +196,10 @@ def measure_land_influence(land, latitude, longitude):
         if row < SHAPE[0] + BAND
         else np.zeros(SHAPE[1])
     )
+    # Columns upwind, from the place outwards, up to half round the Earth.
     steps = np.arange(SHAPE[1] // 2)
     upwind = column - steps if abs(latitude) >= TRADE_WINDS else column + steps
+    # width  of a column along the parallel [km]; land counts less with its distance.
     width = np.radians(CELL) * EARTH_RADIUS * max(np.cos(np.radians(latitude)), 0.02)
     weight = np.exp(-steps * width / MEMORY)
     return float((weight * band[upwind % SHAPE[1]]).sum() / weight.sum())

@@ -65,6 +65,8 @@ def compare_with_climate(year, days, usual):
     means = usual.data.groupby((usual.data.index + INTERVAL / 2).month).mean()
     expected = means.loc[(year.data.index + year.interval / 2).month]
     lapse = LAPSE * (usual.altitude - year.altitude)  # [K]
+    # Clear and dull days, told by the share of a clean sky that they let through, where there is
+    # enough light to tell; the climate's in the same months beside them.
     bright = days["clean"] > LIT_DAY
     clearness = (days["ghi"] / days["clean"])[bright]
     months = set(days.index.month)
@@ -120,6 +122,8 @@ def check_against_climate(year, share, usual, source):
 
 def _check_clear_sky(year, share, source):
     """Refuse columns of a clear sky in place of the sky as it was."""
+    # A real year has dull days where the climate has many; without any, the shape of the hours
+    # decides.
     if share.dull_days or share.dull_days_of_climate <= 20:
         return
     found = _share_of_clear_shape(year)
@@ -144,6 +148,7 @@ def _share_of_clear_shape(year):
     10°. Real records show 0.16 to 0.60, the last one in a desert; columns of a sixth model (Bird)
     0.98 to 1.
     """
+    # Sunny hours, and what each model of a clear sky says for them.
     middle = year.data.index + year.interval / 2
     zenith, ghi = year.data["apparent_zenith"].to_numpy(), year.data["ghi"].to_numpy()
     sunny = zenith < 80.0
@@ -165,6 +170,7 @@ def _share_of_clear_shape(year):
 
 def _check_exchanged(year, share, usual, source):
     """Refuse air temperature and wind speed that stand in each other's column."""
+    # What the two columns would be against the climate if they were exchanged.
     temp_air, wind_speed = (year.data[name].to_numpy() for name in ("temp_air", "wind_speed"))
     mean_temp, mean_wind = temp_air.mean(), wind_speed.mean()
     as_temp = share.temp_air - mean_temp + mean_wind  # [K] above the climate, were they exchanged

@@ -27,6 +27,7 @@ def draw_normals(seed, shape):
     -------
     numpy.ndarray
     """
+    # Inverse of the normal distribution at whole numbers of 53 bits, moved off 0 and 1.
     words = np.random.Philox(key=seed % 2**64).random_raw(int(np.prod(shape)))
     return ndtri(((words >> np.uint64(11)).astype(float) + 0.5) * 2.0**-53).reshape(shape)
 
@@ -49,10 +50,13 @@ def rank_days(normals, month):
     -------
     numpy.ndarray, (d,)
     """
+    # Autoregression of first order: each day keeps a share of the day before, and the variance
+    # stays 1.
     chain = np.empty(len(normals))
     last = normals[0]
     for day, fresh in enumerate(normals):
         last = chain[day] = DAY_MEMORY * last + np.sqrt(1 - DAY_MEMORY**2) * fresh
+    # Ranks in a month, at the middles of equal shares of 0 to 1.
     of_month = pd.Series(chain).groupby(month)
     return ((of_month.rank(method="first") - 0.5) / of_month.transform("size")).to_numpy()
 
@@ -82,11 +86,13 @@ def draw_days(mean, cleanest, quantile, month):
     proportional to exp(γK) between the least and the largest clearness index, where γ follows from
     the mean. The largest one, which they take from data, follows from the cleanest sky here.
     """
+    # Clearness as a share of the cleanest sky, from `least` on the dullest day to 1.
     largest = np.stack(
         [cleanest[:, month == each].mean(axis=1) for each in range(12)], axis=1
     )  # (p, 12)
     share = np.clip(mean / np.maximum(largest, 1e-6), 0.0, 1.0)
     least = np.minimum(LEAST_DAY / np.maximum(largest, LEAST_DAY), 0.3 * share)
+    # γ gives the month its mean; each day stands at its quantile of that distribution.
     gamma = solve_exponential((share - least) / (1 - least))
     relative = exponential_quantile(gamma[:, month], quantile)
     return cleanest * (least[:, month] + (1 - least[:, month]) * relative)
@@ -150,6 +156,7 @@ def draw_hours(days, cleanest, sine, normals):
     and autocorrelation of a truncated normal distribution by day and elevation. It is truncated by
     its quantiles, without resampling, and at the cleanest sky instead of a cosine of the hour.
     """
+    # Mean and standard deviation of the hours of a day, by its clearness and the sun's height.
     day = np.minimum(days, 1.0)[
         ..., None
     ]  # above 1 only by rounding, on days with the sun hardly above the horizon
@@ -162,11 +169,15 @@ def draw_hours(days, cleanest, sine, normals):
         * np.exp(-20 * (day - 0.35) ** 2)
         * np.exp((3 * (day - 0.45) ** 2 + 16 * day**5) * (1 - sine))
     )
+    # Autoregression of first order within the day: standard normal numbers that remember the hour
+    # before.
     memory = 0.38 + 0.06 * np.cos(7.4 * days - 2.5)  # φ
     chain = np.empty(mean.shape)
     last = np.broadcast_to(normals[:, 0], days.shape)
     for hour in range(24):
         last = chain[..., hour] = memory * last + np.sqrt(1 - memory**2) * normals[:, hour]
+    # They become quantiles of the normal distribution cut off at 0 and at the cleanest sky: `below`
+    # is its share under 0, `up_to` its share under the cleanest.
     below, up_to = ndtr(-mean / spread), ndtr((cleanest - mean) / spread)
     quantile = np.clip(below + ndtr(chain) * (up_to - below), 1e-12, 1 - 1e-12)
     return np.clip(mean + spread * ndtri(quantile), 0.0, cleanest)
@@ -193,6 +204,7 @@ def scale_to_sums(clearness, cleanest, outside, sums, starts):
     # value to scale.
     clearness = np.minimum(np.maximum(clearness, 1e-3), cleanest)
 
+    # The sum of a period grows with its factor, of which the logarithm is found by bisection.
     def scale(logarithm):
         return np.minimum(clearness * np.repeat(np.exp(logarithm), length, axis=1), cleanest)
 
