@@ -73,6 +73,8 @@ class PricedCity:
         """Wall and processor time of tracing, and of writing what grows with the suns [s]: three
         float.
         """
+        # How many patches there would be of those with all rays and of those with fewer, by patch
+        # size.
         pieces, full, suns = (
             self.pieces(request.patch_size),
             self.prepared.plan.receivers,
@@ -86,20 +88,24 @@ class PricedCity:
         run = PilotRun(
             request.samples, request.shadow_samples, self.bounces_of(request), suns, counts
         )
+        # Seconds by the pilot's model of work; threads and waiting as in the pilot.
         processor = rounds * self.pilot.run.predict_seconds(run)
         writing = 8.0 * len(self.prepared.scene.surfaces) * suns / WRITING
         return processor * self.pilot.run.pace, processor, writing
 
     def predict_errors(self, request, rounds=1):
         """YieldErrors of the city's surfaces with other settings."""
+        # Variance falls with a power of the samples of each source, with the rounds in proportion.
         run, errors = self.pilot.run, self.pilot.errors
         rays, points = request.samples / run.samples, request.shadow_samples / run.shadow_samples
         more = {"rays": rays, "shadows": points, "passed_on": np.sqrt(rays * points)}
+        # Uneven light inside elements: its square falls with their number.
         elements = [count_elements(points_above(one.shadow_samples)) for one in (request, run)]
         variance = {
             name: errors.variance[name] / (more[name] ** SAMPLED[name] * rounds) for name in SAMPLED
         }
         variance["discretisation"] = errors.variance["discretisation"] * elements[1] / elements[0]
+        # More patches on a surface average out what each has of its own.
         owner, pieces = self.prepared.scene.triangle_surface, self.pieces(request.patch_size)
         patches, more = (
             np.bincount(owner + 1, weight)[1:][errors.rows] for weight in (None, pieces)
@@ -107,6 +113,8 @@ class PricedCity:
         variance = {name: part * patches / more for name, part in variance.items()}
         # Points lie in a net on each patch: more patches make the net of a surface finer.
         variance["shadows"] *= (patches / more) ** (SAMPLED["shadows"] - 1)
+        # What the choice of suns does was measured by kind and orientation, as a share of the
+        # hours.
         measured, names = (
             self.sampling[request.suns],
             name_groups(self.pilot.transfer.surfaces)[errors.rows],
@@ -130,14 +138,21 @@ class PricedCity:
         found = np.ones(len(own))
         if None in (self.patch_size, size):
             return found
+        # edges  length of the three sides of each triangle [m], a hair shorter so that an edge of
+        # just the patch size counts as short enough.
         corners = np.asarray(scene.vertices)[scene.triangles]
         edges = ROUNDED * np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
         longest = np.maximum(edges.max(axis=1), self.patch_size)
+        # ground  patches grow by the distance that an edge has beyond the patch size, so their
+        # number falls with the square.
         ground = (longest / (longest + size - self.patch_size)) ** 2
+        # Larger patches are fewer, but a surface keeps at least its two.
         if size > self.patch_size:
             found = np.clip(
                 SMALLEST / np.bincount(own + 1)[own + 1], (self.patch_size / size) ** 2, 1
             )
+        # Each turn halves the edges that are too long and makes as many more pieces of the
+        # triangle.
         while (long := edges > size).any():
             found *= 1 + long.sum(axis=1)
             edges /= 2
@@ -155,6 +170,7 @@ def price_city(inputs, ways, progress=silent):
     """
     _, prepared, weather, request = inputs
     pilot = run_pilot(inputs, progress)
+    # The pilot's patches are looked at under each choice of suns, and timed for its price.
     suns = {way: choose_suns(way, *weather.axis, position=weather.data) for way in ways}
     started = time.perf_counter()
     measured = measure_ways(inputs, pilot.transfer, list(suns.values()), progress, patches=FEWER)
@@ -179,6 +195,7 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
     -------
     PriceList
     """
+    # The scene is prepared and the pilot traced once; every line of the list is predicted from it.
     started = time.perf_counter()
     prepared = build_tree(prepare_scene(scene, request, weather=weather), request)
     preparing = time.perf_counter() - started
@@ -191,6 +208,8 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
 
     def price(name, rounds=1, **changes):
         one = replace(request, **changes)
+        # One line: settings of the run, its seconds, its errors, and the light after its last
+        # reflection, by the sum of a geometric series.
         bounces, errors = city.bounces_of(one), city.predict_errors(one, rounds)
         knobs = {
             "samples": one.samples,
@@ -210,6 +229,7 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
 
     # A preset stands for the program's defaults where it names nothing.
     plain = {name: getattr(Request(), name) for name in ("samples", "shadow_samples", "suns")}
+    # Presets first, then each setting by itself, the others as asked.
     listed = [price(name, **plain | changes) for name, changes in PRESETS.items()]
     listed += [price(f"--samples {count}", samples=count) for count in SAMPLES]
     listed += [price(f"--shadow-samples {count}", shadow_samples=count) for count in POINTS]
@@ -233,6 +253,7 @@ def describe_prices(listed):
         f"{'reflections':>11}",
         f"{'':24} {'':>8} {'':>8} {'area, %':>8} {'area, %':>8} {'':14} {'left out, %':>11}",
     ]
+    # A line a price; an error that is not known is a dash.
     for one in listed.prices:
         source = {"passed_on": "reflected", "discretisation": "patch size"}.get(
             one.largest, one.largest or "none"

@@ -55,12 +55,15 @@ def bound_cut_reflections(transfer, weather, energy, margin=1.25):
     dict of str to float or None
         Of each kind and orientation, and "all". None: no bound is known.
     """
+    # per_hour  from sums of irradiance [Wm⁻²] to a year's [kWh/m²].
     names, sky, found = name_groups(transfer.surfaces), split_sky(weather, energy.sky), {}
     per_hour = weather.interval / pd.Timedelta(hours=1) / energy.years / 1000.0
+    # The bounds that tracing left, for trees in leaf and bare: the larger one counts.
     counted = energy.eligible & np.isfinite(energy.poa_global_annual)
     states = [one.record for one in (transfer, transfer.bare) if one is not None]
     told = [(one and one.cut_reflections) or {} for one in states]
     for name in ["all", *(" ".join(group) for group in energy.groups)]:
+        # Light of the group in a year, by area; without it, or without a bound, nothing is known.
         weight = np.where(counted & ((names == name) | (name == "all")), energy.counted_area, 0)
         light = weight[counted] @ energy.poa_global_annual[counted]
         shares = [of_state.get(name) or {} for of_state in told]
@@ -68,6 +71,8 @@ def bound_cut_reflections(transfer, weather, energy, margin=1.25):
         if not light > 0 or any(None in of_light for of_light in most.values()):
             found[name] = None
             continue
+        # Part of that light from each traced source, to which its own bound applies; the rest has
+        # the one of sky and suns, whichever is larger.
         parts = {
             key: weight @ transfer.sources[key].relative * of_source.sum() * per_hour / light
             for key, of_source in sky.sources.items()
@@ -98,6 +103,7 @@ def budget_groups(transfer, weather, energy, cut):
     own, passed_on = errors.own, errors.passed_on
     area, names = np.asarray(transfer.surfaces.area, float), name_groups(transfer.surfaces)
     effects = {one["key"]: one for one in (transfer.record.effects if transfer.record else ())}
+    # Surfaces of each group whose error is known, and the direction that they face on the whole.
     parts = [
         (names == " ".join(name)) & energy.eligible & np.isfinite(own) for name in energy.groups
     ]
@@ -106,6 +112,7 @@ def budget_groups(transfer, weather, energy, cut):
     ).reshape(-1, 3)
     facing /= np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), 1e-12)
     sky_model, found = change_unshaded(weather, facing, transfer.ground_albedo), {}
+    # Each source as a share of the group's mean hours; None where it was not measured.
     for name, members, change in zip(energy.groups, parts, sky_model.tolist(), strict=True):
         weight = area[members] / max(energy.counted_area[members].sum(), 1e-12)
         hours = float(weight @ energy.full_load_hours[members])
@@ -136,6 +143,7 @@ def budget_surfaces(errors):
     """Error of half and of 95 % of the eligible area, from each source alone and from all: dict of
     percent.
     """
+    # Each source alone is all errors without the other sources.
     without = {source: [other for other in SOURCES if other != source] for source in SOURCES} | {
         "all": ()
     }
@@ -154,6 +162,7 @@ def suggest_more(transfer, weather, energy):
     largest = errors.largest()
     if largest is None or transfer.record is None or not errors.at_share() > 0:
         return ""
+    # If samples lower the largest part, say for how long; else name the option that does.
     start = (
         f"Full load hours: standard error at most {errors.at_share():.2f} % on 95 % of the "
         "eligible area; "

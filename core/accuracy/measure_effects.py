@@ -68,6 +68,8 @@ def measure_effects(inputs, progress=silent):
     Transfer
         With all effects as planned, under fewer suns.
     """
+    # All runs gather light with few rays if the city is large, as the difference of two runs with
+    # the same rays has little noise.
     plan, request = inputs.prepared.plan, replace(inputs.request, estimator="gather")
     inputs = (
         _replan(inputs._replace(request=request))
@@ -78,18 +80,21 @@ def measure_effects(inputs, progress=silent):
     samples = min(request.samples, LARGE) if large else request.samples
     # With as few rays from all patches there is nothing that `receivers` would change.
     keys = [key for key in TRACED if key != RECEIVERS or samples == request.samples]
+    # The city again for each effect, with this one effect the other way round, if that changes it.
     others = {
         key: one
         for key in keys
         if (one := _replan(inputs, key)).prepared.plan[key].on != plan[key].on
     }
     found = {key: [] for key in others}
+    # Pairs of runs with the same suns and random numbers, each pair with others.
     for pair, days in enumerate(PAIRS):
         suns = choose_year(inputs.weather, replace(request, suns=days))
         planned = _trace_light(inputs, samples, suns, pair)
         for done, (key, other) in enumerate(others.items(), start=pair * len(others)):
             progress("switching effects", done, len(PAIRS) * len(others), "runs")
             found[key].append((planned, _trace_light(other, samples, suns, pair)))
+    # From differences of pairs: share, its standard error, and seconds that the effect takes.
     for key, pairs in found.items():
         effect = plan[key]
         runs = [pair if effect.on else pair[::-1] for pair in pairs]  # with, and without
@@ -105,6 +110,7 @@ def measure_effects(inputs, progress=silent):
 
 def _replan(inputs, key=None):
     """A city with the plan of its request, in which one effect is switched: CityYear."""
+    # The same scene and rays, with only the plan of effects made anew.
     prepared, weather, request = inputs.prepared, inputs.weather, inputs.request
     if key is not None:
         request = replace(request, effects=request.effects | {key: not prepared.plan[key].on})
@@ -130,6 +136,7 @@ def _trace_light(inputs, samples, suns, pair):
         [s] that a run with the settings asked for takes, by the pilot's model of costs.
     Transfer
     """
+    # Trace, and weigh the light by hours of electricity of the surfaces that count.
     request = inputs.request
     prepared = reseed(inputs.prepared, request.seed + pair)
     run, transfer = trace_few(
@@ -147,6 +154,7 @@ def _trace_light(inputs, samples, suns, pair):
         light = hours @ energy.group_area
     else:
         light = transfer.surfaces.area @ np.nan_to_num(energy.full_load_hours)
+    # The run asked for, predicted from the seconds of this small one.
     whole = replace(run, samples=request.samples, suns=len(prepared.suns))
     seconds = run.predict_seconds(whole) / usable_threads(request.threads)
     return float(light), seconds, transfer
@@ -183,6 +191,7 @@ def shares_of_effects(transfer, weather, system, threads=None, *, sky="isotropic
         (with - without)/with, of the area-weighted full load hours; empty if no surface is
         eligible.
     """
+    # Electricity alone is computed again, on some surfaces, with each effect the other way round.
     rows, weight = _draw_surfaces(transfer.surfaces)
     few = take_rows(transfer, rows)
     if not len(rows):
@@ -223,6 +232,8 @@ def state_effects(summary, transfer, weather, system, *, sky, threads=None):
     dict of str to float
         Of `shares_of_effects`.
     """
+    # Shares of the modules' effects, and of Perez' sky, go to the plan that was made before
+    # tracing.
     shares = shares_of_effects(transfer, weather, system, threads, sky=sky)
     if shares:
         found = {key: (share, abs(share), getattr(system, key)) for key, share in shares.items()}
@@ -238,6 +249,7 @@ def state_shares(summary, found):
     for effect in summary["traced"].get("effects") or ():
         if effect["key"] not in found:
             continue
+        # What an effect leaves out when off is held against the bound that the plan gave.
         share, most, on = found[effect["key"]]
         if on != effect.get("on", on):  # decided anew by `citypv yield`
             effect.update(SWITCHED_ON if on else SWITCHED_OFF)
@@ -257,6 +269,7 @@ def _draw_surfaces(surfaces):
     rows : (k,) int
     weight : (k,) float64
     """
+    # Ordered by how they face, and drawn at equal steps of area: each drawn one stands for as much.
     rows = np.flatnonzero(surfaces.eligible)
     if len(rows) <= MOST_SURFACES:
         return rows, surfaces.area[rows]
@@ -279,6 +292,7 @@ def share_of_sky(transfer, weather, system, threads=None):
     largest : float
         Largest of all kinds and orientations, without sign.
     """
+    # Hours under both models of the sky on a few surfaces, of all of them and of each group.
     rows, weight = _draw_surfaces(transfer.surfaces)
     few = _with_sources(take_rows(transfer, rows))
     of_sky = [
@@ -301,6 +315,7 @@ def _with_sources(transfer):
     """
     bare = transfer.bare and _with_sources(transfer.bare)
     normal = np.asarray(transfer.surfaces.normal, float)
+    # openness  share of the sky visible of what the surface faces [–].
     openness = np.clip(transfer.sky_view_factor / np.maximum((1 + normal[:, 2]) / 2, 1e-9), 0, 1)
     views = {one.name: one.unshaded(normal) * openness for one in sources_of(KEY)}
     estimated = {name: SourceLight(view, view, np.zeros(len(view))) for name, view in views.items()}

@@ -86,6 +86,7 @@ def run_pilot(inputs, progress=silent):
     -------
     Pilot
     """
+    # Few suns, and few rays in a large city, as its many patches average out.
     weather, request, traced = inputs.weather, inputs.request, traced_patches(inputs.prepared)
     suns = choose_year(weather, replace(request, suns=WAY))
     few = traced & (np.cumsum(traced) <= FEW)
@@ -94,9 +95,11 @@ def run_pilot(inputs, progress=silent):
     def tell(*_):
         progress("pilot", 0, 1, "runs")
 
+    # Timing starts after a run on some patches that compiles the code.
     trace_few(inputs, (LARGE, POINTS), suns, tell, part=few)  # loads compiled code, untimed
     run, transfer = trace_few(inputs, (samples, POINTS), suns, tell)
     progress("pilot", 1, 1, "runs")
+    # From the traced light: hours, their errors, and how long electricity takes.
     started, sky = time.perf_counter(), choose_sky(request, transfer)
     energy = compute_energy(transfer, weather, build_system(request), request.threads, sky=sky)
     return Pilot(
@@ -123,6 +126,7 @@ def trace_few(inputs, setting, suns, progress=silent, *, part=None):
     Transfer
     """
     samples, shadow_samples = setting
+    # A run of the same kind with fewer samples, perhaps of some patches only.
     request = replace(
         inputs.request, samples=samples, shadow_samples=shadow_samples, estimator="gather"
     )
@@ -134,6 +138,7 @@ def trace_few(inputs, setting, suns, progress=silent, *, part=None):
         1, "blas"
     ):  # whose threads wait busily, which would count as processor time
         transfer = trace_hybrid(inputs.scene, suns, request, progress, prepared=ready)
+    # Processor time in two parts: what grows with the suns, and the rest without the plan.
     record = transfer.record
     spent, wall = (
         sum(stages.values()) - stages[PLAN] for stages in (record.processor_seconds, record.seconds)
@@ -174,9 +179,12 @@ def count_patches(patches, plan, rays, samples):
 
 def _work_of_run(run):
     """What a run takes before its suns and with them, in units of a patch: two float."""
+    # Patches, shadow points, and products of the matrix of form factors with light, for each
+    # bounce.
     counts, rays = np.array(run.counts), (run.samples, fewer_rays(run.samples))
     patches, points = 1 + counts.sum(), counts.sum() * run.shadow_samples
     products = counts @ np.power(rays, MERGED) * (1 + run.bounces if run.bounces else 0)
+    # Work before the suns, and with each of them, in the proportions of `COSTS`.
     (patch, ray), (looking, point, product) = COSTS
     before = patch * patches + ray * (counts @ rays)
     return before, run.suns * (looking * patches + point * points + product * products)

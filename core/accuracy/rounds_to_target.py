@@ -69,9 +69,11 @@ def refine(run, errors, goal, trace_round, tell):
     Transfer
         Of all rounds that were finished. Matrices of the given one are overwritten.
     """
+    # Seconds of a round follow from the one before; the first round is given.
     found, told = errors(run.transfer), -SECONDS_PER_LINE
     each = sum(run.transfer.record.seconds.values())  # [s] of a round of size 1
     while True:
+        # Stop if the goal is reached, or if neither time nor memory allows the next round.
         stop = decide_stop(found, goal)
         if not stop:
             size = size_of_round(found, goal, each)
@@ -82,6 +84,7 @@ def refine(run, errors, goal, trace_round, tell):
             told = started
         if stop:
             return run.transfer
+        # A round that is interrupted leaves the run as it was before.
         try:
             run = trace_round(run, size)
         except CancelledError:
@@ -101,11 +104,14 @@ def size_of_round(errors, goal, each):
     each : float
         Time of a round of size 1 [s], as of the last one.
     """
+    # Rounds double at most: the largest power of two that divides the samples so far.
     size = min(errors.rounds & -errors.rounds, goal.largest)
+    # Half as many while these suffice for the target,
     if goal.target is not None:
         wanted = errors.rounds * (rounds_needed(errors, goal.target) - 1)
         while size > 1 and size / 2 >= wanted:
             size //= 2
+    # and while the time left is not enough for more.
     if goal.deadline is not None:
         left = goal.deadline - time.monotonic()
         while size and size * each > left:
@@ -123,6 +129,7 @@ def decide_stop(errors, goal):
     """
     if np.isnan(errors.at_share()):
         return NOTHING_COUNTS
+    # Close enough to the part that no round lowers, further rounds only cost time.
     if goal.target is not None:
         now = errors.at_share()
         if now <= goal.target:
@@ -139,10 +146,12 @@ def rounds_needed(errors, target):
     """How many times the samples so far are needed for a target [%]: float, inf if it cannot be
     reached.
     """
+    # Met already, or out of reach whatever the samples.
     if not errors.at_share() > target:
         return 1.0
     if errors.at_share(without=SAMPLED) >= target:
         return np.inf
+    # The error falls with the samples: doubled until below the target, then bisected.
     most = 2.0
     while errors.at_share(more=most) > target:
         most *= 2
@@ -151,6 +160,7 @@ def rounds_needed(errors, target):
 
 def _describe_round(errors, goal, each, record, stop):
     """Samples, rays per second, error and what remains, as a line of text."""
+    # What was reached and how fast; then why it stops, or what is still needed.
     rays = (record.hemisphere_rays or 0) + (record.shadow_rays or 0) + (record.rays or 0)
     speed = rays / max(sum(record.seconds.values()), 1e-9)
     line = f"samples × {errors.rounds}: "
@@ -173,6 +183,7 @@ def unreachable(errors, target):
     """Why no number of rounds reaches a target [%], and the option that would help: str, "" where
     one may.
     """
+    # Only what no round lowers decides; the cure is of its largest part.
     left = errors.at_share(without=SAMPLED)
     if not CERTAIN * left > target:
         return ""

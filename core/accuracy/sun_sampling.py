@@ -53,11 +53,13 @@ def measure_ways(inputs, transfer, ways, progress=silent, *, patches=LOOKED_AT):
         `bias_standard_error`, `rms` (patch by patch) and its `rms_standard_error`, and how many
         `patches`; and the same for each kind and orientation under `groups`.
     """
+    # Every hour's sun is the truth; if the run has it already, the error is nothing.
     scene, prepared, weather, request = inputs
     every, surfaces = {suns.sampling: suns for suns in ways}, transfer.surfaces
     if every.keys() == {"hourly"} or not surfaces.eligible.any():
         return [NO_ERROR | {"patches": 0} for _ in ways]
     every.setdefault("hourly", choose_suns("hourly", *weather.axis, position=weather.data))
+    # The same few patches under each choice of suns, and their full load hours.
     few = trace_sun_samples(
         scene, transfer, [*every.values()], request, progress, prepared=prepared, count=patches
     )
@@ -84,8 +86,10 @@ def measure_ways(inputs, transfer, ways, progress=silent, *, patches=LOOKED_AT):
         {str(name): names == name for name in np.unique(names)},
         [],
     )
+    # A drawn patch of a group stands for the group's eligible area over the patches drawn of it.
     for name, own in groups.items():
         weight[own] = surfaces.area[surfaces.eligible & (of_surfaces == name)].sum() / own.sum()
+    # Each choice against every hour: all patches together, and group by group.
     for hours in (hours_by[suns.sampling] for suns in ways):
         parts = {
             name: compare_hours(hours[own], true[own], np.ones(own.sum()))
@@ -106,6 +110,7 @@ def compare_hours(found, true, weight):
     """Bias and rms of full load hours in percent of their mean, with standard errors, and how many
     patches: dict.
     """
+    # error  of each patch, in percent of the mean hours.
     mean, count = np.average(true, weights=weight), len(true)
     if not mean > 0:
         return NO_ERROR | {"patches": count}

@@ -55,6 +55,7 @@ def trace_run(scene, weather, request, progress=silent, folder=None, *, prepared
 
     `trace_round` goes on with what its rays met where `prepared.rounds` says so.
     """
+    # The suns of the year, and the scene prepared for its rays.
     suns = (
         choose_year(weather, request)
         if prepared is None or prepared.suns is None
@@ -62,6 +63,7 @@ def trace_run(scene, weather, request, progress=silent, folder=None, *, prepared
     )
     check_tracing(scene, suns, request)
     prepared = prepared or prepare_scene(scene, request, weather=weather, progress=progress)
+    # Photons keep nothing to go on from; gathered light does, unless mirrors add photons to it.
     if request.estimator == "forward":
         transfer, city = (
             _trace_photons(scene, suns, request, progress, folder, prepared=prepared),
@@ -72,6 +74,7 @@ def trace_run(scene, weather, request, progress=silent, folder=None, *, prepared
         city = trace_light(prepared, suns, request, progress, folder, specular=specular)
         transfer = city.transfer
         city = city if prepared.rounds and not specular else None
+    # Where some suns are missing the others stand for the year.
     if transfer.record.interrupted:
         transfer = weigh_kept_suns(transfer, weather.axis)
     return _Run(scene, weather, request, prepared, transfer, city)
@@ -85,6 +88,8 @@ def _trace_photons(scene, suns, request, progress, folder, *, prepared):
     CancelledError
         It was cancelled before the suns of the second state: one alone does not stand for the year.
     """
+    # In leaf, then bare, under the suns that both had: an interruption leaves the second with
+    # fewer.
     leaf = trace_forward(scene, suns, request, progress, folder, prepared=prepared)
     if prepared.states == 1:
         return leaf
@@ -126,6 +131,7 @@ def trace_round(run, size, progress=silent, folder=None):
         It was cancelled; the Transfer of `run` is as it was, but it can take no further round.
     """
     request, record = run.request, run.transfer.record
+    # What rays met is kept: the round goes on in the same sequences of points.
     if run.city:
         city = add_round(run.city, size, progress, folder)
         transfer = city.transfer
@@ -133,6 +139,7 @@ def trace_round(run, size, progress=silent, folder=None):
             transfer, record=replace(transfer.record, sun_sampling=record.sun_sampling)
         )
         return replace(run, transfer=transfer, city=city)
+    # Otherwise a run with random numbers of its own, of so many samples, is merged by its weight.
     seed = seed_of_round(request.seed, record.rounds)
     samples, points = size * request.samples, size * request.shadow_samples
     request = replace(request, seed=seed, samples=samples, shadow_samples=points)
@@ -163,6 +170,7 @@ def weigh_kept_suns(transfer, axis):
     -------
     Transfer
     """
+    # growth  of the standard deviation by unequal weights, at most: √(Σ w²) new over old.
     suns = weigh_by_year(transfer.suns, *axis)
     growth = max(1.0, np.sqrt((suns.weight**2).sum() / (transfer.suns.weight**2).sum()))
     parts = transfer.error_parts and scale_direct(transfer.error_parts, growth)

@@ -44,6 +44,7 @@ class YieldErrors:
         """Standard errors in percent of each surface's hours, with `more` times the samples: (e,)
         float64.
         """
+        # Variances of independent sources add up; some fall with a power of the samples.
         total = np.zeros(len(self.hours))
         for source, variance in self.variance.items():
             if source not in without:
@@ -56,6 +57,7 @@ class YieldErrors:
 
     def largest(self):
         """The source with the largest variance, by area, or None."""
+        # Variance relative to each surface's hours, weighed by its area.
         sums = {
             name: float(self.area @ (part / self.hours**2)) for name, part in self.variance.items()
         }
@@ -68,6 +70,7 @@ def _quantile_by_area(values, area, share):
     """
     if not len(values) or np.isnan(values).any():
         return np.nan
+    # Surfaces by their error; the one at which the share of the area is reached.
     order = np.argsort(values)
     covered = np.cumsum(area[order])
     return float(values[order][min(np.searchsorted(covered, share * covered[-1]), len(values) - 1)])
@@ -122,6 +125,8 @@ def _variances_of_hours(transfer, weather, energy):
 
 def find_lit(energy):
     """Eligible surfaces with a tenth of the mean hours at least: (n,) bool."""
+    # Mean hours by area; a tenth of it separates surfaces in deep shade, whose relative errors say
+    # little.
     hours, area = energy.full_load_hours, np.where(energy.eligible, energy.counted_area, 0)
     counted = (area > 0) & np.isfinite(hours)
     if not counted.any():

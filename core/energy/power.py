@@ -69,6 +69,7 @@ def diffuse_incidence_factors(surface_tilt, system, sources=()):
     """
     if not (system.diffuse_incidence and system.aoi):
         return np.ones((2 + len(sources), len(surface_tilt)))
+    # pvlib integrates the glass over sky, ground and horizon at some tilts; smooth in between.
     tilt = np.arange(0.0, 180.0 + TILT_STEP, TILT_STEP)
     own = {"module": system.module.parameters} if system.incidence == "sapm" else {}
     factors = pvlib.iam.marion_diffuse(system.incidence, tilt, **own)
@@ -125,6 +126,7 @@ def cell_heating(temp_air, wind_speed, system):
         return np.full_like(temp_air, STANDARD_TEMPERATURE), np.zeros(
             (len(temp_air), len(system.mountings))
         )
+    # T_cell = T_air + slope · irradiance, with a slope for each way of mounting at this wind speed.
     slopes = [
         pvlib.temperature.sapm_cell(1.0, 0.0, wind_speed, **MOUNTINGS[name])
         for name in system.mountings
@@ -148,6 +150,7 @@ def dc_power(effective, temp_cell, module):
     numpy.ndarray
         By the Sandia array performance model, or by the single-diode model with CEC parameters.
     """
+    # pvlib's Sandia model, or its single diode whose five parameters follow light and temperature.
     own = module.parameters
     if module.library == SANDIA:
         return pvlib.pvsystem.sapm(effective, temp_cell, own)["p_mp"] / module.nominal_power
@@ -165,6 +168,8 @@ def ac_power(power, system):
     An inverter has as many modules as its size requires, and its nominal input voltage: strings are
     assumed to fit. Consumption at night is neglected.
     """
+    # Losses come off first; the inverter then takes DC power in units of its own size, and gives
+    # back AC power in the modules'.
     inverter = system.inverter
     power = (
         np.maximum(power, 0) * (1.0 - system.losses / 100.0) if system.losses or inverter else power
@@ -206,6 +211,8 @@ def dc_factor(curves, direct, diffuse, diffuse_taken, aoi_projection, *, hours, 
     -------
     numpy.ndarray, (h, n)
     """
+    # Effective irradiance: (IAM(aoi) · direct + FD · diffuse after its IAM) · f₁ [Wm⁻²]. Arrays are
+    # reused for the next step, as they are the largest of a run.
     effective = curves.incidence_at(aoi_projection)
     effective *= direct
     effective += np.multiply(diffuse_taken, curves.diffuse_share, out=aoi_projection)
@@ -213,6 +220,7 @@ def dc_factor(curves, direct, diffuse, diffuse_taken, aoi_projection, *, hours, 
     np.maximum(
         effective, 0, out=effective
     )  # visible shares between days may overshoot a little below 0
+    # Cell temperature: air + heating · irradiance on the plane [°C].
     temp_cell = np.add(direct, diffuse, out=aoi_projection)
     temp_cell *= np.take(hours.heating, mounting, axis=1)
     temp_cell += hours.temp_air
@@ -269,6 +277,7 @@ class PowerTables:
 
     def incidence_at(self, aoi_projection):
         """IAM of direct light; overwrites the cosine of the angle of incidence."""
+        # √(1 - cosine) is the coordinate of the table, from 0 head-on to 1 along the surface.
         np.subtract(np.float32(1), aoi_projection, out=aoi_projection)
         np.sqrt(np.maximum(aoi_projection, 0, out=aoi_projection), out=aoi_projection)
         return _look_up(self.incidence, aoi_projection, np.float32(ANGLE_NODES - 1))[0]
@@ -277,8 +286,10 @@ class PowerTables:
         """DC power over nominal power: irradiance times a polynomial in the cell temperature, which
         is overwritten.
         """
+        # Cell temperature scaled to -1 to 1 over the range of the table.
         temp_cell -= np.float32(MIDDLE)
         temp_cell /= np.float32(HALF)
+        # Coefficients of the polynomial at the nearest irradiance, summed by Horner's rule.
         scale = np.float32((IRRADIANCE_NODES - 1) / np.sqrt(HIGHEST))
         *rest, power = _look_up(self.efficiency, np.sqrt(effective), scale)
         for term in reversed(rest):
@@ -291,11 +302,13 @@ class PowerTables:
 def tabulate_power(system):
     """Tabulate the curves of a PvSystem: PowerTables."""
     exact = PvlibCurves(system)
+    # IAM over √(1 - cosine), so that nodes are dense where it changes.
     incidence = exact.incidence_at(1.0 - np.linspace(0.0, 1.0, ANGLE_NODES) ** 2)
     root = np.linspace(0.0, np.sqrt(HIGHEST), IRRADIANCE_NODES)
     irradiance = (
         np.maximum(root, root[1] / 2) ** 2
     )  # the first node represents all values below half a step
+    # At each irradiance the polynomial through power at some temperatures, per irradiance.
     terms = TERMS.get(system.module.library, MOST_TERMS)
     nodes = np.cos(
         np.pi * (np.arange(terms) + 0.5) / terms
@@ -324,6 +337,7 @@ def _look_up(table, values, scale):
     list of numpy.ndarray, (h, n)
         One for each column of the table.
     """
+    # The nearest node, by rounding half up.
     place = values * scale
     place += np.float32(0.5)
     node = place.astype(np.intp)

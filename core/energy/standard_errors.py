@@ -32,6 +32,7 @@ def state_errors(energy, errors, groups):
     -------
     Energy
     """
+    # Parts that have nothing to do with each other add up by their variances.
     surfaces = (
         errors.own + variance_of_mean(errors.passed_on) + errors.discretisation**2 + errors.rms**2
     )
@@ -39,6 +40,8 @@ def state_errors(energy, errors, groups):
     # The bias was measured on means of groups: what surfaces have of their own is in it.
     of_groups = replace(errors, rms=errors.bias)
     means = add_errors(of_groups, rows, groups.weight[rows, label], label, len(groups.names))
+    # All groups together, each by its area: noise of light that surfaces pass on is common to all
+    # and is followed with its sign.
     weight = (
         groups.weight[rows, label]
         * (groups.area / max(groups.area.sum(), np.finfo(float).tiny))[label]
@@ -78,6 +81,8 @@ def add_errors(errors, rows, weight, label, count):
     count : int
     """
     add = partial(np.bincount, label, minlength=count)
+    # apart  variance that is each surface's own; common  deviations that all share, by replicate;
+    # signed  errors known with their sign [h²].
     apart = errors.own + np.maximum(errors.rms**2 - errors.bias**2, 0.0)
     common = np.stack([add(weight * replicate) for replicate in errors.passed_on[rows].T], axis=1)
     signed = add(weight * errors.discretisation[rows]) ** 2 + add(weight * errors.bias[rows]) ** 2
@@ -106,6 +111,7 @@ def errors_of_energy(transfer, weather, energy):
     """Parts of the errors of the full load hours that an Energy has of a Transfer and a weather:
     HourErrors.
     """
+    # per_poa  hours that a surface yields per irradiance on its plane in the year [h per kWh/m²].
     full_load_hours, poa, sky = (
         energy.full_load_hours,
         energy.poa_global_annual,
@@ -113,6 +119,8 @@ def errors_of_energy(transfer, weather, energy):
     )
     per_poa = np.divide(full_load_hours, poa, out=np.zeros_like(poa), where=poa > 0)
     own, points, passed_on, discretisation = [], [], 0.0, 0.0
+    # Trees in leaf and bare are two states, each with its own hours: light of the year that falls
+    # into this one, direct, from the dome, and from traced sources [kWh/m²].
     for state, holds in states_of_year(transfer, weather.data.index, weather.interval):
         light = [(weather.data["dni"].to_numpy() + sky.circumsolar) @ holds, sky.dome @ holds]
         light += [of_source @ holds for of_source in sky.sources.values()]
@@ -123,13 +131,18 @@ def errors_of_energy(transfer, weather, energy):
         # traced sources.
         direct, diffuse, *of_sources = per_poa * annual[:, None]
         parts = state.error_parts or no_parts(len(poa))
+        # Own noise of the surface's rays to suns and dome, which are not independent, and to the
+        # sources.
         noise = join_own(direct, diffuse, own_direct(state), own_diffuse(state), parts.covariance)
         for name, of_source in zip(sky.sources, of_sources, strict=True):
             noise = (
                 noise + (of_source * state.sources[name].standard_error) ** 2
             )  # with what others pass on
         own.append(noise)
+        # Part of the noise that shadow points bring: it cannot be more than all of it.
         points.append(np.minimum(direct**2 * parts.direct_points, noise))
+        # Deviations and discretisation errors keep their signs, so that states add up before
+        # squares.
         passed_on = (
             passed_on
             + direct[:, None] * parts.direct_passed_on
@@ -143,6 +156,7 @@ def errors_of_energy(transfer, weather, energy):
     # The states are traced by the same rays: their noise adds up with its standard deviations.
     own, points = (np.square(sum(map(np.sqrt, of_states))) for of_states in (own, points))
     own = np.where(np.isnan(full_load_hours), np.nan, own)
+    # What the choice of suns costs was measured by kind and orientation, as a share of the hours.
     names = list(
         zip(
             np.asarray(transfer.surfaces.kind),
@@ -173,6 +187,8 @@ def join_own(direct, diffuse, own_direct, own_diffuse, covariance):
     own_direct, own_diffuse, covariance : numpy.ndarray, (n,)
         Of relative irradiances.
     """
+    # Variance of a sum, a² V(A) + b² V(B) + 2ab Cov(A, B), but never below a hundredth of it
+    # without the covariance: light and hours are in proportion to within a tenth.
     together = diffuse**2 * own_diffuse + direct**2 * own_direct
     return np.maximum(together + 2 * direct * diffuse * covariance, PROPORTION**2 * together)
 

@@ -83,6 +83,8 @@ def take_block(transfer, rows, *, group_weight, iam, mounting, lit_share, sky=No
     """
     dtype, lit = iam.dtype, np.asarray(lit_share, iam.dtype)
     light = views = np.zeros((0, len(rows)))
+    # Of each traced source what comes straight from it, and what the city reflects of it. A source
+    # darker than the dome takes away no more than the dome's light that the surface sees.
     if sky is not None and sky.sources:
         traced = [transfer.sources[name] for name in sky.sources]
         view = np.stack([light.view_factor[rows] for light in traced])
@@ -91,6 +93,8 @@ def take_block(transfer, rows, *, group_weight, iam, mounting, lit_share, sky=No
             [view, np.minimum(view, sky.caps[:, None] * transfer.sky_view_factor[rows])]
         )
         light = views + np.tile(reflected, (2, 1))
+    # Means over the whole surface become light of its open part: all of it is divided by that
+    # share.
     return Block(
         normal=transfer.surfaces.normal[rows].T.astype(dtype),
         diffuse=transfer.diffuse_relative[rows].astype(dtype) / lit,
@@ -128,6 +132,7 @@ def sum_block(block, hours, model):
     """
     count, groups = block.normal.shape[1], block.group_weight.shape[1]
     dtype = block.normal.dtype
+    # Hours are weighed in two ways: each sunny hour by 1, and by its light from the sun's place.
     weights = np.concatenate([hours.sunny * hours.open, hours.sunward], axis=1)
     direct_sums = np.zeros((2, count))
     dc, by_month, by_year = (
@@ -136,12 +141,15 @@ def sum_block(block, hours, model):
         np.zeros((count, hours.year_count)),
     )
     of_groups = np.zeros((len(hours), groups), dtype)
+    # Hours in portions of one month and one year, so that a product of matrices adds them up.
     for first, last in hours.chunks():
         part = hours.rows(first, last)
         projection, direct = direct_part(block, part)
         direct_sums += weights[first:last].T @ direct
         if model is None:
             continue
+        # DC power of each surface at each hour; then losses and inverter, summed by month, year and
+        # group.
         power = run_model(model, block, part, direct, projection)[-1]
         ones = np.ones(last - first, dtype)
         dc += ones @ power
@@ -182,6 +190,8 @@ def run_model(model, block, hours, direct, projection):
     dc : numpy.ndarray, (h, n)
         [–] DC power over nominal power.
     """
+    # Direct light, and diffuse light of reflections under the traced suns nearby, of the dome, of
+    # the far ground and of traced sources [Wm⁻²].
     direct *= hours.sunward
     diffuse = values_at(block.reflected, hours.match, hours.match_weight)
     diffuse *= hours.sunward
@@ -190,6 +200,8 @@ def run_model(model, block, hours, direct, projection):
     )
     if hours.sources.any():
         diffuse += _split_sources(hours) @ block.sources
+    # Effective light is what passes the glass: a modifier for reflected light on all, and its
+    # difference for what comes from the sky and from each source.
     effective = diffuse
     if (block.iam < 1).any():
         sky, reflected, *sources = block.iam
@@ -226,10 +238,14 @@ def _add_linear_parts(block, hours, weights, direct_sums):
     relative, poa : numpy.ndarray, (n,)
         Sum of the relative direct irradiance, and of the global irradiance on the surfaces [Wm⁻²].
     """
+    # Direct light without reflections was summed hour by hour; the rest is the sum of weights times
+    # the Transfer, whose rows do not change from hour to hour.
     sums = direct_sums.copy()
     weights = weights.astype(float)
+    # level  direct light on level ground, which the far ground reflects, with either weight.
     level = hours.sunny * hours.open * np.maximum(hours.direction[:, 2:], 0.0), hours.level
     for row in range(2):
+        # How much each traced sun stands for, times what the surface gets by reflections under it.
         share = weights[:, row, None] * hours.match_weight
         per_sun = np.bincount(
             hours.match.ravel(), weights=share.ravel(), minlength=len(block.reflected)

@@ -45,6 +45,7 @@ def variance_of_neighbours(by_point):
         return np.full(len(by_point), np.nan)
     if count < 4:
         return EVENNESS * (by_point[:, 0] - by_point[:, 1]).astype(float) ** 2 / count**2
+    # contrast  a - b - c + d of each square of four; across, along  its mean gradients.
     contrast, across, along = (found.astype(float) ** 2 for found in differences(by_point))
     uneven = contrast.sum(axis=(1, 2))
     # A gradient over a rectangle of length 1 has variance 1/12; the differences contain the
@@ -76,8 +77,11 @@ def variance_of_points(nets, covered, unshaded):
     and agree. A straight edge crosses about √m of m strata, and in each a point lies on either side
     at random.
     """
+    # Nets have as much weight as they have points.
     count = sum(light.shape[1] for light in nets)
     variance = sum((light.shape[1] / count) ** 2 * variance_of_neighbours(light) for light in nets)
+    # At the edge of a covered part: points that are lit by chance may all agree, so the variance is
+    # at least that of a coin for each of √m points along the edge.
     partly = np.flatnonzero((covered > 0) & (covered < 1))
     by_point, covered = np.concatenate([light[partly] for light in nets], axis=1), covered[partly]
     lit = (by_point > 0).sum(axis=1)
@@ -109,7 +113,9 @@ def spread_of_elements(by_point, representative_points, covered):
     -------
     (p, cells) float32
     """
+    # In the open: the contrast of the point that measures the cell.
     spread = _spread_of_points(by_point)
+    # Partly covered patches: points inside something are dark, which is no noise of the light.
     partly = np.flatnonzero(covered.any(axis=1) & ~covered.all(axis=1))
     filled = by_point[partly]  # dark points get the mean of those that are lit
     mean = filled.sum(axis=1, keepdims=True) / np.maximum(
@@ -142,7 +148,10 @@ def deviations_of_spread(spread, keys):
     step : float32
         Their unit.
     """
+    # Four replicates whose mean has the given standard error: each deviates by twice that, with a
+    # random sign.
     spread *= np.float32(np.sqrt(HEMISPHERE_REPLICATES))
+    # Rounded to 16 bits, in units such that the largest just fits.
     largest = float(spread.max(initial=0))
     step = np.float32(largest / LARGEST_STEP) if largest > 0 else np.float32(1)
     bits = mix(keys[:, None] ^ mix(np.arange(1, spread.shape[1] + 1, dtype=np.uint64)))
@@ -161,12 +170,14 @@ def _spread_of_points(by_point):
     With more points, each part contains several, and their own standard deviation is used.
     """
     count, parts = by_point.shape
+    # Too few points for squares: their own standard deviation.
     if parts < 4:
         return (
             np.repeat(by_point.std(axis=1, ddof=1)[:, None], parts, axis=1)
             if parts > 1
             else np.zeros_like(by_point)
         )
+    # A square of four: half its contrast is the deviation of each of its points.
     if parts <= 16:
         rows, columns = grid_of(parts)
         contrast = differences(by_point)[0]  # (p, rows / 2, columns / 2)
@@ -174,6 +185,7 @@ def _spread_of_points(by_point):
             (np.abs(contrast) / 2)[:, :, None, :, None], (count, rows // 2, 2, columns // 2, 2)
         )
         return spread.reshape(count, parts).astype(np.float32)
+    # Many points: the standard deviation within each of 4 × 4 parts of the patch.
     (rows, columns), (down, across) = grid_of(parts), (4, 4)
     part = by_point.reshape(count, down, rows // down, across, columns // across)
     spread = part.std(axis=(2, 4), keepdims=True, ddof=1)
@@ -193,6 +205,7 @@ def differences(by_point):
     contrast, across, along : (p, rows / 2, columns / 2) float32
         The contrast a - b - c + d, free of gradients, and the mean gradients from point to point.
     """
+    # Points in rows and columns, cut into squares:  a b / c d
     rows, columns = grid_of(by_point.shape[1])
     square = by_point.reshape(len(by_point), rows // 2, 2, columns // 2, 2)
     a, b, c, d = (square[:, :, row, :, column] for row in (0, 1) for column in (0, 1))

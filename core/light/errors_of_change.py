@@ -36,6 +36,7 @@ def errors_of_difference(before, after):
     rows : (2, r) int
         Their rows before and after, in the scenes of the two.
     """
+    # Surfaces by name in both cities, in leaf and bare.
     names = [one.city.transfer.surfaces.surface_id for one in (before, after)]
     number = {names[0][row]: row for row in before.rows.tolist()}
     pairs = [(number[names[1][row]], row) for row in after.rows.tolist() if names[1][row] in number]
@@ -56,6 +57,7 @@ def _take_brighter(one, other, rows):
     one, other : TracedState
     rows : (2, r) int
     """
+    # Light of all suns on each surface; rows of one city are replaced where the other is brighter.
     light = [
         city.of_surfaces[some].sum(axis=1) for city, some in zip((one, other), rows, strict=True)
     ]
@@ -79,6 +81,7 @@ def _difference_of_state(cities, rows, state):
     rows : (2, r) int
     state : int
     """
+    # Patches that send the same rays in both, and the row of the surface that each lies on.
     place = _same_patches(*(city.prepared.patches for city in cities))
     one, other = pairs = [city.states[min(state, len(city.states) - 1)] for city in cities]
     row_of = []
@@ -86,6 +89,7 @@ def _difference_of_state(cities, rows, state):
         number = np.full(len(city.prepared.scene.surfaces) + 1, -1)
         number[some] = np.arange(len(some))
         row_of.append(number[city.context.owner])
+    # weights  share of a patch in its surface's mean.
     weights = [
         np.asarray(city.context.patch_to_surface.sum(axis=0)).ravel()[:, None] for city in cities
     ]
@@ -93,9 +97,11 @@ def _difference_of_state(cities, rows, state):
     def add(values, variance):
         """Variance of the surfaces' difference from the variance of patches, (p, k) of both
         cities."""
+        # Where a patch is in both, its noise is of the difference of its replicates;
         old, new = (weight * part for weight, part in zip(weights, values, strict=True))
         both = (place >= 0) & (row_of[0][place] == row_of[1])
         new[both] -= old[place[both]]
+        # a patch that is only in one has its own noise.
         alone = np.ones(len(old), bool)
         alone[place[both]] = False
         total = np.zeros(rows.shape[1] + 1)
@@ -108,6 +114,7 @@ def _difference_of_state(cities, rows, state):
             )  # the last one is for all others
         return total[:-1]
 
+    # Light that others pass on, and discretisation, differ surface by surface with their signs.
     lights = {name: (one.lights[name], other.lights[name]) for name in other.lights}
     transported, left = (
         {
@@ -116,9 +123,11 @@ def _difference_of_state(cities, rows, state):
         }
         for part in ("transported", "discretisation")
     )
+    # Own noise of dome, suns and sources from the differences of replicates, and of shadow points.
     by_replicate = {name: [light.by_replicate for light in pair] for name, pair in lights.items()}
     own = {name: add(values, variance_of_mean) for name, values in by_replicate.items()}
     points = add([one.direct.annual.by_point for one in pairs], variance_of_neighbours)
+    # Dome and suns are seen by the same rays: their covariance follows from the noise of their sum.
     both = add(
         [a + b for a, b in zip(by_replicate[SUNS], by_replicate[SKY_DOME], strict=True)],
         variance_of_mean,
@@ -130,6 +139,7 @@ def _difference_of_state(cities, rows, state):
     ):  # photons of both runs are independent
         for name, pair in lights.items():
             own[name] += sum(light.error.own[some] for light, some in zip(pair, rows, strict=True))
+    # All parts together, in a Transfer that `standard_errors` understands.
     error = {name: whole_error(own[name], transported[name], left[name]) for name in lights}
     taken = _take_brighter(one, other, rows)
     return replace(
@@ -156,6 +166,7 @@ def _same_patches(before, after):
     there is none.
     """
     place = np.full(len(after), -1)
+    # Same random key, and then the same corner and edges: a patch that was moved is another.
     rows = [np.flatnonzero(one.receives) for one in (before, after)]
     keys = [one.key[own] for one, own in zip((before, after), rows, strict=True)]
     _, one, other = np.intersect1d(*keys, return_indices=True)

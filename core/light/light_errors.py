@@ -53,12 +53,15 @@ def propagate_deviations(context, traced, first, arrived):
     -------
     (p, HEMISPHERE_REPLICATES) float32
     """
+    # First bounce: deviations of light that leaves others' elements, seen by all rays of a patch.
     reflect, albedo = reflection_of(context, traced), context.patches.albedo
     total = multiply_columns(
         traced.form_factors, albedo * first.unit, first.deviation, context.threads
     )
+    # A patch's own rays see others' light with noise that all further bounces carry on.
     arrived -= arrived.mean(axis=1, keepdims=True)
     arrived += total
+    # Each bounce multiplies by the albedo; it stops when little can be left of the first.
     brightest = float(albedo.max(initial=0))
     for bounce in range(2, context.bounces + 1):
         if brightest**bounce < LEAST_SHARE:
@@ -93,6 +96,8 @@ def reflect_elements(context, traced, first):
     if cells == 1:
         first_bounce = multiply_elements(form_factors, albedo[:, None] * first, threads)
         return first_bounce, np.zeros((count, 2), np.float32), np.zeros(count)
+    # Light of the elements, averaged over 2 × 2 of them, and over the whole patch; only where they
+    # are open.
     open_share = (1 - shares_of_cells(traced.covered, cells)).astype(np.float32)
     whole = _average_groups(first, open_share, np.zeros(cells, int))
     halves = (
@@ -100,7 +105,9 @@ def reflect_elements(context, traced, first):
         if cells > 4
         else first
     )
+    # The two steps of the picture above: from elements to twice the length, and on to the patch.
     steps = [halves - first, whole - halves] if cells > 4 else [whole - first] * 2
+    # Light and both steps go through the matrix together: what each patch gets of them.
     radiosity = albedo[:, None, None] * np.stack([first, *steps], axis=2)
     first_bounce, by_replicate, received = multiply_steps(form_factors, radiosity, threads)
     return first_bounce, received, variance_of_mean(by_replicate)
@@ -110,6 +117,7 @@ def shares_of_cells(covered, cells):
     """Covered share of each of `cells` larger cells: (p, cells) float64, from (p, c) bool; 0 if
     they are not larger.
     """
+    # Small cells that lie in each larger one, as a matrix that averages them.
     inside = cells_inside(round(np.sqrt(covered.shape[1])), round(np.sqrt(cells)))
     members = np.zeros((covered.shape[1], cells))
     members[np.arange(len(inside)), inside] = 1
@@ -148,6 +156,8 @@ def remaining_error(steps, variance):
     -------
     (n,) float64
     """
+    # The ratio of the second step to the first tells how fast errors fall; noise pulls it towards
+    # 1/4.
     second, first = steps.T
     squared = first**2 + variance
     ratio = np.divide(
@@ -156,6 +166,8 @@ def remaining_error(steps, variance):
         out=np.full(len(steps), SMOOTH),
         where=squared > 0,
     )
+    # Steps fall like a geometric series with ratio q, so q/(1 - q) of the last one remains: 1/3 to
+    # 1.
     ratio = np.clip(ratio, SMOOTH, ABRUPT)
     return np.sign(second) * np.sqrt(np.maximum(second**2 - variance, 0)) * ratio / (1 - ratio)
 
@@ -227,6 +239,7 @@ def errors_of_reflected(patch_to_surface, deviations, steps, variance):
     discretisation : (n,) float64
         Small ones included.
     """
+    # Averages over surfaces: deviations with their signs, own noise by its square.
     transported = patch_to_surface @ deviations.astype(float)
     # The light of cells contains noise, and so do the steps, of the rays that look at it as well.
     noise = variance_of_mean(transported) + patch_to_surface.power(2) @ variance

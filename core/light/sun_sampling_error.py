@@ -58,10 +58,12 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
     if len(transfer.surfaces) != len(scene.surfaces):
         problem = f"{len(transfer.surfaces)} surfaces for a scene of {len(scene.surfaces)}"
         raise InputError("transfer", problem, "give that of the same scene")
+    # Patches of eligible surfaces, drawn by area, are each taken as a surface of their own.
     prepared = prepared or prepare_scene(scene, request)
     patches = prepared.patches
     chosen = _draw_patches(prepared.scene, patches.area, request.seed, count)
     few = take_patches(patches, chosen)
+    # Their rays meet the whole city, with the crowns of its trees.
     if prepared.plan.ray_scene:  # with the crowns of this plan: another one may have used it last
         ray_scene = build_tree(prepared, request).plan.ray_scene
     else:
@@ -70,6 +72,8 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
         replace(transfer, error_parts=None, bare=None), prepared.scene.triangle_surface[chosen]
     )
     found = []
+    # The same points look at the suns of each choice; light is what reaches them without
+    # reflections.
     for suns in ways:
         if len(few):
             progress(f"error check, {suns.sampling}", 0, 1, "rays")
@@ -102,6 +106,7 @@ def _draw_patches(scene, area, seed, count=PATCHES):
     """
     own = scene.triangle_surface
     surfaces, generator = scene.surfaces, np.random.default_rng(seed)
+    # Patches of each kind and orientation by chance, in proportion to their area.
     eligible = np.append(surfaces.eligible, False)[own]  # the generated ground's -1 takes the last
     names = np.char.add(np.asarray(surfaces.kind, str), np.asarray(surfaces.orientation, str))
     whole, chosen = area[eligible].sum(), [np.zeros(0, int)]
