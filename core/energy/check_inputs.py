@@ -65,6 +65,8 @@ def check_transfer(transfer):
             )
     if transfer.no_room is not None:
         found["no_room"] = transfer.no_room, (count, len(transfer.clearances)), SHARE
+    if transfer.left_out is not None:
+        found["left_out"] = transfer.left_out, (count,), SHARE
     for name in ERROR_PARTS if transfer.error_parts is not None else ():
         found[name] = (
             getattr(transfer.error_parts, name),

@@ -151,8 +151,10 @@ def find_lit_share(transfer, system):
     covered = np.asarray(transfer.covered_share, float)
     cramped = _share_without_room(transfer, system)
     # Much of the light of a surface that is mostly without room is that in the gap before it.
-    dark = np.where(covered + cramped <= MOST_COVERED, covered + cramped, covered)
-    return np.maximum(1.0 - dark, SMALLEST_LIT_SHARE)
+    dark = np.where(covered + cramped <= MOST_COVERED, cramped, 0.0)
+    if transfer.left_out is not None:
+        dark = np.maximum(dark, transfer.left_out)
+    return np.maximum(1.0 - covered - dark, SMALLEST_LIT_SHARE)
 
 
 def sum_left_out(area, energy):

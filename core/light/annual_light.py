@@ -38,7 +38,8 @@ class _Net(NamedTuple):
 class Annual:
     """Light of p patches without reflections."""
 
-    by_point: np.ndarray  # (p, m) float32, at the points of the first round
+    # (p, m) float32, at the points of the first round; 0 where it does not count
+    by_point: np.ndarray
     elements: np.ndarray | None  # (p, elements) float32; None where no further round needs them
     spread: np.ndarray | None  # (p, elements) float32, standard error of the former; likewise
     light: np.ndarray  # (p,) float64
@@ -61,7 +62,7 @@ def sum_suns(context, traced, watch, by_point, suns):
     traced : Traced
     watch : SunWatch
     by_point : (p, m) float32
-        Light at the points that this looked from.
+        Light at the points that this looked from. Set to 0 where it does not count.
     suns : SunBlock
         All that are in it.
 
@@ -76,12 +77,15 @@ def sum_suns(context, traced, watch, by_point, suns):
         context.threads,
     )
     unshaded = np.concatenate([np.zeros(0), *facing])
-    variance = variance_of_points([by_point], traced.covered.mean(axis=1), unshaded)
     elements, spread = np.zeros((2, len(by_point), context.elements), np.float32)
     if context.bounces and watch.points is not None:
         points = watch.points.representative_points
         elements = np.take_along_axis(by_point, points.astype(np.intp), axis=1)
         spread = spread_of_elements(by_point, points, traced.covered)
+    if context.left_out is not None and watch.points is not None:
+        rows = np.flatnonzero(context.left_out)
+        by_point[rows] = np.where(watch.points.find_dark(rows), 0, by_point[rows])
+    variance = variance_of_points([by_point], context.dark_share(traced), unshaded)
     albedo = context.request.ground_albedo if context.plan.far_ground else 0.0
     return Annual(
         by_point=by_point,
@@ -108,7 +112,7 @@ def solve_annual(context, traced, annual, report=lambda done: None):
     # One point of a patch that sees one of the suns otherwise.
     count = max([annual.by_point.shape[1], sum(net.light.shape[1] for net in annual.nets)])
     look = np.where(annual.sent, annual.unshaded, 0) / (count * max(annual.suns, 1))
-    how = {"points": annual.variance, "look": look * (traced.covered_share < 1)}
+    how = {"points": annual.variance, "look": look * (context.dark_share(traced) < 1)}
     return solve_light(context, traced, first, annual.lit_ground, **how, report=report)
 
 

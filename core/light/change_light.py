@@ -29,7 +29,7 @@ from .compact_city import compact_city
 from .editable_city import EditableCity, prepare_decided
 from .form_factors import LARGEST_KEY, FormFactors, leave_rows
 from .match_light import match_light, with_reflections
-from .measure_cover import find_cover, list_clearances, measure_room_of_patches
+from .measure_cover import choose_left_out, find_cover, find_cramped, list_clearances
 from .prepare_scene import build_tree
 from .shadow_points import KnownPoints, find_points
 from .solve_radiosity import element_factors
@@ -95,7 +95,7 @@ def trace_change(base, change, request=None, progress=silent, preview=None):
     context = _continue_gather(prepare_gather(prepared, request, progress), old.context)
     clock.lap("plan and tree")
     progress(STAGE, 0, 3, "steps")
-    edit = _trace_rows(old, context, change, progress)
+    edit = _trace_rows(old, context, change, prepared.scene, progress)
     clock.lap("sky and reflections")
     _look_again(edit, without_hidden(base.suns, context.plan.terrain), change)
     progress(STAGE, 3, 3, "steps")
@@ -129,8 +129,8 @@ def _make_city(edit, prepared, suns, clock, change):
     """TracedCity with the Transfer of the edited city, where what no change reaches has the numbers
     of before.
     """
-    context, room = edit.context, _measure_room(edit, prepared.scene)
-    city = TracedCity(prepared, context, edit.task, [], room)
+    context = edit.context
+    city = TracedCity(prepared, context, edit.task, [], edit.cramped)
     counts = edit.traced[0].ray_count, edit.traced_pairs * context.points
     common = trace_statistics(context, counts, clock, 0.0) | {"interrupted": None}
     for state, parts in enumerate(zip(edit.traced, edit.lights, edit.direct, strict=True)):
@@ -162,7 +162,7 @@ def _continue_gather(context, old):
     return replace(context, elements=old.elements, starts=old.starts)
 
 
-def _trace_rows(old, context, change, progress):
+def _trace_rows(old, context, change, scene, progress):
     """What the rays of the edited city met: Edit."""
     patches, first, states = context.patches, change.first, context.ray_scene.states
     before = [old.states[min(state, len(old.states) - 1)].traced for state in range(states)]
@@ -176,6 +176,9 @@ def _trace_rows(old, context, change, progress):
     reached = find_changed_rows(old.context, context.ray_scene, patches, (rest, sent[rest]), change)
     progress(STAGE, 1, 3, "steps")
     todo[reached] = True
+    cramped = _find_cramped(old, context, scene, todo & patches.receives)
+    context.left_out = choose_left_out(scene, context.patch_to_surface, context.request, cramped)
+    todo[:first] |= context.left_out[:first] != old.context.left_out
     todo &= patches.receives
     covered = _find_cover(context, before[0].covered, todo)
     dead = np.flatnonzero(~patches.receives)
@@ -209,7 +212,7 @@ def _trace_rows(old, context, change, progress):
         if context.reflections:
             one.factor = element_factors(context, one)
     progress(STAGE, 2, 3, "steps")
-    return Edit(old, context, traced, todo)
+    return Edit(old, context, traced, todo, cramped=cramped)
 
 
 def _find_cover(context, known, todo):
@@ -254,6 +257,7 @@ def _look_again(edit, suns, change):
     # Bits of what is new or is covered otherwise hold no longer.
     anew = np.ones(len(patches), bool)
     anew[:first] = (traced[0].covered[:first] != old.states[0].traced.covered).any(axis=1)
+    anew[:first] |= context.left_out[:first] != old.context.left_out
     anew[:first] |= (watch.traced[:first] != known.traced) | (
         watch.unobstructed[:first] != known.unobstructed
     )
@@ -292,7 +296,8 @@ def _look_again(edit, suns, change):
 def _extend_points(known, patches, watch, counts, wanted):
     """Points of the patches before, and of those that are wanted anew: KnownPoints."""
     rows = np.flatnonzero(wanted)
-    found = find_points(patches, watch.covered, counts, wanted, watch.threads)
+    how = {"threads": watch.threads, "left_out": watch.left_out}
+    found = find_points(patches, watch.covered, counts, wanted, **how)
     for new, old in zip(found, known, strict=True):
         kept = np.ones(len(old), bool)
         kept[rows[rows < len(old)]] = False
@@ -303,7 +308,8 @@ def _extend_points(known, patches, watch, counts, wanted):
 def _sum_annual(edit, state):
     """Annual light of patches of the edited city in one state of trees: Annual."""
     context, task = edit.context, edit.task
-    watch, rows = task.watch, np.flatnonzero(edit.touched)
+    # Of light that is left out the sums of before do not hold what elements pass on.
+    watch, rows = task.watch, np.flatnonzero(edit.touched | (context.left_out != 0))
     by_point = np.zeros((len(edit.touched), context.points), np.float32)
     known = edit.state_before(state).direct.annual.by_point
     by_point[: len(known)] = known
@@ -315,20 +321,15 @@ def _sum_annual(edit, state):
     return sum_suns(context, edit.traced[state], watch, by_point, block)
 
 
-def _measure_room(edit, scene):
-    """Share of patches without room for modules, measured anew near the change alone: (p, k)
-    float32 or None.
+def _find_cramped(old, context, scene, asked):
+    """Cells of patches without room for modules: those of before, but of patches that are asked
+    anew: (p, k) uint64.
     """
-    old, context, todo = edit.before, edit.context, edit.anew
-    if old.room is None:
-        return None
     how = {"clearances": list_clearances(context.request), "threads": context.threads}
-    room = measure_room_of_patches(
-        context.ray_scene, context.patches, scene, edit.traced[0].covered, asked=todo, **how
-    )
-    kept = np.flatnonzero(~todo[: len(old.room)])
-    room[kept] = np.where(context.patches.receives[kept, None], old.room[kept], 0)
-    return room
+    cramped = find_cramped(context.ray_scene, context.patches, scene, asked=asked, **how)
+    kept = np.flatnonzero(~asked[: len(old.cramped)])
+    cramped[kept] = np.where(context.patches.receives[kept, None], old.cramped[kept], 0)
+    return cramped
 
 
 def _unreached(before, made, edit, change):

@@ -44,6 +44,8 @@ class Edit:
     traced_pairs: int = 0  # pairs of a patch and a sun whose shadows were traced again
     lights: list = field(default_factory=list)  # of the lights of each state
     direct: list = field(default_factory=list)  # of SunLight of each state
+    # (p, k) uint64, cells without room, as of TracedCity
+    cramped: np.ndarray | None = None
     hooks: list = field(default_factory=list)  # of light by way of mirrors in each state, or None
 
     def state_before(self, state):
@@ -142,9 +144,10 @@ def _visible_share(edit, state):
     share = _grow(edit.state_before(state).direct.visible_share, to_surface.shape[0])
     surfaces = np.unique(owner[(edit.touched | edit.anew) & (owner >= 0)])
     rows = np.flatnonzero(np.isin(owner, surfaces))
-    weight = weigh_points(edit.task.watch)
+    watch = edit.task.watch
+    weight, counted = weigh_points(watch)[rows], watch.points.counted[rows]
     own = np.empty((len(rows), share.shape[1]), np.float32)
-    count_visible(edit.task.bits[state][rows], weight[rows], own)
+    count_visible(edit.task.bits[state][rows], counted, weight, own)
     share[surfaces] = to_surface[surfaces][:, rows] @ own
     return share
 

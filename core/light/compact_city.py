@@ -35,7 +35,8 @@ def compact_city(base):
     )
     prepared = replace(prepared, editable=True)
     context = prepare_gather(prepared, base.request, silent)
-    context = replace(context, elements=old.context.elements, starts=old.context.starts)
+    same = {"elements": old.context.elements, "starts": old.context.starts}
+    context = replace(context, left_out=old.context.left_out[kept], **same)
     states = []
     for one in old.states:
         traced = _take(one.traced, kept)
@@ -65,8 +66,7 @@ def compact_city(base):
     watch = old.task.watch
     task.watch.points = KnownPoints(*(part[kept] for part in watch.points))
     task.bits = old.task.bits[:, kept]
-    room = None if old.room is None else old.room[kept]
-    city = TracedCity(prepared, context, task, states, room)
+    city = TracedCity(prepared, context, task, states, old.cramped[kept])
     return EditableCity(
         base.suns, base.request, city, np.arange(len(rows)), base.specular, base.drift
     )

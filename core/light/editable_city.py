@@ -11,6 +11,7 @@ from ..settings.progress import silent
 from ..settings.request import Request
 from ..sky.horizon import without_hidden
 from ..sun.suns import Suns
+from .measure_cover import choose_left_out
 from .prepare_scene import build_tree, prepare_scene
 from .shadow_points import find_points
 from .solve_suns import prepare_suns
@@ -137,7 +138,7 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
     transfer : Transfer
     decisions : Decisions
     kept : dict
-        `bits` of SunTask, `room` of TracedCity, and `states`: a dict of each state of the
+        `bits` of SunTask, `cramped` of TracedCity, and `states`: a dict of each state of the
         trees, with `traced`, `lights` and `direct` of TracedState.
     drift, specular
         As of `EditableCity`.
@@ -157,12 +158,16 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
             f"{len(prepared.patches):,}"
         )
         raise InputError("rays.nc", problem, "trace the city again with --editable")
+    context.left_out = choose_left_out(
+        prepared.scene, context.patch_to_surface, request, kept["cramped"]
+    )
     suns = without_hidden(decisions.suns, prepared.plan.terrain)
     task = prepare_suns(context, [one["traced"] for one in states], suns)
     task.bits, watch = kept["bits"], task.watch
     counts = context.points, context.elements
+    how = {"threads": watch.threads, "left_out": watch.left_out}
     watch.points = find_points(
-        context.patches, watch.covered, counts, watch.traced | watch.unobstructed, watch.threads
+        context.patches, watch.covered, counts, watch.traced | watch.unobstructed, **how
     )
     transfers = [replace(transfer, bare=None, base=None), transfer.bare][: len(states)]
     states = [TracedState(**one, transfer=own) for one, own in zip(states, transfers, strict=True)]
@@ -171,7 +176,7 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
             one.transfer.visible_share,
             one.transfer.direct_reflected,
         )
-    city = TracedCity(prepared, context, task, states, kept["room"])
+    city = TracedCity(prepared, context, task, states, kept["cramped"])
     return EditableCity(
         decisions.suns, request, city, np.arange(len(scene.surfaces)), specular, drift
     )

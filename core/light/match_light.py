@@ -60,7 +60,7 @@ def with_reflections(base, bounces, progress=silent):
     ]
     direct = solve_known_suns(context, traced, task, hooks)
     clock.lap("suns")
-    city, record = TracedCity(prepared, context, task, [], old.room), old.transfer.record
+    city, record = TracedCity(prepared, context, task, [], old.cramped), old.transfer.record
     common = trace_statistics(context, (traced[0].ray_count, record.shadow_rays), clock, 0.0) | {
         "interrupted": None
     }

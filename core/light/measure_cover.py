@@ -4,15 +4,17 @@ no room for modules.
 │ │        A ray from each cover cell goes straight ahead. There is no room where it meets a face
            turned against its own
 │→│ house  within the clearance: a neighbour's wall, the back of a lift shaft, a canopy close above
-           a roof. Light and
-│ │        cover know nothing of it: what is narrower than `inside_test.CONTACT` touches, all else
-           is a gap.
+           a roof. What is
+│ │        narrower than `inside_test.CONTACT` touches, all else is a gap: light falls into it and
+           leaves it again, but
+           does not count in the means of surfaces whose other parts may carry modules.
 """
 
 import numpy as np
 
-from ..city.racks import RACK
+from ..city.racks import RACK, find_racked_roofs
 from ..city.scene import add_backs
+from ..patches.cover_cells import pack_cells, unpack_cells
 from ..patches.facing_scene import FacingScene
 from ..patches.find_covered import UPRIGHT, find_covered_cells, starts_in_cells
 from ..patches.inside_test import facing_distance
@@ -99,28 +101,62 @@ def average_room(to_surface, share):
     return np.stack([cover_of_surfaces(to_surface, column) for column in share.T], axis=1)
 
 
-def measure_room_of_patches(ray_scene, patches, scene, cells, *, clearances, threads, asked=True):
-    """Share of patches that is not covered, but has no room for a module: (p, k) float32.
+def find_cramped(ray_scene, patches, scene, *, clearances, threads, asked=True):
+    """Which cells of patches look at a face from less than each clearance: (p, k) uint64, as of
+    `pack_cells`.
 
-    `cells`, (p, c) bool, are covered; `clearances` k lengths [m]; `asked` the patches that are
-    looked at, (p,) bool.
+    `clearances` are k lengths [m]; `asked` the patches that are looked at, (p,) bool.
     """
     owner, kind = scene.triangle_surface, np.append(np.asarray(scene.surfaces.kind), RACK)
-    share = np.zeros((len(patches), len(clearances)), np.float32)
-    wanted = patches.receives & ~np.isin(kind[owner], ("ground", RACK)) & ~cells.all(axis=1)
+    cramped = np.zeros((len(patches), len(clearances)), np.uint64)
+    wanted = patches.receives & ~np.isin(kind[owner], ("ground", RACK))
     rows = np.flatnonzero(wanted & asked)
     tasks = [
         rows[start : start + PATCHES_PER_TASK] for start in range(0, len(rows), PATCHES_PER_TASK)
     ]
     found = map_in_order(
-        lambda chosen: _find_cramped(ray_scene, patches, chosen, clearances), tasks, threads
+        lambda chosen: _look_ahead(ray_scene, patches, chosen, clearances), tasks, threads
     )
-    for chosen, cramped in zip(tasks, found, strict=True):
-        share[chosen] = (cramped & ~cells[chosen, None]).mean(axis=2)
+    for chosen, cells in zip(tasks, found, strict=True):
+        cramped[chosen] = pack_cells(cells)
+    return cramped
+
+
+def share_without_room(cramped, covered):
+    """Share of patches that is not covered, but has no room: (p, k) float32 from their cells,
+    (p, k) uint64 and (p, c) bool.
+    """
+    share, rows = np.zeros(cramped.shape, np.float32), np.flatnonzero(cramped.any(axis=1))
+    share[rows] = (unpack_cells(cramped[rows]) & ~covered[rows, None]).mean(axis=2)
     return share
 
 
-def _find_cramped(ray_scene, patches, chosen, clearances):
+def choose_left_out(scene, to_surface, request, cramped):
+    """Cells whose light is left out of the means of their surfaces: (p,) uint64.
+
+    They have no room at the run's own clearance, on surfaces that have room on half of their area
+    or more and may carry modules there. The light of other surfaces remains what falls on them.
+
+    Parameters
+    ----------
+    scene : Scene
+    to_surface : (n, p) sparse
+        Averages patches over their surface.
+    request : Request
+    cramped : (p, k) uint64
+        Of `find_cramped` at the clearances of `list_clearances`.
+    """
+    cells = cramped[:, list_clearances(request).index(request.clearance)]
+    share = np.zeros(len(cells))
+    rows = np.flatnonzero(cells)
+    share[rows] = unpack_cells(cells[rows]).mean(axis=1)
+    surfaces = scene.surfaces
+    carries = (to_surface @ share <= 0.5) & ~find_racked_roofs(surfaces.surface_id, surfaces.kind)
+    # The ground's -1 takes the last.
+    return np.where(np.append(carries, False)[scene.triangle_surface], cells, np.uint64(0))
+
+
+def _look_ahead(ray_scene, patches, chosen, clearances):
     """Which cells of some patches, (c,) int, look at a face from less than each clearance: (c, k,
     cells) bool.
     """
@@ -128,7 +164,7 @@ def _find_cramped(ray_scene, patches, chosen, clearances):
         ray_scene, patches, rows = ray_scene.whole
         chosen = rows[chosen]
 
-    def look_ahead(some, cells):
+    def measure(some, cells):
         b1, b2, _ = starts_in_cells(patches.place_key[some], cells)
         origins = points_of_patches(patches, some, b1, b2).reshape(-1, 3)
         own = np.repeat(some, len(cells))
@@ -136,7 +172,7 @@ def _find_cramped(ray_scene, patches, chosen, clearances):
         return facing_distance(patches, own, hits).reshape(b1.shape)
 
     found = np.zeros((len(chosen), len(clearances), CELL_DIVISIONS**2), bool)
-    near = np.flatnonzero((look_ahead(chosen, UPRIGHT) < max(clearances)).any(axis=1))
-    distance = look_ahead(chosen[near], np.arange(CELL_DIVISIONS**2))
+    near = np.flatnonzero((measure(chosen, UPRIGHT) < max(clearances)).any(axis=1))
+    distance = measure(chosen[near], np.arange(CELL_DIVISIONS**2))
     found[near] = distance[:, None] < np.float32(clearances)[:, None]
     return found

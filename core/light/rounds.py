@@ -146,7 +146,7 @@ def _trace_suns(context, city, size, before, folder):
                 keys=context.patches.key,
                 before=(before + done) * context.points,
                 whole=context.full,
-                covered=traced[state].covered_share,
+                covered=context.dark_share(traced[state]),
             )
             if new is not found:
                 for name in ("visible_share", "once"):

@@ -5,14 +5,15 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from ..patches.cover_cells import enclosed_cells
+from ..patches.cover_cells import enclosed_cells, unpack_cells
 from ..rays import sample_points
-from ..rays.hemisphere_rays import HALF, fraction
+from ..rays.hemisphere_rays import CELL_DIVISIONS, HALF, fraction
 from ..rays.random_numbers import mix, uniform
 from ..rays.sample_points import DIGITS
 from ..settings.threads import map_in_order
 
 PATCHES_PER_TASK = 1 << 12
+WORD = 16  # points, one bit each
 MOST_ELEMENTS = 16  # cells of a patch: one bit each in the mask of those that see a sun
 
 
@@ -23,6 +24,13 @@ class KnownPoints(NamedTuple):
     representative_points: (
         np.ndarray
     )  # (p, elements) uint, the point that stands for each element of `count_elements`
+    counted: np.ndarray  # (p, words) uint16, bit k of word w: light at point WORD · w + k counts
+
+    def find_dark(self, rows):
+        """Points of some patches, (r,) int, at which light does not count: (r, m) bool."""
+        octets = np.ascontiguousarray(self.counted[rows], "<u2").view(np.uint8)
+        points = self.open_points.shape[1]
+        return np.unpackbits(octets, axis=1, bitorder="little")[:, :points] == 0
 
 
 def points_above(count):
@@ -51,7 +59,7 @@ def shadow_points(patches, chosen, point_count):
     return start[:, None] + b1 * edges[:, 0] + b2 * edges[:, 1]
 
 
-def find_points(patches, covered, counts, wanted, threads=1):
+def find_points(patches, covered, counts, wanted, threads=1, *, left_out=None):
     """Which points of patches lie in the open, and which of them stand for which element.
 
     Parameters
@@ -64,6 +72,8 @@ def find_points(patches, covered, counts, wanted, threads=1):
     wanted : (p,) bool
         Patches that look at suns.
     threads : int
+    left_out : (p,) uint64, optional
+        As of `RayCity`.
 
     Returns
     -------
@@ -74,6 +84,7 @@ def find_points(patches, covered, counts, wanted, threads=1):
     representative_points = np.zeros((count, elements), np.min_scalar_type(point_count - 1))
     middles = sample_points.cell_corners(round(np.sqrt(elements))).mean(axis=1)
     divisions = round(np.sqrt(covered.shape[1]))
+    counted = np.full((count, -(-point_count // WORD)), (1 << WORD) - 1, np.uint16)
 
     def find(rows):
         places = _places_of_points(patches.key[rows], patches.points_before[rows], point_count)
@@ -93,13 +104,21 @@ def find_points(patches, covered, counts, wanted, threads=1):
         chosen = np.empty((len(rows), elements), representative_points.dtype)
         _choose_representatives(places, (in_covered, all_covered), middles, chosen)
         representative_points[rows] = chosen
+        some = np.flatnonzero(0 if left_out is None else left_out[rows])
+        if len(some):
+            cell = sample_points.cell_of_point(*places[:, some], CELL_DIVISIONS).astype(np.intp)
+            lit = np.ones((len(some), WORD * counted.shape[1]), bool)
+            lit[:, :point_count] = ~np.take_along_axis(
+                unpack_cells(left_out[rows[some]]), cell, axis=1
+            )
+            counted[rows[some]] = np.packbits(lit, axis=1, bitorder="little").view("<u2")
 
     rows = np.flatnonzero(wanted)
     for _ in map_in_order(
         find, np.split(rows, range(PATCHES_PER_TASK, len(rows), PATCHES_PER_TASK)), threads
     ):
         pass
-    return KnownPoints(is_open, representative_points)
+    return KnownPoints(is_open, representative_points, counted)
 
 
 def _places_of_points(keys, before, point_count):

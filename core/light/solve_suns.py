@@ -10,6 +10,7 @@ from ..settings.progress import CancelledError
 from ..sun.suns import Suns, end_of_days
 from .annual_light import Annual, sum_suns
 from .form_factor_products import multiply_visible
+from .shadow_points import WORD
 from .solve_radiosity import radiosity_factor, reflection_of, sum_reflections
 from .sun_blocks import (
     FIRST_SUNS,
@@ -20,7 +21,7 @@ from .sun_blocks import (
     cut_into_blocks,
 )
 from .sun_matrix import keep_columns, keep_matrix
-from .sun_visibility import WORD, SunWatch, projection_in_front, sun_visibility
+from .sun_visibility import SunWatch, projection_in_front, sun_visibility
 
 CLEAR_AIR, AIR_POWER = (
     np.float32(0.7),
@@ -78,6 +79,7 @@ def prepare_suns(context, traced, suns):
         plan.suns_behind,
         context.threads,
         elements=context.elements,
+        left_out=context.left_out,
     )
     progress = SunProgress(context.progress, len(suns), int(context.reflections))
     task = SunTask(suns, watch, cut_into_blocks(suns, len(patches)), progress)

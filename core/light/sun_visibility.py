@@ -11,14 +11,13 @@ from ..patches.patches import Patches
 from ..rays.ray_scene import RayScene
 from ..settings.errors import UNIT, InputError, check_array
 from ..settings.threads import map_in_order, work_in_slices
-from .shadow_points import KnownPoints, count_elements, find_points, shadow_points
+from .shadow_points import WORD, KnownPoints, count_elements, find_points, shadow_points
 
 EDGE_ON = np.float32(
     1e-6
 )  # cosine of incidence below which a patch is edge-on to the sun and receives nothing
 NOTHING = np.float32(0)
 POINTS_PER_TASK = 1 << 14
-WORD = 16  # points, one bit each
 
 
 @dataclass
@@ -40,6 +39,7 @@ class SunWatch:
     points: KnownPoints | None = None  # the same for all suns: found with the first
     # of each patch, at most one for a point; None: as many as there can be
     elements: int | None = None
+    left_out: np.ndarray | None = None  # (p,) uint64, as of `RayCity`
 
 
 @dataclass
@@ -56,9 +56,9 @@ class Shadows:
 
     @property
     def visible_share(self):
-        """Visible share of each sun: (p, s) float32."""
+        """Visible share of each sun, from the points that count: (p, s) float32."""
         share = np.empty((len(self.bits), self.bits.shape[2]), np.float32)
-        count_visible(self.bits, self.weight, share)
+        count_visible(self.bits, self.points.counted, self.weight, share)
         return share
 
     def light_of_points(self, normal, suns, threads=1):
@@ -142,7 +142,9 @@ def sun_visibility(watch, suns, report=lambda share, rays: None):
     if watch.points is None:
         wanted = watch.traced | watch.unobstructed
         elements = watch.elements or count_elements(m)
-        watch.points = find_points(patches, watch.covered, (m, elements), wanted, watch.threads)
+        watch.points = find_points(
+            patches, watch.covered, (m, elements), wanted, watch.threads, left_out=watch.left_out
+        )
     bits = np.zeros(
         (watch.ray_scene.states, len(patches), -(-m // WORD), len(directions)), np.uint16
     )
@@ -283,15 +285,15 @@ def add_points(bits, aoi_projection, weights, light):
 
 
 @njit(nogil=True, cache=True)
-def count_visible(bits, weight, share):
-    """Number of bits that are set, of (p, words, s) uint16, times weights, (p,), written into (p,
-    s) float32.
+def count_visible(bits, counted, weight, share):
+    """Number of bits that are set, of (p, words, s) uint16, and count, (p, words) uint16, times
+    weights, (p,), written into (p, s) float32.
     """
     for patch in range(len(bits)):
         for sun in range(bits.shape[2]):
             count = np.uint32(0)
             for word in range(bits.shape[1]):
-                pairs = np.uint32(bits[patch, word, sun])
+                pairs = np.uint32(bits[patch, word, sun] & counted[patch, word])
                 pairs = pairs - ((pairs >> np.uint32(1)) & np.uint32(0x5555))
                 fours = (pairs & np.uint32(0x3333)) + ((pairs >> np.uint32(2)) & np.uint32(0x3333))
                 eights = (fours + (fours >> np.uint32(4))) & np.uint32(0x0F0F)

@@ -20,6 +20,7 @@ from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.request import Request
 from ..settings.threads import usable_threads
 from .form_factors import FEWEST_RAYS, LARGEST_KEY
+from .measure_cover import share_without_room
 from .prepare_scene import build_tree
 from .shadow_points import count_elements, points_above
 from .solve_radiosity import element_factors
@@ -63,6 +64,14 @@ class GatherContext(RayCity):
         """Patches that send all rays: (p,) bool."""
         receives, wanted = self.patches.receives, self.plan.receivers
         return receives if wanted is None else receives & wanted
+
+    def dark_share(self, traced):
+        """Share of each patch on which no light counts, covered or left out: (p,) float32."""
+        if self.left_out is None:
+            return traced.covered_share
+        return (
+            traced.covered_share + share_without_room(self.left_out[:, None], traced.covered)[:, 0]
+        )
 
     @property
     def known(self):

@@ -15,7 +15,13 @@ from ..sky.horizon import without_hidden
 from ..sun.suns import interrupted_suns
 from .annual_light import solve_annual
 from .form_factor_products import multiply, multiply_elements
-from .measure_cover import average_room, list_clearances, measure_room_of_patches
+from .measure_cover import (
+    average_room,
+    choose_left_out,
+    find_cramped,
+    list_clearances,
+    share_without_room,
+)
 from .prepare_scene import PreparedScene, check_tracing, prepare_scene
 from .solve_light import solve_light
 from .solve_radiosity import covariance_of_replicates, find_bounces, radiosity_factor
@@ -66,7 +72,7 @@ class TracedCity:
     context: GatherContext
     task: SunTask
     states: list  # of TracedState: in leaf and, where trees lose their leaves, bare
-    room: np.ndarray | None = None  # (p, k) float32, of `measure_room_of_patches`; None: not known
+    cramped: np.ndarray  # (p, k) uint64, of `find_cramped` at `list_clearances`
 
     @property
     def transfer(self):
@@ -123,6 +129,10 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     plan, ray_scene = context.plan, context.ray_scene
     traced_before = ray_scene.thread_seconds  # by earlier rounds with the same tree
     clock.lap("plan and tree")
+    how = {"clearances": list_clearances(request), "threads": context.threads}
+    cramped = find_cramped(ray_scene, context.patches, prepared.scene, **how)
+    context.left_out = choose_left_out(prepared.scene, context.patch_to_surface, request, cramped)
+    clock.lap("room for modules")
     traced = trace_all(context)
     clock.lap("sky and reflections")
     # Every sun is traced, since open hours lie between them; errors are about the light that
@@ -141,12 +151,7 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
         if hook:
             light[SUNS].error.own = light[SUNS].error.own + variance_of_mean(suns_light.specular.T)
     clock.lap("suns")
-    how = {"clearances": list_clearances(request), "threads": context.threads}
-    room = measure_room_of_patches(
-        ray_scene, context.patches, prepared.scene, traced[0].covered, **how
-    )
-    clock.lap("room for modules")
-    found = TracedCity(prepared, context, task, [], room)
+    found = TracedCity(prepared, context, task, [], cramped)
     common = trace_statistics(
         context, (traced[0].ray_count, direct[0].ray_count), clock, traced_before
     )
@@ -204,7 +209,7 @@ def solve_skies(context, traced, hook, clock):
         # A ray towards the sky brings its share of all light; patches in closed form and covered
         # ones sent none.
         sent = (
-            (traced.samples > 0) & (traced.covered_share < 1)
+            (traced.samples > 0) & (context.dark_share(traced) < 1)
             if name == SKY_DOME
             else np.zeros(len(factor), bool)
         )
@@ -257,7 +262,12 @@ def make_transfer(found, state, suns, common, left):
         site=scene.site,
         suns=suns,
         covered_share=cover_of_surfaces(context.patch_to_surface, traced.covered_share),
-        no_room=average_room(context.patch_to_surface, found.room),
+        no_room=average_room(
+            context.patch_to_surface, share_without_room(found.cramped, traced.covered)
+        ),
+        left_out=average_room(
+            context.patch_to_surface, share_without_room(context.left_out[:, None], traced.covered)
+        )[:, 0],
         clearances=list_clearances(context.request),
         ground_albedo=context.request.ground_albedo if context.plan.far_ground else 0.0,
         visible_share=direct.visible_share,

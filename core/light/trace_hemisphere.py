@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from ..patches import find_covered
-from ..patches.cover_cells import enclosed_cells
+from ..patches.cover_cells import enclosed_cells, unpack_cells
 from ..patches.hit_kinds import (
     BACK,
     DARK,
@@ -99,9 +99,9 @@ def trace_part(city, chosen, covered, sequence):
     ray_count = {SKY_DOME: fates[0].size} | {name: count for name, (_, count) in sources.items()}
     cell_of, found = sample_points.cells_inside(CELL_DIVISIONS, round(np.sqrt(city.elements))), []
     start_of = start_cells, cell_of if city.starts > 1 else np.zeros_like(cell_of), city.starts
-    for state, fate in enumerate(fates):
-        _hide_sky(city, directions, fate)
-        sky, *others = _tally_rays(fate, start_cells, near_cover, city.elements)
+    for state, own in enumerate(fates):
+        _hide_sky(city, directions, own)
+        fate, (sky, *others) = _tally_counted(city, rows, (own, start_cells, near_cover))
         first = {SKY_DOME: sky} | {name: lights[state] for name, (lights, _) in sources.items()}
         found.append(RowLight(rows, covered, lost, first, *others, hits=None, ray_count=ray_count))
         if city.reflections:
@@ -189,7 +189,7 @@ def _look_at_source(city, source, rows, covered, sequence):
     fates[fates == FAR_GROUND] = SKY  # at the very horizon
     for light, fate in zip(found, fates, strict=True):
         _hide_sky(city, rays[1], fate)
-        first, *_ = _tally_rays(fate, rays[2], near_cover, city.elements)
+        _, (first, *_) = _tally_counted(city, rows[facing], (fate, rays[2], near_cover))
         light.put(facing, FirstLight(scale * first.light, scale * first.element, first.deviation))
     return found, fates[0].size
 
@@ -232,6 +232,43 @@ def _darken_rays(fate, start_cells, covered):
         for cells in (covered, enclosed_cells(covered))
     )
     return np.where(inside | (within & (fate == FAR_GROUND)), np.uint8(DARK), fate)
+
+
+def _tally_counted(city, chosen, rays):
+    """Tally of rays, of which those from cells that are left out do not count for what patches
+    receive.
+
+    What elements of patches pass on of first light holds all of it: it leaves gaps again.
+
+    Parameters
+    ----------
+    city : RayCity
+    chosen : (c,) int
+        Patches.
+    rays : tuple of (c, rays) uint8, (c, rays) uint8 and (c, CELL_DIVISIONS²) bool
+        The first three parameters of `_tally_rays`.
+
+    Returns
+    -------
+    fate : (c, rays) uint8
+        DARK from such cells.
+    tally : tuple
+        Of `_tally_rays`.
+    """
+    fate, tally = rays[0], _tally_rays(*rays, city.elements)
+    if city.left_out is None or not city.left_out[chosen].any():
+        return fate, tally
+    some = np.flatnonzero(city.left_out[chosen])
+    starts = np.take_along_axis(
+        unpack_cells(city.left_out[chosen[some]]), rays[1][some].astype(np.intp), axis=1
+    )
+    fate = fate.copy()
+    fate[some] = np.where(starts, np.uint8(DARK), fate[some])
+    less = _tally_rays(fate[some], *(part[some] for part in rays[1:]), city.elements)
+    tally[0].light[some] = less[0].light
+    for part, counted in zip(tally[1:3], less[1:3], strict=True):
+        part[some] = counted
+    return fate, tally
 
 
 def _tally_rays(fate, start_cells, near_cover, cells):

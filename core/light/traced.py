@@ -34,6 +34,9 @@ class RayCity:
     reflections: bool = True  # whether to collect the matrix of form factors
     # (p, CELL_DIVISIONS²) bool, where it is known, as in a room that is lit inside
     covered: np.ndarray | None = None
+    # (p,) uint64, cells whose light does not count in the means of their patches, as of
+    # `measure_cover.choose_left_out`; None: no cells
+    left_out: np.ndarray | None = None
     elements: int = 1  # of each patch: 1, 4 or 16
     starts: int = 1  # elements by which the starts of rays are resolved in that matrix: all or 1
     # rays that leave below it reach the far ground, not the sky

@@ -170,6 +170,9 @@ class Transfer:
     # (n, k) share that is open, but looks at a face from less than each clearance
     no_room: np.ndarray | None = None
     clearances: tuple = ()  # (k,) [m]; none: unknown
+    # (n,) share that has no room at the run's own clearance, whose light is not in the means; None:
+    # its light is in them
+    left_out: np.ndarray | None = None
     # hides suns, hour by hour; `visible_share` is without it; None: level
     terrain: TerrainHorizon | None = None
     # of the city before an edit, solved again with more light; None: as it was

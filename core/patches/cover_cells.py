@@ -51,6 +51,17 @@ def enclosed_cells(covered):
     return covered & ~(contacts @ ~covered.T).T
 
 
+def pack_cells(cells):
+    """Cells as bits of one number: (...) uint64 from (..., CELL_DIVISIONS²) bool."""
+    return np.packbits(cells, axis=-1, bitorder="little").view("<u8")[..., 0]
+
+
+def unpack_cells(bits):
+    """Cells from such numbers: (..., CELL_DIVISIONS²) bool."""
+    octets = np.ascontiguousarray(bits, "<u8")[..., None].view(np.uint8)
+    return np.unpackbits(octets, axis=-1, bitorder="little").astype(bool)
+
+
 def _leading_cells():
     """Cells that lead, (m,) int, and which of them touch each, itself alone if it leads: (m, cells)
     int8.

@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..patches.cover_cells import unpack_cells
 from ..patches.facing_scene import FacingScene
 from ..patches.find_covered import lie_in_earth
 from ..patches.hit_kinds import meets_back, stop_in_crowns
@@ -42,6 +43,20 @@ class Target:
     )  # (p, CELL_DIVISIONS²) bool, cells of patches that lie inside or under something
     brdfs: TriangleBrdfs  # of the patches
     state: int = 0  # of trees: 0 in leaf, 1 bare
+    left_out: np.ndarray | None = None  # (p,) uint64, as of `RayCity`
+
+    def surface_at(self, places):
+        """Surfaces on whose means photons at some places count: (m,) int, `surface_count` where on
+        none.
+        """
+        found = self.surface[places.triangle]
+        if self.left_out is not None:
+            row = np.flatnonzero(self.left_out[places.triangle])
+            hit, b1, b2 = places.take(row)
+            cell = cell_of_point(b1, b2, CELL_DIVISIONS)[:, None].astype(np.intp)
+            dark = np.take_along_axis(unpack_cells(self.left_out[hit]), cell, axis=1)[:, 0]
+            found[row[dark]] = self.surface_count
+        return found
 
     @cached_property
     def area(self):
@@ -107,7 +122,7 @@ def follow_photons(target, source, numbers, per_replicate, max_bounces):
             else [photons] * 2
         )
         sums = found.first if bounce == 0 else found.reflected
-        deposit(received, target.surface[places[0]], sums)
+        deposit(received, target.surface_at(places), sums)
         # Coincident surfaces of the same orientation are all lit, but the photon is reflected once.
         row, double = target.ray_scene.find_doubles(places)
         if len(row):

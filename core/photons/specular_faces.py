@@ -166,7 +166,7 @@ def follow_reflected(target, key, photons, last):
     """
     for bounce in range(last + 1):
         photons, places = meet_fronts(target, photons, Tally())
-        yield photons, target.surface[places[0]]
+        yield photons, target.surface_at(places)
         row, double = target.ray_scene.find_doubles(places)
         if len(row):
             yield photons.take(row), target.surface[double]

@@ -118,7 +118,8 @@ def _trace_specular(prepared, context, traced, state=0):
     """
     patches, plan, count = context.patches, context.plan, len(prepared.scene.surfaces)
     surface = np.where(prepared.scene.triangle_surface < 0, count, prepared.scene.triangle_surface)
-    target = Target(context.ray_scene, patches, surface, count, traced.covered, plan.brdfs, state)
+    scene = context.ray_scene, patches, surface, count, traced.covered, plan.brdfs
+    target = Target(*scene, state, context.left_out)
     faces = np.flatnonzero((plan.brdfs[1] >= 0) & patches.receives & ~traced.covered.all(axis=1))
     per_replicate = -(-context.request.samples * len(faces) // REPLICATES)
     batches = _batches_of(

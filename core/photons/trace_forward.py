@@ -88,6 +88,12 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
         prepared.plan.ray_scene.thread_seconds if prepared.plan.ray_scene else 0.0
     )  # by earlier rounds
     run, covered_share = _prepare_run(prepared, request, progress, state)
+    target, lengths = run.target, measure_cover.list_clearances(request)
+    how = {"clearances": lengths, "threads": run.threads}
+    cramped = measure_cover.find_cramped(target.ray_scene, patches, prepared.scene, **how)
+    target.left_out = measure_cover.choose_left_out(
+        prepared.scene, patch_to_surface, request, cramped
+    )
     clock.lap("plan, tree and cover")
 
     brightest = max(
@@ -116,19 +122,18 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
     beyond = last * brightest / (1 - brightest) if brightest < 1 else None
     by_ground, whole = request.ground_albedo * float(far.whole.sum()), float(diffuse.sum())
     measured = Measured(last, by_ground / whole if whole > 0 else 0.0, beyond=beyond)
-    lengths, target = measure_cover.list_clearances(request), run.target
-    how = {"clearances": lengths, "threads": run.threads}
-    room = measure_cover.measure_room_of_patches(
-        target.ray_scene, patches, prepared.scene, target.covered, **how
-    )
+    left_out = measure_cover.share_without_room(target.left_out[:, None], target.covered)
     unreachable = (covered_share > WHOLE) | (target.area == 0)
     return Transfer(
         surfaces=scene.surfaces,
         site=scene.site,
         suns=suns if direct.kept == len(suns) else interrupted_suns(suns, direct.kept),
         covered_share=covered_share,
-        no_room=measure_cover.average_room(patch_to_surface, room),
+        no_room=measure_cover.average_room(
+            patch_to_surface, measure_cover.share_without_room(cramped, target.covered)
+        ),
         clearances=lengths,
+        left_out=measure_cover.average_room(patch_to_surface, left_out)[:, 0],
         sky_view_factor=np.minimum(sky.first.mean(axis=0), 1),
         far_ground_view_factor=np.minimum(far.first.mean(axis=0), 1),
         ground_albedo=request.ground_albedo if plan.far_ground else 0.0,

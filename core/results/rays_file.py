@@ -37,7 +37,7 @@ from ..sky.horizon import TerrainHorizon
 from ..sun.suns import Suns
 from .netcdf_file import netcdf_file, write_variables
 
-NAME, FORMAT = "rays.nc", "CityPV rays, format 3"
+NAME, FORMAT = "rays.nc", "CityPV rays, format 4"
 CURE = "give the folder of citypv simulate --editable"
 TYPES = (
     City,
@@ -145,7 +145,7 @@ def _keep_traced(city):
         }
         for one in city.states
     ]
-    return {"bits": city.task.bits, "room": city.room, "states": states}
+    return {"bits": city.task.bits, "cramped": city.cramped, "states": states}
 
 
 def read_rays(folder):

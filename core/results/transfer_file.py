@@ -155,6 +155,13 @@ VARIABLES = {
         "share that is open, but looks at a face from less than the clearance",
     ),
     "clearance": ("room", "clearances", ("clearance",), "m", ""),
+    "left_out": (
+        "left_out",
+        "left_out",
+        ("surface",),
+        "1",
+        "share without room, at the clearance of the run, whose light is not in the means",
+    ),
     "edge_distance": (
         "edge",
         "edge_distance",
@@ -262,6 +269,7 @@ def _describe_state(transfer):
     owners["albedos"] = None if transfer.albedo is None else transfer
     owners["edge"] = None if transfer.surfaces.edge_distance is None else transfer.surfaces
     owners["room"] = None if transfer.no_room is None else transfer
+    owners["left_out"] = None if transfer.left_out is None else transfer
     attributes = {
         "title": FORMAT,
         "way": transfer.suns.sampling,
@@ -404,7 +412,8 @@ def make_transfer(variables, attributes):
     surfaces |= {name: np.array(surfaces[name], dtype=str) for name in ("kind", "orientation")}
     surfaces["eligible"] = surfaces["eligible"].astype(bool)
     surfaces |= read_fields(variables, "edge")
-    own |= read_fields(variables, "albedos") | read_fields(variables, "room")
+    for name in ("albedos", "room", "left_out"):
+        own |= read_fields(variables, name)
     if "clearances" in own:
         own["clearances"] = tuple(own["clearances"].tolist())
     texts = {

@@ -63,6 +63,12 @@ def row_of_houses():
     ]
 
 
+def gaps():
+    """Blocks a hand before others, and before less than half of some of their walls."""
+    first = box("b0", 0, 0, 20, 8, 0, 12) + box("b1", 12, 8.2, 16, 9, 0, 15)
+    return first + box("b2", -8, 8.1, 19, 6, 0, 9) + box("b3", 28.25, 2, 7, 9, 0, 12)
+
+
 def courtyard():
     sides = ((0, 0, 30, 8), (0, 22, 30, 8), (0, 8, 8, 14), (22, 8, 8, 14))
     blocks = [
@@ -91,6 +97,7 @@ def tree(name, x, y, height=9.0, evergreen=False):
 CITIES = {
     "houses": (houses, {}),
     "row": (row_of_houses, {}),
+    "gaps": (gaps, {}),
     "courtyard": (courtyard, {"max_bounces": 4}),
     "canopy": (canopy, {}),
     "terrain": (houses, {}),
