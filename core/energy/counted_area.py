@@ -157,6 +157,21 @@ def find_lit_share(transfer, system):
     return np.maximum(1.0 - covered - dark, SMALLEST_LIT_SHARE)
 
 
+def note_other_clearance(transfer, clearance):
+    """What the light of a Transfer is for another clearance than was traced: str, empty for the
+    same.
+    """
+    traced = transfer.record.request.get("clearance") if transfer.record else None
+    if transfer.left_out is None or traced in (None, clearance):
+        return ""
+    told = f"was traced for --clearance {traced:g}: places with less room than that are dark in it"
+    if clearance < traced:
+        told += f", also where they count with {clearance:g} m"
+    else:
+        told += f"; light on others that do not count with {clearance:g} m is in its means"
+    return f"{told}. Trace the city again for what lies between"
+
+
 def sum_left_out(area, energy):
     """Surfaces that do not count, and their area [m²], by the reason; and what is covered or has no
     room of those that count.

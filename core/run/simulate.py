@@ -12,7 +12,7 @@ from ..accuracy.trace_run import trace_run, weigh_kept_suns
 from ..cluster import run_tasks
 from ..cluster.trace_tiles import check_cluster_settings, plan_tiles, trace_tiles
 from ..effects.plan_effects import describe_plan
-from ..energy.counted_area import classify_again
+from ..energy.counted_area import classify_again, note_other_clearance
 from ..energy.pv_system import ELECTRIC
 from ..light.prepare_scene import build_tree
 from ..rays.hemisphere_rays import is_compiled
@@ -244,7 +244,8 @@ def recompute(transfer_path, folder, request, *, overwrite=False, log=None):
                 "not count when"
             )
             log.write("  they were traced may have a quarter of the rays, and larger errors")
-        for note in transfer.notes:
+        other = note_other_clearance(transfer, request.clearance)
+        for note in (*transfer.notes, *([other] if other else [])):
             log.write(f"{transfer_path}: {note}")
         if transfer.record and transfer.record.interrupted:
             log.write(

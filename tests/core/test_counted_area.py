@@ -403,7 +403,12 @@ def test_options_reach_the_tables(traced, tmp_path, capsys):
     assert (annual["full_load_hours"] < 0.86 * annual["full_load_hours_dc"]).all()
     assert run_yield(traced, tmp_path / "b", "--series", "a_south", "nobody") == 2
     assert "--series" in capsys.readouterr().err and not (tmp_path / "b").exists()
-    assert run_yield(traced, tmp_path / "c", "--clearance", "0.01") == 0
+    note = "traced for --clearance 0.3: places with less room than that are dark"
+    for clearance, told in (("0.3", False), ("0.01", True)):
+        arguments = [str(traced / "out" / "transfer.nc"), "--weather", str(ERA5)]
+        arguments += ["--out", str(tmp_path / clearance), "--clearance", clearance]
+        assert main(["yield", *arguments]) == 0
+        assert (note in " ".join(capsys.readouterr().err.split())) == told
     assert run_yield(traced, tmp_path / "b", "--clearance", "0.2") == 2
     assert "give 0.01 or 0.3" in capsys.readouterr().err
 
