@@ -54,6 +54,7 @@ class Lattice(NamedTuple):
         """Points on the rim, one step apart, the corners among them: (r, 2) float64 [m] in the
         scene's frame.
         """
+        # Each side begins at one corner and ends before the next.
         x, y = (
             np.arange(low, high, self.step) for low, high in zip(self.low, self.high, strict=True)
         )
@@ -88,10 +89,12 @@ def lay_lattice(points, feet, reach, patch_size, site, *, kept=None):
     -------
     Lattice
     """
+    # On the grid of the files, so that an edit of the city leaves the squares where they are.
     places = bring_to_grid(points, site)[:, :2].round(MILLIMETRE)
     low, high = places.min(axis=0), places.max(axis=0)
     if kept is not None and (low >= kept.low).all() and (high <= kept.high).all():
         return kept
+    # Reach by the height above the feet, in whole squares of the largest power of two within it.
     reach = max(reach * (points[:, 2].max() - np.median(feet.start[:, 2])), SHORTEST_REACH)
     step = patch_size * 2.0 ** max(np.floor(np.log2(reach / patch_size)), 0)
     first, last = np.floor((low - reach) / step), np.ceil((high + reach) / step)
@@ -123,6 +126,7 @@ def spread_points(foot_places, footprints, lattice):
         np.arange(np.floor(a / size), np.ceil(b / size)) for a, b in zip(low, high, strict=True)
     )
     cells = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)  # column and row, from zero
+    # A quadtree: squares of the size, those on the lattice, are taken or cut into four.
     done = []
     while len(cells):
         cells = cells[((cells + 1) * size > low).all(axis=1) & (cells * size < high).all(axis=1)]
@@ -142,8 +146,10 @@ def spread_points(foot_places, footprints, lattice):
         )
         # No point lies closer to a foot than half a patch.
         done.append(places[fine & (away > 0.5 * patch_size)])
+        # Squares that are not fine enough become four.
         cells = (2 * cells[~fine, None] + np.array([[0, 0], [1, 0], [0, 1], [1, 1]])).reshape(-1, 2)
         size /= 2
+    # No points under footprints; the rim closes the ground.
     places = np.concatenate(done)
     outside = np.ones(len(places), bool)
     outside[find_inside(footprints, places)[0]] = False
@@ -231,16 +237,20 @@ def build_ground(
     """
     check_parts(*placed[:4])
     check_patch_size(patch_size)
+    # Feet as constraints: edges cut into short pieces, each place at the highest foot.
     patch_size = patch_size or DEFAULT_PATCH
     feet = feet_or_corners(placed, ground_height)
     lattice = lay_lattice(placed.points, feet, reach, patch_size, placed.site, kept=lattice)
     lines = draw_lines(feet)
     foot_points, edges = cut_feet(feet, lines, 0.5 * patch_size)
     report_share(0.28)
+    # Points of the open ground, at heights between those of the feet.
     free = spread_points(foot_points[:, :2], feet.footprints, lattice)
     free = _interpolate_heights(foot_points, free, lattice)
     report_share(SPREAD)
     triangulate_part = partial(report_part, report_share, SPREAD, TRIANGULATED)
+    # Triangles through both; those that lie under buildings alone go, as footprints take their
+    # place.
     vertices, triangles = triangulate_feet(lines, foot_points, edges, free, triangulate_part)
     triangles = faces_up(vertices, triangles)
     report_share(TRIANGULATED)
@@ -254,6 +264,8 @@ def build_ground(
 def _sort_by_place(vertices, triangles):
     """Vertices of some triangles sorted by easting, then northing, and the triangles sorted by
     these, each beginning with its first one."""
+    # Vertices renumbered from west to east; each triangle turned so that its least vertex comes
+    # first.
     vertices, triangles = drop_unused(vertices, triangles)
     order = np.lexsort(vertices.T[[2, 1, 0]])
     triangles = np.argsort(order)[triangles]
@@ -266,6 +278,7 @@ def feet_or_corners(placed, ground_height=None):
     """Feet of a city; if nothing stands on the ground, the edges of its bounding rectangle."""
     points = placed.points
     feet = find_feet(placed.city, points, placed.surfaces, placed.footprint, ground_height)
+    # Nothing stands on the ground: it lies as a rectangle below everything.
     if not len(feet.start):
         low, high = points.min(axis=0), points.max(axis=0)
         corners = np.array(
@@ -285,6 +298,7 @@ def split_feet(feet, longest):
     """Edges of feet in pieces no longer than this [m] in plan: the edge of each, (p,), and its
     ends, (p, 2, 3).
     """
+    # Equal pieces, as many as the length needs; edges upright in plan have none.
     span = feet.end - feet.start
     length = np.linalg.norm(span[:, :2], axis=1)
     count = np.where(length > COINCIDENT, np.maximum(np.ceil(length / longest), 1), 0).astype(
@@ -297,6 +311,7 @@ def split_feet(feet, longest):
 
 def cut_feet(feet, lines, longest):
     """Points along the feet, without duplicates in plan view, and the edges between them."""
+    # Each place once, at the height of the highest foot there; edges by the numbers of places.
     points = split_feet(feet, longest)[1].reshape(-1, 3)
     lowest, index = merge_places(points)
     places = points[lowest]
@@ -309,6 +324,7 @@ def _interpolate_heights(foot_points, free, lattice):
     """Free places with heights interpolated between the feet, and out to a rim as high as the
     places next to it: (k, 3) float64 [m]."""
     low, high = lattice.low, lattice.high
+    # Around the ground a circle of places, as high as the feet near them.
     angle = 2 * np.pi * np.arange(CONTROL_COUNT) / CONTROL_COUNT
     rim = 0.5 * (low + high) + np.hypot(*(high - low)) * np.column_stack(
         [np.cos(angle), np.sin(angle)]
@@ -317,6 +333,7 @@ def _interpolate_heights(foot_points, free, lattice):
     # Heights are averaged over feet within 100 m.
     around = tree.query_ball_point(foot_points[tree.query(rim)[1], :2], 100.0)
     rim_height = [STEPS * np.round(foot_points[some, 2].mean() / STEPS) for some in around]
+    # Heights are linear on the triangles between feet and circle.
     known = np.concatenate([foot_points, np.column_stack([rim, rim_height])])
     heights = drop_on_triangles(known[triangulate_plan(known[:, :2])], free)
     return np.column_stack([free, heights.round(MICROMETRE)])
@@ -329,6 +346,7 @@ def under_buildings(vertices, triangles, footprints):
     # Blocks are widened one by one: all of them together would take four times as long.
     blocks = shapely.buffer(shapely.get_parts(join_polygons(footprints)), COINCIDENT, quad_segs=4)
     blocks = shapely.get_parts(join_polygons(blocks))
+    # A triangle is under a block if its middle is, and then all of it.
     corners = vertices[:, :2].copy()[triangles]
     triangle, block = find_inside(blocks, (corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3)
     under = np.zeros(len(triangles), bool)
@@ -338,6 +356,7 @@ def under_buildings(vertices, triangles, footprints):
 
 def faces_up(vertices, triangles):
     """Triangles oriented upwards, without those that have no area in plan view."""
+    # doubled  twice the area in plan, positive if the corners run anticlockwise [m²].
     a, b, c = triangles.T
     x, y = vertices[:, 0].copy(), vertices[:, 1].copy()
     along, across = (x[b] - x[a], y[b] - y[a]), (x[c] - x[a], y[c] - y[a])

@@ -36,6 +36,7 @@ def cut_ground(scene, first, gone, patch_size):
     (h,) int
         Triangles of the ground that the holes touch.
     """
+    # Ground as it lies, and footprints that are new, gone, or stay.
     laid = np.flatnonzero(_lies(scene)[:first])
     none = np.zeros(0, int)
     prints = scene.footprint & (scene.triangle_surface >= 0)
@@ -46,6 +47,7 @@ def cut_ground(scene, first, gone, patch_size):
         return scene, none
     plan = draw_triangles(corners_of(scene, laid))
     tree = shapely.STRtree(plan)
+    # New footprints that stand on the ground make holes in it; those above leave it as it is.
     rise = _rise(scene, new, np.concatenate([laid, old]))
     standing = new[~(rise > HANGING)]
     _note_ground(scene, standing, rise[~(rise > HANGING)])
@@ -85,6 +87,7 @@ def _parts(shape):
 
 def _lift(polygon, corners):
     """Rings of a polygon in plan view on the plane of a triangle, (3, 3): list of (k, 3)."""
+    # The plane through the triangle gives the height of each place on it.
     normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
     rings = []
     for ring in (polygon.exterior, *polygon.interiors):
@@ -110,6 +113,7 @@ def _append_ground(scene, polygons, patch_size):
     """The scene with polygons of ground, lists of rings (k, 3), cut like all ground."""
     if not polygons:
         return scene
+    # Rings become triangles, cut like all ground and facing up.
     rings = [ring for polygon in polygons for ring in polygon]
     starts = starts_of(list(map(len, rings))), starts_of(list(map(len, polygons)))
     triangles, polygon = triangulate(np.concatenate(rings), *starts)
@@ -141,6 +145,7 @@ def _note_ground(scene, rows, rise):
     """Report footprints that stand away from the ground, which a run of the edited files would lay
     through them.
     """
+    # Only what stands more than 0.1 m off is worth a word.
     apart = np.isfinite(rise) & (np.abs(rise) > 0.1)
     if apart.any():
         names = np.array(scene.surfaces.building_id, object)[scene.triangle_surface[rows[apart]]]

@@ -36,6 +36,7 @@ def find_ground(scene):
     (t,) bool
     """
     check_scene(scene)
+    # Surfaces that are classified as ground, and what is generated, count at once.
     surface = scene.triangle_surface
     named = np.append(
         np.asarray(scene.surfaces.kind) == "ground", True
@@ -45,6 +46,7 @@ def find_ground(scene):
     vertices, triangles, own = np.asarray(scene.vertices, float), scene.triangles, building >= 0
     if not own.any():
         return ground
+    # Twice the plan area, and the rectangle around all buildings [m²].
     upward, inside = upward_areas(vertices, triangles), np.zeros(len(vertices), bool)
     inside[triangles[own]] = True
     whole = np.ptp(vertices[inside, :2], axis=0).prod()
@@ -61,6 +63,8 @@ def find_ground(scene):
     enough = max(0.5 * whole, 1e-12)
     if upward[(mesh >= 0) & (upward > 0)].sum() / 2 < enough:
         return ground
+    # Candidates are cut into sheets that hang together, joined with others that they meet; each
+    # group and each lone sheet is asked whether it covers enough.
     sheet, alone = number_sheets(vertices, triangles, upward > 0, mesh)
     some = np.flatnonzero(sheet >= 0)
     spanned = np.bincount(sheet[some], upward[some] / 2, len(alone))
@@ -81,6 +85,7 @@ def find_ground(scene):
                 chosen = find_yards(
                     vertices, triangles, np.where(np.append(alone, True)[sheet], -1, sheet), chosen
                 )
+            # It is the ground if most of what the others show stands above it.
             others = vertices[triangles[own & ~chosen]]
             if _carries_most(vertices, triangles[chosen], others, steep=mixed):
                 ground |= chosen
@@ -100,6 +105,7 @@ def _carries_most(vertices, sheet, corners, *, steep=False):
     steep : bool
         Whether only faces steeper than 60° count.
     """
+    # Faces that show to the side or upwards; 2 * area is of no matter where shares are compared.
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(normal, axis=1)
     shown = (area > 0) & (normal[:, 2] > -np.sin(np.radians(1)) * area)
@@ -159,6 +165,8 @@ def find_hanging(scene, floating):
     )
     if not len(rows):
         return hanging
+    # Footprints without a foot on the ground, what may carry them, and the height of their
+    # building.
     corners = np.asarray(scene.vertices, float)[scene.triangles[rows]]
     upward = upward_areas(scene.vertices, scene.triangles)
     carriers, whole = scene.triangles[upward > 0], RayScene(scene.vertices, scene.triangles)
@@ -169,6 +177,8 @@ def find_hanging(scene, floating):
     np.maximum.at(
         top, building[scene.triangle_surface[own]], height[scene.triangles[own]].max(axis=1)
     )
+    # above  height of the building over the footprint [m]: it may hang by no more and count as
+    # resting.
     above = top[building[scene.triangle_surface[rows]]] - corners[..., 2].min(axis=1)
     # A resting face is drawn up to 0.5 m above what carries it.
     near = np.clip(above, CONTACT, 0.5)
@@ -177,6 +187,8 @@ def find_hanging(scene, floating):
     for turn in range(3):
         # Barycentric places of ray origins: seldom above an edge, hardly ever two of three.
         place = np.einsum("c,rcx->rx", np.roll((0.55, 0.27, 0.18), turn), corners)
+        # Light from below: nothing that carries is near under the place, and it is not inside
+        # anything; two of three places decide.
         clear = (
             place[:, 2] - height_below(scene.vertices, carriers, place, place[:, 2] + slack) > near
         )
@@ -189,6 +201,7 @@ def find_hanging(scene, floating):
 
 def upward_areas(vertices, triangles):
     """Twice the plan area of triangles, (t,), negative for those that face down; 0 for walls."""
+    # Faces less than 1° from upright count as walls.
     normal = normals_of(np.asarray(vertices, float), triangles)
     upright = np.sin(np.radians(1)) * np.linalg.norm(normal, axis=1)
     return np.where(np.abs(normal[:, 2]) > upright, normal[:, 2], 0.0)
@@ -220,6 +233,7 @@ def find_resting_floors(scene, ground=None):
     buried = scene.footprint.copy()
     if not len(downward):
         return buried
+    # At or below the ground: its height straight under, or over, the middle.
     corners = np.asarray(scene.vertices, float)[scene.triangles[downward]]
     middle = corners.mean(axis=1)
     ground = find_ground(scene) if ground is None else ground
@@ -229,6 +243,7 @@ def find_resting_floors(scene, ground=None):
         buried[downward] |= middle[:, 2] <= height + CONTACT
     # Start above the middle, which rounding may have put below the face that it rests on.
     slack = ROUNDING * np.abs(corners).max(axis=(1, 2))
+    # Resting on anything else that faces up: no gap below the middle.
     carries = upward > 0
     if scene.back_of is not None:
         carries &= scene.back_of < 0  # nothing rests on its own back

@@ -120,6 +120,7 @@ def judge_faces(faces, rows, sheet, report_share):
             kept = mean(rows, sky / rays) >= least
             rows, backs = rows[kept], [one[kept] for one in (*backs, found)]
             begin += EACH
+    # Inside on a side: enough of its rays hit backs; what is inside on neither is a sheet.
     inside = np.array([mean(rows, found / MANY) >= ENCLOSED for found in backs])
     news = sheet.any()  # those that are known do not count so far
     # Faces below or behind sheets are judged again, as backs of sheets are not an inside.
@@ -146,6 +147,8 @@ def faces_of_scene(scene):
     area, width, offset = np.empty((3, count))
     for first in range(0, count, AT_ONCE):
         some = slice(first, first + AT_ONCE)
+        # Edges, normal and area of each triangle; width  its least height, 2 · area over the
+        # longest edge.
         corners = vertices[scene.triangles[some]]
         edges = corners[:, [1, 2, 2]] - corners[:, [0, 0, 1]]
         length, across = np.linalg.norm(edges, axis=2), np.cross(edges[:, 0], edges[:, 1])
@@ -189,6 +192,7 @@ def _follow_rays(faces, rows, side, count, *, hops=8, sheet=None, report_share=s
     sky : (r,) int64
         Number that reaches the sky, directly or after hops.
     """
+    # Places on the triangle and directions from it, and fresh directions for each hop.
     u, v, w, x = sample_points.additive_recurrence(count, 4).T
     keys = np.arange(1, count + 1).astype(np.uint64) * GOLDEN
     onward = [
@@ -200,6 +204,7 @@ def _follow_rays(faces, rows, side, count, *, hops=8, sheet=None, report_share=s
         np.array([sample_points.cosine_direction(w, x), *onward]),
     )
     threads = usable_threads()
+    # Triangles in portions small enough for the cache, spread over the threads.
     step = max(1, min(RAYS_PER_TASK // count, -(-len(rows) // threads)))
     tasks, found = (
         [rows[first : first + step] for first in range(0, len(rows), step)],
@@ -221,11 +226,14 @@ def _follow_some(faces, rows, side, rays, sheet):
     """
     weights, local = rays
     count, sky = local.shape[2], np.zeros(len(rows), np.int64)
+    # Ray and triangle of each row; a hop starts where the one before ended, on the side that it
+    # hit.
     owner, number = np.divmod(np.arange(len(rows) * count), count)
     met, sides, weights = rows[owner], np.full(len(owner), float(side)), weights[:, number]
     for hop, towards in enumerate(local):
         origins, directions = _leave_faces(faces, met, weights, sides, towards[:, number])
         hit, *weights = faces.ray_scene.trace_places(origins, directions)
+        # First hits on backs are counted, and rays that leave upwards at any hop.
         along = (faces.normal[hit] * directions).sum(axis=1)  # positive at backs
         if hop == 0:
             back = (hit >= 0) & ((along > 0) | faces.footprint[hit])
@@ -278,9 +286,11 @@ def _write_rays(shapes, places, local, rays):
         face = rows[ray]
         a, b, c = triangles[face, 0], triangles[face, 1], triangles[face, 2]
         for axis in range(3):
+            # The frame of the face, on the side of the ray: along, across, up.
             one, other = (axis + 1) % 3, (axis + 2) % 3
             up = sides[ray] * normal[face, axis]
             across = normal[face, one] * along[face, other] - normal[face, other] * along[face, one]
+            # The place between the corners a, b and c, lifted off the face.
             start = vertices[a, axis]
             place = (
                 start
@@ -306,6 +316,7 @@ def _look_straight(faces, rows, side, reach):
     -------
     (r,) float64
     """
+    # A ray along the normal from a few points; the share of them that has a front near.
     found, points = np.zeros(len(rows)), sample_points.additive_recurrence(PERPENDICULAR, 2)
     step = RAYS_PER_TASK // PERPENDICULAR
     for first in range(0, len(rows), step):

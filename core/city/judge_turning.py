@@ -59,6 +59,7 @@ def judge_turning(shape, found, allowed):
     -------
     proposed, turned : array, (n,) bool
     """
+    # Upward sheets are spared first; without proposals there is nothing to trace.
     agree, wanted = _spare_upward_sheets(
         shape, found, found.flip & allowed, found.agree & ~found.doubtful & allowed
     )
@@ -88,6 +89,7 @@ def _spare_upward_sheets(shape, found, wanted, others):
     instead: the `others` turn.
     """
     shell = found.shell
+    # Which open shells face up only, against the proposal, and are mostly drawn so.
     area, normal = measure_polygons(*shape)
     count = shell.max(initial=-1) + 1
     height = np.where(found.agree, 1.0, -1.0) * normal[:, 2]  # of the normal as proposed
@@ -104,15 +106,18 @@ def _spare_upward_sheets(shape, found, wanted, others):
 
 def _decide(sides, shells, agree, wanted, whole):
     """Which of the tested polygons are turned, (k,) bool."""
+    # The proposed front, whether rays support it, and whether they support the drawing as it is.
     shell, area = shells
     proposed = np.where(agree, 0, 1)  # side of each polygon that is its front by the proposal
     support = _supports(sides, sides.backs_turned, proposed)
     right = _supports(sides, sides.backs_drawn, np.zeros(len(shell), int))
     drawn, turned = sides.sky.T
+    # lit  drawn front sees more sky, and is not inside: it stays, as does what rays deny.
     inward, into = (sides.backs_turned > INSIDE * (1 - sides.down)).T
     lit = (drawn >= turned) & (((drawn > SKY) & ~inward) | ((drawn >= GLIMPSE) & into))
     contrary = _supports(sides, sides.backs_opposite, 1 - proposed) | (wanted & lit)
     count = shell.max() + 1
+    # Votes of the shell for and against the proposal, by area and by its root.
     votes = [
         (np.bincount(shell, support * w, count), np.bincount(shell, contrary * w, count))
         for w in (area, area**0.5)
@@ -128,6 +133,7 @@ def _supports(sides, backs, front):
     """Polygons whose back is inside and whose front, the side given by index, is outside: (k,)
     bool.
     """
+    # A side is inside if more than half of what does not go down is backs and little is sky.
     inside = (backs > INSIDE * (1 - sides.down)) & (sides.sky <= SKY)
     rows = np.arange(len(front))
     return inside[rows, 1 - front] & ~inside[rows, front] & (sides.sky[rows, front] >= GLIMPSE)
@@ -140,6 +146,7 @@ def trace_both_sides(shape, shell, tested, wanted):
     -------
     Views
     """
+    # Triangles of all polygons near the origin; rays start from those of the tested ones.
     # Rounded to micrometres, so that the noise of large coordinates has no effect.
     places = np.round(shape[0] - shape[0].min(axis=0), 6)  # near zero
     triangles, owner = triangulate(places, *shape[1:])
@@ -154,6 +161,8 @@ def trace_both_sides(shape, shell, tested, wanted):
     offset = max(1e-3, 16 * float(np.spacing(np.float32(np.abs(places).max()))))
     scene = RayScene(places, triangles)
     turn = np.where(wanted, -1.0, 1.0)[owner]
+    # From the front as drawn and from the back: shares of sky, downwards, and backs as drawn, with
+    # all candidates turned, and with the own shell the other way round.
     found_shares = np.empty((2, 5, len(tested)))
     for side, sign in enumerate((1.0, -1.0)):
         towards = sign * direction
@@ -176,6 +185,7 @@ def _start_rays(faces, owner, tested):
     (k·RAYS, 3) in front.
     """
     corners, normal, size = faces
+    # Four numbers of a sequence for each ray: two for its place, two for its direction.
     one, other, height, turn = np.mod(additive_recurrence(RAYS, 4).T + 0.5, 1)
     # Choose triangles by area; the remainder of the same random number gives the place along one
     # edge.
@@ -184,9 +194,11 @@ def _start_rays(faces, owner, tested):
     low = ends[first] - size[first]
     target = low[:, None] + one * (ends[last] - low)[:, None]  # (k, RAYS)
     start = np.clip(np.searchsorted(ends, target, "right"), first[:, None], last[:, None])
+    # Evenly over the triangle: the root makes places as dense near a corner as elsewhere.
     along = np.sqrt(np.clip((target - ends[start] + size[start]) / size[start], 0, 1))
     weights = np.stack([1 - along, along * (1 - other), along * other], axis=-1)
     point = np.einsum("krc,krcd->krd", weights, corners[start]).reshape(-1, 3)
+    # Directions by the cosine, in the frame of the triangle.
     axes = np.stack([*plane_axes(normal), normal], axis=1)  # (t, 3, 3)
     direction = np.einsum(
         "ar,krad->krd", np.stack(cosine_direction(height, turn)), axes[start]

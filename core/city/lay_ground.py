@@ -38,6 +38,7 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
     (h,) int
     """
     notes, reach = scene.report.notes, choose_reach(options.ground_albedo)
+    # What becomes of the terrain in the file is said.
     if placed.city.terrain is not None:
         words = (
             "errain of the file: "
@@ -51,6 +52,7 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
                 if ground == "auto"
                 else f"T{words}, left out (--ground {ground})."
             )
+    # Terrain: the user's, or else the file's own.
     chosen = options.terrain or (placed.city.terrain if ground == "auto" else None)
     if chosen is not None:
         layers = [
@@ -64,6 +66,7 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
             placed,
             lambda places, thin: np.where(thin, measure_heights(moved, places[:, :2]), np.nan),
         )
+        # Used if it has a height anywhere at the city: joined to the feet, and said what it moved.
         places = feet.start[:, :2]  # under any of them, or close beside it
         heights = measure_heights(moved, places), nearest_heights(moved, places, NEAR)
         if options.terrain is not None or np.isfinite(heights).any():
@@ -81,6 +84,7 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
             f"Terrain of the file left out: no height under any building or within {NEAR:g} m of "
             "one."
         )
+    # Without terrain the model may have ground of its own, and feet are held against that.
     own = find_ground(scene)
     known = partial(_height_of_own_ground, scene, own)
     if ground == "none":
@@ -91,6 +95,7 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
             polygon_bounds(over, city.ring_start, city.polygon_start)[0] > 0
         )
         return scene, np.union1d(find_feet(*placed[:4], known).hanging, np.flatnonzero(above))
+    # Else a surface is generated through the feet.
     how = {
         "reach": reach,
         "lattice": options.lattice,
@@ -110,6 +115,8 @@ def _height_of_own_ground(scene, ground, places, thin):
     """Height of the model's own surfaces below places, `ground`, (t,) bool, among them, as for
     `find_floating`.
     """
+    # Height straight below: things look from above for the ground, thin ones from their own height
+    # for whatever carries them.
     upward = upward_areas(scene.vertices, scene.triangles) > 0
     height, highest = np.full(len(places), -np.inf), scene.vertices[:, 2].max() + 1
     # A thing that rests on a face may be drawn up to 1 mm below it.
@@ -160,6 +167,7 @@ def show_terrain(scene, terrain):
     -------
     Scene
     """
+    # Only triangles with all corners within the horizon of the city.
     low, high = scene.vertices.min(axis=0)[:2] - HORIZON, scene.vertices.max(axis=0)[:2] + HORIZON
     count = sum(len(layer.triangles) for layer in terrain.layers)
     scene.report.notes.append(f"Terrain of the file: {count:,} triangles.")

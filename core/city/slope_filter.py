@@ -31,6 +31,7 @@ def find_standing(start, end, step, slope):
     """
     if not len(start):
         return np.zeros(0, bool)
+    # Both ends of each edge against the feet nearest to them.
     ends, step, slope = np.concatenate([start, end]), np.tile(step, 2), np.tile(slope, 2)
     hangs = _hangs_above_feet(ends, step, slope, start)
     # Likewise beside whole edges: a bay above the middle of a long wall stands on nothing.
@@ -50,6 +51,7 @@ def _hangs_above_feet(points, step, slope, others):
         merge_places(others)[0]
     ]  # of several feet at one position only the lowest matters
     tree, hangs = cKDTree(lowest[:, :2]), np.zeros(len(points), bool)
+    # Rise above each of the 32 nearest feet, against the step and the slope times the distance.
     for first in range(0, len(points), ENDS_AT_ONCE):
         some = slice(first, first + ENDS_AT_ONCE)
         distance, index = tree.query(points[some, :2], k=np.arange(1, min(32, len(lowest)) + 1))
@@ -76,6 +78,8 @@ def _pass_edges(points, start, end, within):
         np.concatenate(boxes, axis=1),
         np.maximum((span[:, :2] ** 2).sum(axis=1), 1e-12),
     )
+    # Points in the box around each edge, then the nearest place on it: share  of the way from start
+    # to end.
     for first in range(0, len(start), EDGES_AT_ONCE):
         point, edge = find_in_boxes(tree, boxes[first : first + EDGES_AT_ONCE])
         edge += first
@@ -101,6 +105,8 @@ class _FootLines:
 def draw_lines(feet):
     """The edges of Feet, walls and footprints that share one drawn once: FootLines."""
     start, end = feet.start, feet.end
+    # Ends at the same place and height are the same point; edges between the same two points are
+    # one.
     ends = np.concatenate([start, end])
     _, place = np.unique(ends[:, 0] + 1j * ends[:, 1], return_inverse=True)
     _, point = np.unique(place + 1j * ends[:, 2], return_inverse=True)

@@ -27,6 +27,8 @@ def settled_cells(states):
     (c, cells) int8
         OPEN, COVERED or UNKNOWN.
     """
+    # A verdict needs the cell and all its neighbours: open where they meet sky or fronts and one of
+    # them the sky, covered where all meet backs.
     settled = np.full_like(states, UNKNOWN)
     beside_sky = ~enclosed_cells(states != OPEN)
     settled[enclosed_cells((states == OPEN) | (states == FACING)) & beside_sky] = OPEN
@@ -96,9 +98,11 @@ def share_verdicts(verdict, states):
     -------
     (c, cells) int8
     """
+    # Of the leading cells that touch each cell: how many are covered, and whether all or none are.
     leading, touching = (verdict[:, LEADING] == COVERED).astype(np.int8), TOUCH.sum(axis=0)
     covered = leading @ TOUCH  # whole numbers, for which no BLAS threads start
     agreed = np.select([covered == touching, covered == 0], [COVERED, OPEN], UNKNOWN)
+    # An agreed verdict counts unless the cell's own ray or a neighbour's speaks against it.
     fitting = np.where(
         agreed == COVERED, enclosed_cells(states != OPEN), enclosed_cells(states < TOUCHING)
     )

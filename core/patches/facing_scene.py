@@ -40,9 +40,11 @@ class FacingScene(LeafyScene):
     def __init__(self, scene, patches, threads=1):
         # Rays hit a sheet, not its back: triangles without area are hit by none.
         backs = np.zeros(len(patches), bool) if scene.back_of is None else scene.back_of >= 0
+        # Backs of sheets are shrunk to a point.
         triangles = np.where(backs[:, None], scene.triangles[:, :1], scene.triangles)
         super().__init__(scene.vertices, triangles)
         corners = np.asarray(scene.vertices, float)[triangles]
+        # Pairs in one place, without fronts that light does not reach.
         self.coincident = find_coincident(corners, patches.offset, threads)
         self._other_side = patches.other_side if backs.any() else None
         self._kinds, self._none = (patches.facing, patches.receives), np.zeros(len(patches), bool)
@@ -54,6 +56,8 @@ class FacingScene(LeafyScene):
         front.
         """
         ray_directions = np.asfortranarray(ray_directions, np.float32)
+        # The tracer meets any of the faces in one place; the hit moves to the one that light
+        # reaches.
         places = super().trace_places(ray_origins, ray_directions)
         if len(self.coincident):
             _turn_to_fronts(
@@ -102,6 +106,7 @@ def _place_on(places, entry, b1, b2):
     """Whether a point of one face of a pair lies on the other, and its barycentric
     weights there.
     """
+    # Affine in the weights: where the point lies in the other face's own.
     c1 = places[entry, 0, 0] + places[entry, 0, 1] * b1 + places[entry, 0, 2] * b2
     c2 = places[entry, 1, 0] + places[entry, 1, 1] * b1 + places[entry, 1, 2] * b2
     return min(c1, c2, 1 - c1 - c2) >= -ROUNDING, c1, c2
@@ -138,6 +143,8 @@ def _turn_to_fronts(pairs, kinds, directions, hits):
         met = hit[ray]
         if met < 0 or start[met] == start[met + 1]:
             continue
+        # A front that receives light keeps the hit, unless an earlier one does so too; a back gives
+        # it to the first front, or else to the first face of all.
         front = receives[met] and not _runs_along(facing, met, directions[ray])
         chosen, x, y = met, b1[ray], b2[ray]
         for entry in range(start[met], start[met + 1]):  # in ascending order
@@ -172,6 +179,7 @@ def _turn_sheets(other_side, facing, directions, hits):
     for ray in range(len(hit)):
         met = hit[ray]
         if met >= 0 and other_side[met] >= 0 and _runs_along(facing, met, directions[ray]):
+            # The other side has the same corners in reverse order, so its weights change places.
             hit[ray], b1[ray], b2[ray] = other_side[met], b2[ray], b1[ray]
 
 
@@ -183,6 +191,7 @@ def _list_doubles(pairs, kinds, hits):
     (start, other, places), (facing, receives), (hit, b1, b2) = pairs, kinds, hits
     row, doubles = [np.int64(0) for _ in range(0)], [np.int32(0) for _ in range(0)]
     for ray in range(len(hit)):
+        # Faces in one place with the one that was hit, that face its way and hold the point.
         met = hit[ray]
         for entry in range(start[met], start[met + 1]):
             face = other[entry]
@@ -213,6 +222,8 @@ def _drop_hidden(ray_scene, patches, coincident, threads=1):
     -------
     Coincident
     """
+    # Pairs of faces that look away from each other, where the other may receive light: from the
+    # middle of their overlap rays ask whether its front is inside something.
     one = np.repeat(np.arange(len(patches)), np.diff(coincident.start))
     other = coincident.other
     opposite = np.einsum("ex,ex->e", patches.normal[one], patches.normal[other]) < 0
@@ -230,6 +241,7 @@ def _drop_hidden(ray_scene, patches, coincident, threads=1):
     kept = ~opposite
     for entries, hidden in zip(tasks, map_in_order(vote, tasks, threads), strict=True):
         kept[entries] = ~hidden
+    # Without the pairs whose front is hidden.
     start = np.concatenate([[0], np.cumsum(kept)])[coincident.start]
     return Coincident(start, other[kept], coincident.places[kept])
 
@@ -250,12 +262,15 @@ def _middle_of_overlap(places):
     middle = np.empty((len(places), 2), np.float32)
     corners, clipped = np.empty((MOST_CORNERS, 2)), np.empty((MOST_CORNERS, 2))
     for entry in range(len(places)):
+        # The first face in the weights of the other, as a triangle of three corners.
         for axis in range(2):
             for corner in range(3):
                 corners[corner, axis] = places[entry, axis, 0]
             corners[1, axis] += places[entry, axis, 1]
             corners[2, axis] += places[entry, axis, 2]
         count = places.shape[2]
+        # Clipped by the three edges of the other, it is their overlap, whose middle is the mean of
+        # its corners.
         for edge in range(3):
             count = _cut_off(corners, count, edge, clipped)
             corners, clipped = clipped, corners
@@ -280,6 +295,8 @@ def _cut_off(corners, count, edge, clipped):
     Sutherland and Hodgman (1974), doi:10.1145/360767.360802.
     """
     kept = 0
+    # Each side of the polygon: keep a corner that is inside, and where the side crosses the edge
+    # add the crossing, by the share of the way there.
     for corner in range(count):
         after = (corner + 1) % count
         inside_here, inside_there = (

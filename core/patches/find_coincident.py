@@ -58,6 +58,7 @@ def find_coincident(corners, offset, threads=1):
     Coincident
         Each pair in both orders.
     """
+    # Planes, boxes that reach as far as the offset, and the layer of each triangle by its size.
     corners, offset = np.ascontiguousarray(corners, float), np.asarray(offset, float)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.sqrt(normal[:, 0] ** 2 + normal[:, 1] ** 2 + normal[:, 2] ** 2)
@@ -72,6 +73,7 @@ def find_coincident(corners, offset, threads=1):
     faces, order = (corners, normal, offset, boxes, layer), np.argsort(layer, kind="stable")
     sorted_layer = layer[order]
     found = [np.zeros((0, 2), np.int32)]
+    # A layer at a time: its triangles in buckets, and all finer ones are compared with them.
     for one in np.unique(sorted_layer[sorted_layer <= largest]):
         size = 2.0 ** (LAYER_GROWTH * one)
         first, last = np.searchsorted(sorted_layer, [one, one + 1])
@@ -105,6 +107,7 @@ def _list_pairs(pairs, corners):
     Coincident
     """
     count = len(corners)
+    # Both orders of each pair, once, sorted by their first triangle.
     both = np.concatenate([pairs, pairs[:, ::-1]]).astype(np.int64)
     one, other = np.divmod(np.unique(both[:, 0] * count + both[:, 1]), max(count, 1))
     edges = corners[:, 1:] - corners[:, :1]
@@ -130,6 +133,8 @@ def _pairs_in_grid(chosen, grid, size, faces):
     pairs, found = np.empty((64, 2), np.int32), 0
     for one in chosen:
         most = found + MOST_PAIRS
+        # Every bucket that the triangle's box touches; of its entries those in another plane or
+        # apart fall out by cheap tests first.
         for place in range(_touch_cells(boxes[one], size, mask, touched)):
             for entry in range(start[touched[place]], start[touched[place] + 1]):
                 other = listed[entry]
@@ -142,6 +147,8 @@ def _pairs_in_grid(chosen, grid, size, faces):
                     boxes, one, other
                 ):
                     continue
+                # In one plane if either's corners lie within reach of the other's; overlapping if
+                # no edge of the two separates them.
                 reach = max(offset[one], offset[other])
                 level = _lies_in_plane(corners, normal, one, other, reach)
                 level = level or _lies_in_plane(corners, normal, other, one, reach)
@@ -180,6 +187,8 @@ def _separated(corners, normal, one, other, reach):
     of the first.
     """
     n0, n1, n2 = normal[one, 0], normal[one, 1], normal[one, 2]
+    # Separating axes: if along the normal of some edge, in the plane, their extents have no more in
+    # common than `reach`, they only touch.
     for owner in (one, other):
         for corner in range(3):
             after = (corner + 1) % 3
@@ -214,6 +223,7 @@ def _reach_along(corners, one, a0, a1, a2):
 @njit(nogil=True, cache=True)
 def _bucket_of_cell(x, y, z, mask):
     """Hash bucket of a cell; collisions only cost time."""
+    # The bits of the cell's three numbers are stirred until all depend on all.
     word = np.uint64(x) * GOLDEN
     word = (word ^ (word >> np.uint64(29)) ^ np.uint64(y)) * np.uint64(0xBF58476D1CE4E5B9)
     word = (word ^ (word >> np.uint64(32)) ^ np.uint64(z)) * np.uint64(0x94D049BB133111EB)
@@ -235,6 +245,7 @@ def _touch_cells(box, size, mask, touched):
         One less than the number of buckets.
     touched : (27,) int64
     """
+    # All cells between the corners of the box, each bucket once.
     found, low, high = 0, np.floor(box[:3] / size), np.floor(box[3:] / size)
     for x in range(np.int64(low[0]), np.int64(high[0]) + 1):
         for y in range(np.int64(low[1]), np.int64(high[1]) + 1):
@@ -272,6 +283,8 @@ def _fill_buckets(members, boxes, size, buckets):
         The triangles, descending in each bucket.
     """
     mask, touched = np.uint64(buckets - 1), np.empty(27, np.int64)
+    # Counting sort: how many entries each bucket has, where it ends, and the entries from the end
+    # on.
     start = np.zeros(buckets + 1, np.int64)
     for member in members:
         for place in range(_touch_cells(boxes[member], size, mask, touched)):

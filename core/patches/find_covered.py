@@ -62,17 +62,23 @@ def find_covered_cells(ray_scene, patches, chosen):
     -------
     (c, CELL_DIVISIONS²) bool
     """
+    # Of a part of the city, such as a tile, cover is judged in the whole one.
     if ray_scene.whole is not None:
         ray_scene, patches, rows = ray_scene.whole
         chosen = rows[chosen]
+    # One ray from each upright cell: what meets a back, or a face as good as in the same place,
+    # makes a patch suspect.
     starts = starts_in_cells(patches.place_key[chosen], UPRIGHT)
     first = _first_states(ray_scene, patches, chosen, starts, rising=True)
     covered = np.zeros((len(chosen), CELL_DIVISIONS**2), bool)
+    # Where all first rays met fronts, rays from the middle that go on tell a closed room from a
+    # court.
     suspected, shut = (first >= TOUCHING).any(axis=1), np.flatnonzero((first == FACING).all(axis=1))
     middle = np.full(len(shut), 1 / 3, np.float32)
     keys = mix(patches.place_key[chosen[shut]] ^ np.uint64(0xC105ED))
     places = HitPlaces(chosen[shut], middle, middle)
     suspected[shut] = lie_inside(ray_scene, patches, places, keys, turns=MANY_TURNS)
+    # Only suspects are examined cell by cell.
     suspect = np.flatnonzero(suspected)
     if len(suspect):
         starts = starts_in_cells(patches.place_key[chosen[suspect]], np.arange(CELL_DIVISIONS**2))
@@ -112,6 +118,8 @@ def _first_states(ray_scene, patches, chosen, starts, *, rising=False):
         place; OPEN if it reaches the sky, UNKNOWN if it leaves below the horizon, from an open
         place or from below the ground.
     """
+    # One cosine-distributed ray from each point, turned upwards where it would descend and the
+    # surface still sees it.
     b1, b2, shifts = starts
     u, v = (
         sample_points.shifted(around, shifts[axis])[..., 0]
@@ -123,11 +131,13 @@ def _first_states(ray_scene, patches, chosen, starts, *, rising=False):
         height = directions[..., 2]
         turned = (height < 0) & (local[2] > 2 * height * patches.normal[chosen, 2:])
         np.negative(height, where=turned, out=height)
+    # The kind of face that each ray meets: a back inside something, a front, or none.
     rays, own = (origins.reshape(-1, 3), directions.reshape(-1, 3)), np.repeat(chosen, u.shape[1])
     places = ray_scene.trace_places(*rays)
     hit = places.triangle.reshape(u.shape)
     fate = np.empty(hit.shape, np.uint8)
     classify_rays(hit, np.moveaxis(directions, -1, 0), patches.facing, fate)
+    # The back of a sheet is lit from there, so it counts as a front.
     backs = np.nonzero(fate == BACK)
     fate[backs] = np.where(patches.other_side[hit[backs]] < 0, BACK, FRONT)  # sheets have none
     states = STATE_OF_FATE[fate]
@@ -159,6 +169,7 @@ def _examine_cells(ray_scene, patches, chosen, starts):
     -------
     (c, cells) bool
     """
+    # First rays settle cells whose neighbours all agree.
     states, (b1, b2, shifts) = _first_states(ray_scene, patches, chosen, starts), starts
     verdict = settled_cells(states)
 
@@ -170,9 +181,12 @@ def _examine_cells(ray_scene, patches, chosen, starts):
         found = _judge_cells(ray_scene, patches, places, around, keys)
         verdict[row, cell] = np.where(found, COVERED, OPEN)
 
+    # Leading cells vote by RAYS rays; what they agree on goes to the cells between; the rest vote
+    # too.
     judge(np.isin(np.arange(states.shape[1]), LEADING))
     verdict = share_verdicts(verdict, states)
     judge(np.ones(1, bool))
+    # What lies below the ground is covered, whatever the rays say.
     earth = lie_in_earth(ray_scene, patches, points_of_patches(patches, chosen, b1, b2))
     return (verdict == COVERED) | earth
 
@@ -200,6 +214,7 @@ def _judge_cells(ray_scene, patches, places, shifts, keys):
     found = ((2 * backs > RAYS) & (skies <= STRAY_RAYS)) | (
         (4 * backs > RAYS) & (backs + belows == RAYS)
     )
+    # No ray reached the sky, and too few met backs: is there a face that looks back within touch?
     doubtful = ~found & (ends[1] == 0)
     touching = np.zeros(len(found), bool)
     own, b1, b2 = places.take(doubtful)
@@ -207,6 +222,8 @@ def _judge_cells(ray_scene, patches, places, shifts, keys):
     touching[doubtful] = find_touching(
         patches, own, ray_scene.trace_places(origins, patches.normal[own])
     )
+    # hidden  places from which no ray met a back or the sky; going  rays that go on from the fronts
+    # they met.
     hidden = doubtful & ~touching & (ends[0] == 0)
     going = (found | (doubtful & ~touching))[:, None] & ~(back | sky | below)
     # Of places from which all rays met fronts most are in the open: one that leaves tells, and
@@ -215,6 +232,7 @@ def _judge_cells(ray_scene, patches, places, shifts, keys):
         point, ray = np.nonzero(part & ~(hidden & (ends[1] + ends[2] > 0))[:, None])
         rays = hits.take((point, ray)), point, number_rays(keys)[point, ray]
         follow(ray_scene, patches, rays, ends, owner=places.triangle)
+    # Their ends decide; a place that touches another face is judged from behind that face.
     mixed = going.any(axis=1)
     found[mixed] = judge_ends(*ends[:, mixed])
     found[touching] = lie_inside(ray_scene, patches, places.take(touching), keys[touching], CONTACT)
@@ -225,6 +243,7 @@ def _trace_vote(ray_scene, patches, places, shifts):
     """Where the rays of a vote end: HitPlaces, and whether at a back, in the sky, below the
     horizon: all (k, RAYS).
     """
+    # RAYS directions by the cosine, shifted from point to point.
     around = sample_points.additive_recurrence(RAYS, 2)
     u, v = (sample_points.shifted(around[:, axis], shifts[:, axis]) for axis in (0, 1))
     own, b1, b2 = places

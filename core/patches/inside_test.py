@@ -54,6 +54,7 @@ def lie_inside(ray_scene, patches, places, keys, ahead=0.0, *, turns=TURNS):
     turns : int
         As of `follow`.
     """
+    # RAYS rays from each point; `ends` counts how they end, at backs, in the sky, below.
     point, ends = np.repeat(np.arange(len(keys)), RAYS), np.zeros((3, len(keys)), np.int64)
     step = (ahead * patches.normal[places.triangle[point]]).astype(np.float32)
     rays = places.take(point), point, number_rays(keys).ravel()
@@ -93,10 +94,13 @@ def follow(ray_scene, patches, rays, ends, *, owner, ahead=0, turns=TURNS):
         local = tuple(
             part[:, None] for part in (along * np.cos(angle), along * np.sin(angle), height)
         )
+        # One ray on from each place, on the side of the face that it came to.
         starts = rays_from_patches(patches, triangle, b1[:, None], b2[:, None], local)
         origins, directions = (part[:, 0] for part in starts)
         origins = origins + ahead if turn == 0 else origins
         met, b1, b2 = ray_scene.trace_places(origins, directions)
+        # Ended at a back or outside: counted for its point; the others go on, but not for points in
+        # the open.
         back = meets_back(patches, met[:, None], directions[:, None])[:, 0]
         gone, upwards = met < 0, directions[:, 2] > 0
         for number, which in enumerate((back, gone & upwards, gone & ~upwards)):
@@ -149,6 +153,8 @@ def _measure_facing(shapes, own, hits, distance):
     """
     (corner, edges, facing), (met, b1, b2) = shapes, hits
     for ray in range(len(own)):
+        # cosine  between the normals of the two faces; away  distance of the hit in front of the
+        # patch's plane [m].
         one, other = own[ray], met[ray]
         if other < 0:
             continue
