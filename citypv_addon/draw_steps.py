@@ -4,11 +4,10 @@ report.
 
 import textwrap
 
-from ..operators.city.city_design import VARIANT
 from ..operators.city.declare_settings import AUTO
+from ..operators.city.keys import Key
 from ..operators.city.run_step import Step
 from ..operators.city.session import find_city, list_cities
-from ..operators.city.source_objects import AGAINST, IDENTITY
 from ..operators.show.compare_results import find_variants
 from ..operators.show.keep_report import describe_row, read_rows
 
@@ -33,7 +32,7 @@ def draw_cities(layout, context):
     others.
     """
     cities, (shown, _) = list_cities(context.scene), find_city(context.scene)
-    cities = [city for city in cities if VARIANT not in city]
+    cities = [city for city in cities if Key.VARIANT not in city]
     for city in cities if cities not in ([], [shown]) else ():
         icon = "RADIOBUT_ON" if city == shown else "RADIOBUT_OFF"
         text = city.get("citypv_report", [city.name])[0]
@@ -45,11 +44,11 @@ def draw_cities(layout, context):
 def draw_variants(layout, scene, shown):
     """Show the variants of the city: buttons to show, rename, compare with and delete each."""
     column = layout.column(align=True)
-    for city in [city for city in find_variants(scene, shown) if VARIANT in city]:
-        row, against = column.row(align=True), shown.get(AGAINST) == city.get(IDENTITY)
+    for city in [city for city in find_variants(scene, shown) if Key.VARIANT in city]:
+        row, against = column.row(align=True), shown.get(Key.AGAINST) == city.get(Key.IDENTITY)
         icon = "RADIOBUT_ON" if city == shown else "RADIOBUT_OFF"
         row.operator("citypv.switch_city", text="", icon=icon).name = city.name
-        row.prop(city, f'["{VARIANT}"]', text="")
+        row.prop(city, f'["{Key.VARIANT}"]', text="")
         compare = row.row(align=True)
         compare.enabled = city != shown
         compare.operator(

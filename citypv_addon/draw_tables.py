@@ -5,10 +5,10 @@ decisions.
 from math import inf, isfinite, isnan
 
 from ..operators.city.declare_settings import name_switch
+from ..operators.city.keys import Key
 from ..operators.run import plan_trace
-from ..operators.run.plan_trace import ITEMS, PRICES
+from ..operators.run.plan_trace import ITEMS
 from ..operators.show import compare_results
-from ..operators.show.summarise import COMPARISON
 from .draw_steps import draw_numbers, draw_sentence
 
 PAGE = 12  # buildings on a page
@@ -31,7 +31,7 @@ def draw_comparison(layout, city, seeing):
     """Show who gains and who loses: sums, roofs and facades apart, then the buildings, sorted as
     chosen.
     """
-    tables = compare_results.read_comparison(city.get(COMPARISON, ""))
+    tables = compare_results.read_comparison(city.get(Key.COMPARED, ""))
     if not tables["sums"]:
         return
     column = layout.box().column(align=True)
@@ -90,7 +90,7 @@ def draw_presets(layout, city, settings):
     """Show a button for each preset and, once predicted, its seconds and error; bars show the
     error.
     """
-    prices, active = city.get(PRICES) or {}, plan_trace.find_preset(settings)
+    prices, active = city.get(Key.PREDICTED) or {}, plan_trace.find_preset(settings)
     row = layout.row(align=True)
     for name, title, _ in ITEMS:
         row.operator("citypv.use_preset", text=title, depress=name == active).preset = name

@@ -6,17 +6,15 @@ from ..operators.city.check_libraries import FAILURES
 from ..operators.city.city_design import describe_edit, is_from_file
 from ..operators.city.declare_settings import ELECTRIC, OF_LIGHT, settings_of_panel
 from ..operators.city.keep_transfer import describe_missing
+from ..operators.city.keys import Key
 from ..operators.city.read_materials import describe_material
 from ..operators.city.read_settings import ASKED_BY_KEY, STEPS, state_of_step
 from ..operators.city.run_step import Step
 from ..operators.city.session import find_city
 from ..operators.run.compute_energy import read_best
-from ..operators.show.build_legend import MOMENT, PREVIEW
 from ..operators.show.compare_results import show_end
-from ..operators.show.keep_report import REPORT
-from ..operators.show.probe_faces import PROBE, read_charts
+from ..operators.show.probe_faces import read_charts
 from ..operators.show.show_result import find_before, has_result
-from ..operators.show.summarise import FOUND
 from ..operators.show.timeline import FRAMES
 from .draw_steps import FOUND as FINDINGS
 from .draw_steps import (
@@ -104,7 +102,7 @@ class _Result(_Panel):
     def poll(cls, context):
         """There are results, or an edit's are estimated: before, the steps stand first."""
         city, _ = find_city(context.scene)
-        return city is not None and (has_result(city, "diffuse_relative") or PREVIEW in city)
+        return city is not None and (has_result(city, "diffuse_relative") or Key.PREVIEW in city)
 
 
 class ImportPanel(_Step, bpy.types.Panel):
@@ -121,10 +119,10 @@ class ImportPanel(_Step, bpy.types.Panel):
         if meshes:
             meshes.prop(settings, "collection")
             draw_step(self.layout, meshes, "citypv.take_meshes", "OUTLINER_COLLECTION")
-        if REPORT not in city:
+        if Key.REPORT not in city:
             return
         box = self.layout.box().column(align=True)
-        for sentence in city[REPORT]:
+        for sentence in city[Key.REPORT]:
             draw_sentence(box, sentence)
         self.layout.operator("citypv.show_report", icon="TEXT")
         row = self.layout.row(align=True)
@@ -226,7 +224,7 @@ class ProbePanel(_Result, bpy.types.Panel):
         if charts is None:
             return
         box = self.layout.box().column(align=True)
-        for name, value in (row.split("|") for row in city[PROBE]):
+        for name, value in (row.split("|") for row in city[Key.PROBE]):
             line = box.split(factor=0.42)
             line.label(text=name)
             draw_numbers(line.row(align=True), (show_end(value) if name == "Building" else value,))
@@ -312,7 +310,7 @@ class TimelinePanel(_Result, bpy.types.Panel):
         if not seeing.timeline:
             return
         column.prop(context.scene, "frame_current", text=f"Hour of {FRAMES}", slider=False)
-        draw_told(column, city.get(MOMENT))
+        draw_told(column, city.get(Key.MOMENT))
         column.operator("citypv.stop_timeline", icon="X")
 
 
@@ -339,7 +337,7 @@ class ComparePanel(_Result, bpy.types.Panel):
         column.operator("citypv.compare", icon="ARROW_LEFTRIGHT")
         column.prop(context.scene.citypv_seeing, "side_by_side")
         draw_comparison(self.layout, city, context.scene.citypv_seeing)
-        draw_told(self.layout, city.get(FOUND))
+        draw_told(self.layout, city.get(Key.MATCHED))
         self.layout.operator("citypv.forget_before", icon="X")
 
 

@@ -5,11 +5,10 @@ import numpy as np
 
 from ...core.city.scene import Site, surface_of_triangles
 from .attributes import PREFIX, read_array, write_face_attribute
+from .keys import Key
 from .session import find_city
 
 COLLECTION = "CityPV"
-BUILDINGS = PREFIX + "buildings"  # property of a city: names of its buildings, in file order
-TURN = PREFIX + "turn"  # property of what holds cities, of `renew_holders`
 
 
 def build_meshes(scene, name="City"):
@@ -33,7 +32,7 @@ def build_meshes(scene, name="City"):
     generated, city = surface_of_triangles(scene) < 0, build_city(scene, name)
     if not generated.any():
         return city, None
-    city[PREFIX + "ground"] = ground = _build_object("Ground", "ground", scene, generated)
+    city[Key.GROUND] = ground = _build_object("Ground", "ground", scene, generated)
     ground.parent = city
     return city, ground
 
@@ -48,7 +47,7 @@ def build_city(scene, name):
     number = {name: place for place, name in enumerate(dict.fromkeys(scene.surfaces.building_id))}
     numbers = np.array([number[name] for name in scene.surfaces.building_id], dtype=np.int32)
     write_face_attribute(city.data, "building", numbers[scene.triangle_surface[own]])
-    city[BUILDINGS] = list(number)
+    city[Key.BUILDINGS] = list(number)
     return city
 
 
@@ -70,7 +69,7 @@ def _build_object(name, part, scene, chosen):
     mesh.shade_flat()
     write_face_attribute(mesh, "surface", scene.triangle_surface[chosen])
     item, site = bpy.data.objects.new(name, mesh), scene.site
-    item[PREFIX + "part"], item[PREFIX + "origin"] = part, [float(value) for value in site.origin]
+    item[Key.PART], item[Key.ORIGIN] = part, [float(value) for value in site.origin]
     for key in ("latitude", "longitude", "altitude", "convergence", "crs"):
         if getattr(site, key) is not None:
             item[PREFIX + key] = getattr(site, key)
@@ -81,8 +80,8 @@ def site_of(item):
     """Origin of the mesh of a city, and the direction of its axes, in the system of its files:
     core.city.scene.Site.
     """
-    origin = [float(value) for value in item[PREFIX + "origin"]]
-    return Site(None, None, 0.0, float(item.get(PREFIX + "convergence", 0.0)), None, origin)
+    origin = [float(value) for value in item[Key.ORIGIN]]
+    return Site(None, None, 0.0, float(item.get(Key.CONVERGENCE, 0.0)), None, origin)
 
 
 def show_objects(stage, *items):
@@ -130,7 +129,7 @@ def renew_holders():
     group = bpy.data.collections.get(COLLECTION)
     if group is not None:
         for holder in (group, *bpy.data.scenes):
-            holder[TURN] = (holder.get(TURN, 0) + 1) % 2**30
+            holder[Key.TURN] = (holder.get(Key.TURN, 0) + 1) % 2**30
 
 
 def remove_objects(*items):
@@ -144,7 +143,7 @@ def suggest_buildings(operator, context, text):
     """Names of a city's buildings that have a text in them, for a property's search: list
     of str.
     """
-    names = (find_city(context.scene)[0] or {}).get(BUILDINGS, ())
+    names = (find_city(context.scene)[0] or {}).get(Key.BUILDINGS, ())
     return [name for name in names if text.lower() in name.lower()]
 
 

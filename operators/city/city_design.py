@@ -12,49 +12,30 @@ from dataclasses import dataclass
 import bpy
 
 from ...core.settings.errors import InputError
-from .attributes import PREFIX
+from .keys import Key
 from .run_step import redraw_panels
 from .session import find_session
 from .shapes import describe_ground, describe_mesh, describe_object
 from .source_objects import (
-    ADDED,
-    BESIDE,
-    IDENTITY,
     OF_OBJECTS,
-    OWNER,
-    TAKEN_FROM,
     is_in_place,
     is_seen,
     list_beside,
     list_taken,
 )
 
-# Properties of a city.
-LINEAGE = (
-    PREFIX + "lineage"
-)  # names the polygons of the files, with what was edited in the city's own mesh
-REMOVED = PREFIX + "removed"  # ids of buildings of the files that are left out, one per line
-MESH, RESHAPED = (
-    PREFIX + "shape",
-    PREFIX + "edited",
-)  # digest of its own mesh, and whether that is another one now
-# digest of its ground, and whether that is another one now
-GROUND, RELAID = PREFIX + "ground_shape", PREFIX + "ground_edited"
-FAMILY, VARIANT = (
-    PREFIX + "family",
-    PREFIX + "variant",
-)  # shared by all variants; what this one is called
-DESIGN, REDESIGNED = (
-    PREFIX + "design",
-    PREFIX + "redesigned",
-)  # digest of all else that it consists of, and whether that is another one now
-OF_CITY = (*OF_OBJECTS, IDENTITY, FAMILY, VARIANT, LINEAGE, REMOVED, DESIGN, REDESIGNED, RESHAPED)
-# Properties of an object of the user.
-PUT_AWAY = PREFIX + "put_away"  # hidden with its variant
-BUILDING = PREFIX + "building_id"  # what its building is called, where not as the object
-ORIGINAL = (
-    PREFIX + "original"
-)  # digest of the shape in which it was made of a building of the files
+# Of a city.
+OF_CITY = (
+    *OF_OBJECTS,
+    Key.IDENTITY,
+    Key.FAMILY,
+    Key.VARIANT,
+    Key.LINEAGE,
+    Key.REMOVED,
+    Key.DESIGN,
+    Key.REDESIGNED,
+    Key.EDITED,
+)
 # (`session_uid`, place of its city) of objects -> digest, until they are edited
 _known = {}
 # `session_uid` of a city -> `_Parts` as it is seen, as long as all of these are in `_known`
@@ -77,10 +58,10 @@ def begin_design(city, earlier=None):
     """Note on a new city what it consists of; what was added to an `earlier` one of the same files
     is an edit of it.
     """
-    city[IDENTITY] = city.get(IDENTITY) or earlier or uuid.uuid4().hex
-    city[LINEAGE] = uuid.uuid4().hex
-    city[REMOVED] = "\n".join(
-        sorted({item[BUILDING] for item in list_members(city) if ORIGINAL in item})
+    city[Key.IDENTITY] = city.get(Key.IDENTITY) or earlier or uuid.uuid4().hex
+    city[Key.LINEAGE] = uuid.uuid4().hex
+    city[Key.REMOVED] = "\n".join(
+        sorted({item[Key.BUILDING_ID] for item in list_members(city) if Key.ORIGINAL in item})
     )
     remember_design(city, describe_design(city, seen=None if is_in_place(city) else {}))
 
@@ -89,9 +70,9 @@ def remember_design(city, design):
     """Store on a city of what design its results are, with the shape of its own mesh and of its
     ground.
     """
-    city[MESH], city[RESHAPED] = describe_mesh(city), False
-    city[GROUND], city[RELAID] = describe_ground(city), False
-    city[DESIGN], city[REDESIGNED] = design, design != describe_design(city)
+    city[Key.SHAPE], city[Key.EDITED] = describe_mesh(city), False
+    city[Key.GROUND_SHAPE], city[Key.GROUND_EDITED] = describe_ground(city), False
+    city[Key.DESIGN], city[Key.REDESIGNED] = design, design != describe_design(city)
 
 
 def arrangement_of(scene, cities):
@@ -111,12 +92,15 @@ def arrangement_of(scene, cities):
         Of lists; equal ones mean that nothing came, went, was renamed, hidden or shown.
     """
     layer, items = scene.view_layers[0], scene.objects.values()
-    groups = [scene.collection.children.get(COLLECTION), *(city.get(TAKEN_FROM) for city in cities)]
+    groups = [
+        scene.collection.children.get(COLLECTION),
+        *(city.get(Key.TAKEN_FROM) for city in cities),
+    ]
     return (
         scene.objects.keys(),
         [item.session_uid for item in items],
         [item.visible_get(view_layer=layer) for item in items],
-        [item.get(OWNER) for item in items],
+        [item.get(Key.OWNER) for item in items],
         *(group.all_objects.keys() for group in filter(None, groups)),
     )
 
@@ -128,32 +112,32 @@ def note_edits(city, *, own=True):
     if city is None:
         return
     _parts.pop(city.session_uid, None)
-    if DESIGN not in city or not is_seen(city):
+    if Key.DESIGN not in city or not is_seen(city):
         return
     # Objects in the collection CityPV are part of a city of files; objects in a collection that a
     # city of meshes was taken from are part of this city.
     groups = [scene.collection.children.get(COLLECTION) for scene in city.users_scene]
     taken = {item for _, item, _ in list_taken(city)}
-    for group in filter(None, [city.get(TAKEN_FROM)] if is_in_place(city) else groups):
+    for group in filter(None, [city.get(Key.TAKEN_FROM)] if is_in_place(city) else groups):
         for item in set(group.all_objects) - taken:
-            if PREFIX + "part" not in item and OWNER not in item and item.type in ("MESH", "EMPTY"):
-                item[OWNER] = city[IDENTITY]
+            if Key.PART not in item and Key.OWNER not in item and item.type in ("MESH", "EMPTY"):
+                item[Key.OWNER] = city[Key.IDENTITY]
     # What was put beside it since it was imported or taken, and is not part of it.
-    added = sorted(set(list_beside(city, taken)) - set(city[BESIDE])) if BESIDE in city else []
+    added = (
+        sorted(set(list_beside(city, taken)) - set(city[Key.BESIDE])) if Key.BESIDE in city else []
+    )
     more = f" and {len(added) - 1} more are" if len(added) > 1 else " is"
-    _note_change(city, ADDED, f"{added[0]}{more} not part of the city" if added else "")
+    _note_change(city, Key.ADDED, f"{added[0]}{more} not part of the city" if added else "")
     members = list_members(city, taken)
-    if any(
-        item.mode == "EDIT" for item in filter(None, (city, city.get(PREFIX + "ground"), *members))
-    ):
+    if any(item.mode == "EDIT" for item in filter(None, (city, city.get(Key.GROUND), *members))):
         return
     if own:
-        _note_change(city, RESHAPED, describe_mesh(city) != city[MESH])
-        now, laid = describe_ground(city), city.get(GROUND)
-        _note_change(city, RELAID, bool(now and laid and now not in laid))
+        _note_change(city, Key.EDITED, describe_mesh(city) != city[Key.SHAPE])
+        now, laid = describe_ground(city), city.get(Key.GROUND_SHAPE)
+        _note_change(city, Key.GROUND_EDITED, bool(now and laid and now not in laid))
     seen, place = list_seen(city, members), _place_of(city)
     design = describe_design(city, seen=seen, known=_known)
-    _note_change(city, REDESIGNED, design != city[DESIGN])
+    _note_change(city, Key.REDESIGNED, design != city[Key.DESIGN])
     if not any(item.instance_collection for item in seen):
         names = {
             (item.session_uid, place): (name, _read_original(item, name))
@@ -171,10 +155,10 @@ def _compare_with_results(city, names, design):
     if any(original for _, original in names.values()):
         return _Parts(names, None, set())
     state = _state_of(city, names)
-    if design == city[DESIGN]:
+    if design == city[Key.DESIGN]:
         _at_results[city.session_uid] = design, state
     known, results = _at_results.get(city.session_uid, ("", None))
-    if known != city[DESIGN]:
+    if known != city[Key.DESIGN]:
         return _Parts(names, None, set())
     keys = state.keys() | results.keys()
     return _Parts(names, results, {key for key in keys if state.get(key) != results.get(key)})
@@ -182,7 +166,7 @@ def _compare_with_results(city, names, design):
 
 def _state_of(city, names):
     """Name and digest of each part of a city, and what it consists of beside them: dict."""
-    beside = city.get(LINEAGE, ""), city.get(REMOVED, "")
+    beside = city.get(Key.LINEAGE, ""), city.get(Key.REMOVED, "")
     return {"": beside} | {key: (name, _known[key]) for key, (name, _) in names.items()}
 
 
@@ -205,7 +189,7 @@ def note_touched(city, touched):
         _parts.pop(city.session_uid, None)
         return True
     objects = [one for one in touched if one.id_type == "OBJECT"]
-    ground, parts = city.get(PREFIX + "ground"), _parts.get(city.session_uid)
+    ground, parts = city.get(Key.GROUND), _parts.get(city.session_uid)
     if (
         parts is None
         or city in objects
@@ -215,7 +199,7 @@ def note_touched(city, touched):
         return False
     place = _place_of(city)
     known, results = _at_results.get(city.session_uid, ("", None))
-    if parts.results is not None and (parts.results is not results or known != city[DESIGN]):
+    if parts.results is not None and (parts.results is not results or known != city[Key.DESIGN]):
         return False
     for item in objects:
         if (key := (item.session_uid, place)) in parts.names:
@@ -223,10 +207,10 @@ def note_touched(city, touched):
             same = results is not None and results.get(key) == (parts.names[key][0], _known[key])
             (parts.edited.discard if same else parts.edited.add)(key)
     if parts.results is not None:
-        _note_change(city, REDESIGNED, bool(parts.edited))
+        _note_change(city, Key.REDESIGNED, bool(parts.edited))
         return True
     every = [(name, _known[key], original) for key, (name, original) in parts.names.items()]
-    _note_change(city, REDESIGNED, _digest_parts(city, None, every) != city[DESIGN])
+    _note_change(city, Key.REDESIGNED, _digest_parts(city, None, every) != city[Key.DESIGN])
     return True
 
 
@@ -239,19 +223,19 @@ def _note_change(city, key, value):
 
 def has_edits(city):
     """Whether a city is seen in another shape than its results are of."""
-    return bool(city.get(RESHAPED) or city.get(REDESIGNED))
+    return bool(city.get(Key.EDITED) or city.get(Key.REDESIGNED))
 
 
 def list_members(city, taken=None):
     """Objects of the user that are part of a city, seen or not, by name: those it was taken from
     (`taken`, a set of them, where it is known), and those added.
     """
-    identity, scenes = city.get(IDENTITY), city.users_scene
+    identity, scenes = city.get(Key.IDENTITY), city.users_scene
     added = {
         item
         for scene in scenes
         for item in scene.objects
-        if identity and item.get(OWNER) == identity
+        if identity and item.get(Key.OWNER) == identity
     }
     if not is_in_place(city):
         taken = set()
@@ -268,7 +252,7 @@ def list_seen(city, members=None):
     for item in list_members(city) if members is None else members:
         if not item.visible_get(view_layer=layer):
             continue
-        name = item.get(BUILDING, item.name)
+        name = item.get(Key.BUILDING_ID, item.name)
         names[item] = item.name if name in used else name  # a copy of it is another building
         used.add(names[item])
     return names
@@ -310,14 +294,14 @@ def _read_original(item, name):
     """Digest that an object had as a building of the files: str; "" if it is called otherwise, or
     none of them.
     """
-    return item.get(ORIGINAL, "") if item.get(BUILDING) == name else ""
+    return item.get(Key.ORIGINAL, "") if item.get(Key.BUILDING_ID) == name else ""
 
 
 def _digest_parts(city, lineage, parts):
     """Digest of a city from its parts, a list of (name, bytes of `describe_object`, str of
     `_read_original`): str.
     """
-    digest = hashlib.sha256((lineage or city.get(LINEAGE, "")).encode())
+    digest = hashlib.sha256((lineage or city.get(Key.LINEAGE, "")).encode())
     originals = {
         name for name, described, original in parts if original and original == described.hex()
     }
@@ -330,7 +314,7 @@ def _digest_parts(city, lineage, parts):
 
 def describe_edited(city):
     """Digest of a city as it is seen at the moment, with what was edited in its own mesh: str."""
-    return describe_design(city, next_lineage(city) if city.get(RESHAPED) else None, known=_known)
+    return describe_design(city, next_lineage(city) if city.get(Key.EDITED) else None, known=_known)
 
 
 def forget_edited(touched=None):
@@ -361,27 +345,29 @@ def forget_edited(touched=None):
 
 def removed_of(city):
     """Ids of the buildings of the files that are left out: set of str."""
-    return set(filter(None, city.get(REMOVED, "").split("\n")))
+    return set(filter(None, city.get(Key.REMOVED, "").split("\n")))
 
 
 def originals_of(city, seen):
     """Ids of the buildings that are objects of their own, and as in the files: set of str."""
-    pairs = [(item, name) for item, name in seen.items() if item.get(BUILDING) == name]
-    return {name for item, name in pairs if item.get(ORIGINAL) == describe_object(city, item).hex()}
+    pairs = [(item, name) for item, name in seen.items() if item.get(Key.BUILDING_ID) == name]
+    return {
+        name for item, name in pairs if item.get(Key.ORIGINAL) == describe_object(city, item).hex()
+    }
 
 
 def next_lineage(city):
     """Name of the polygons of a city with what was edited in its own mesh: str."""
-    return hashlib.sha256((city.get(LINEAGE, "") + describe_mesh(city)).encode()).hexdigest()
+    return hashlib.sha256((city.get(Key.LINEAGE, "") + describe_mesh(city)).encode()).hexdigest()
 
 
 def describe_edit(city):
     """What makes a city another one than what is seen, and the cure, in words: (str, str); "" if
     nothing.
     """
-    if city.get(ADDED):
-        return city[ADDED], "add it to the city, or hide it"
-    if city.get(RELAID):
+    if city.get(Key.ADDED):
+        return city[Key.ADDED], "add it to the city, or hide it"
+    if city.get(Key.GROUND_EDITED):
         return (
             "its ground was edited",
             "undo that, or classify again, which lays it anew (other terrain: a file)",
@@ -389,9 +375,9 @@ def describe_edit(city):
     cure = "press Update" if can_update(city) else "classify and trace the city again"
     if is_from_file(city):
         cure = "press Import and trace again, which goes on from its files"
-    if city.get(RESHAPED):
+    if city.get(Key.EDITED):
         return "its mesh was edited", cure
-    return ("objects of it were edited", cure) if city.get(REDESIGNED) else ("", "")
+    return ("objects of it were edited", cure) if city.get(Key.REDESIGNED) else ("", "")
 
 
 def can_update(city):
@@ -410,7 +396,7 @@ def hinders_update(city):
     """Whether something has to be done about a city before it can be updated: to what is beside it,
     or its ground.
     """
-    return bool(city.get(ADDED) or city.get(RELAID))
+    return bool(city.get(Key.ADDED) or city.get(Key.GROUND_EDITED))
 
 
 def check_unedited(city):

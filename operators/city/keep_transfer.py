@@ -11,12 +11,11 @@ from bpy.app.handlers import persistent
 
 from ...core.settings.errors import InputError
 from ...core.settings.progress import silent
-from .attributes import PREFIX
 from .city_design import check_unedited
+from .keys import Key
 from .read_settings import folder_of_answers, read_settings, state_of_step
-from .session import KEPT, Session, find_city, find_session, list_cities, open_session
+from .session import Session, find_city, find_session, list_cities, open_session
 
-HOME, PROBLEM = PREFIX + "transfer_folder", PREFIX + "transfer_problem"
 SUFFIX = ".citypv.nc"
 
 
@@ -44,14 +43,14 @@ def keep_transfers(path, *_):
                 continue
             elif kept.resolve() != target.resolve():
                 shutil.copyfile(kept, target)
-            city[KEPT], city[HOME], city[PROBLEM] = (
+            city[Key.TRANSFER_FILE], city[Key.TRANSFER_FOLDER], city[Key.TRANSFER_PROBLEM] = (
                 "//" + name,
                 str(Path(path).absolute().parent),
                 "",
             )
         except (InputError, OSError) as error:
             # The .blend itself is saved; the panel shows what is missing.
-            city[PROBLEM] = f"The traced light could not be kept: {error}"
+            city[Key.TRANSFER_PROBLEM] = f"The traced light could not be kept: {error}"
 
 
 def find_kept(city):
@@ -60,13 +59,17 @@ def find_kept(city):
 
     It is beside this .blend, or beside the one that the city was appended from.
     """
-    if city is None or not city.get(KEPT):
+    if city is None or not city.get(Key.TRANSFER_FILE):
         return None
     beside, home = (
-        Path(bpy.path.abspath(city[KEPT])),
-        Path(city.get(HOME, ""), city[KEPT].removeprefix("//")),
+        Path(bpy.path.abspath(city[Key.TRANSFER_FILE])),
+        Path(city.get(Key.TRANSFER_FOLDER, ""), city[Key.TRANSFER_FILE].removeprefix("//")),
     )
-    return home if not beside.is_file() and city.get(HOME) and home.is_file() else beside
+    return (
+        home
+        if not beside.is_file() and city.get(Key.TRANSFER_FOLDER) and home.is_file()
+        else beside
+    )
 
 
 def _has_transfer(city):
@@ -79,12 +82,10 @@ def _has_transfer(city):
 
 def describe_missing(city):
     """What the panel says of a city whose traced light was kept and is gone; "" for others."""
-    if not city or city.get(PROBLEM):
-        return city.get(PROBLEM, "") if city else ""
+    if not city or city.get(Key.TRANSFER_PROBLEM):
+        return city.get(Key.TRANSFER_PROBLEM, "") if city else ""
     kept = find_kept(city)
-    if _has_transfer(city) or (
-        kept is None and PREFIX + "diffuse_relative" not in city.data.attributes
-    ):
+    if _has_transfer(city) or (kept is None and Key.DIFFUSE_RELATIVE not in city.data.attributes):
         return ""
     if kept is None:
         return (

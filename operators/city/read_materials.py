@@ -8,9 +8,9 @@ from ...core.city.city import whole_of_cell
 from ...core.patches import materials
 from ...core.patches.materials import CLEAR, DIFFUSE, MaterialSpec
 from ...core.settings.errors import InputError
-from .attributes import PREFIX, read_array, read_face_attribute
+from .attributes import read_array, read_face_attribute
+from .keys import Key
 
-CHOICE = PREFIX + "material"  # property of a material with the user's choice
 MATERIALS = (*DIFFUSE, *CLEAR, "mirror", "glossy:0.1")  # suggestions, with an example
 # type of node -> names of its inputs for colour, metallic, roughness, transmission; or their value
 NODES = {
@@ -36,7 +36,7 @@ def name_face_materials(item, mesh):
     for place, slot in enumerate(item.material_slots[: len(slots)]):
         if slot.link == "OBJECT":
             slots[place] = slot.material
-    names = ["" if slot is None or slot.get(PREFIX + "part") else slot.name_full for slot in slots]
+    names = ["" if slot is None or slot.get(Key.PART) else slot.name_full for slot in slots]
     if not any(names):
         return [""] * len(mesh.polygons)
     chosen = read_array(mesh.polygons, "material_index", dtype=np.int32)
@@ -140,7 +140,7 @@ def read_finish(material):
     The user's choice counts before the name, and that before the shader.
     """
     # From 5.0 on, Blender stores declared properties separately from custom properties of a file.
-    choice = str(getattr(material, CHOICE, "") or material.get(CHOICE, "")).strip()
+    choice = str(getattr(material, Key.MATERIAL, "") or material.get(Key.MATERIAL, "")).strip()
     word = (
         materials.recognise_material(choice)
         or choice

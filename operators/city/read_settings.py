@@ -14,17 +14,16 @@ from ...core.settings.errors import InputError
 from ...core.settings.request import Request
 from ...core.weather.formats import FORMATS, suffixes_of_weather
 from ...core.weather.sources import ASKED_BY_KEY
-from .attributes import PREFIX
 from .city_design import describe_edit
 from .declare_settings import ELECTRIC, OF_LIGHT, name_switch, read_properties, settings_of_panel
 from .job import threads_beside_window
+from .keys import Key
 from .source_objects import is_in_place
 
 FILES_WORDS = (
     f"One of {len(FORMATS)} formats, told by their content: {', '.join(suffixes_of_weather())}"
 )
 ADDON = __package__.rpartition(".operators")[0]  # its name in Blender
-ASKED = PREFIX + "asked_"  # + step: property of a city
 STEPS = {  # step -> settings of the panel that it depends on; files keep their values in this order
     "import": ("city_path", "lod", *settings_of_panel("import")),
     "classify": (
@@ -184,8 +183,8 @@ def remember_step(city, step, settings):
     """
     order = list(STEPS)
     for later in order[order.index(step) + 1 :]:
-        city.pop(ASKED + later, None)
-    city[ASKED + step] = _describe_settings(step, settings)
+        city.pop(Key.ASKED + later, None)
+    city[Key.ASKED + step] = _describe_settings(step, settings)
 
 
 def state_of_step(city, step, settings):
@@ -195,7 +194,7 @@ def state_of_step(city, step, settings):
     """
     city = city or {}
     for name in STEPS:
-        kept = city.get(ASKED + name)
+        kept = city.get(Key.ASKED + name)
         state = "stale" if kept else "next"
         # A city of the user's own meshes depends on them, not on the settings of a file.
         same = kept == _describe_settings(name, settings) or (
@@ -206,7 +205,7 @@ def state_of_step(city, step, settings):
         if name == step:
             return state
         if state != "done":
-            return "stale" if city.get(ASKED + step) else ""
+            return "stale" if city.get(Key.ASKED + step) else ""
     raise InputError(step, "is no step", f"give {', '.join(STEPS)}")
 
 

@@ -8,11 +8,9 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ...core.settings.errors import InputError
-from .attributes import PREFIX
+from .keys import Key
 from .source_objects import is_seen
 
-KEY = PREFIX + "session"
-KEPT = PREFIX + "transfer_file"  # with the traced light, relative to the .blend
 MOST = 12  # sessions of cities that are gone, for undo
 _sessions = {}  # key -> (session, session_uid of the object)
 
@@ -44,8 +42,8 @@ def open_session(item, session):
     """Associate a session with an object, by a key that survives renaming and undo; copies of the
     object have none.
     """
-    item[KEY] = uuid.uuid4().hex
-    _sessions[item[KEY]] = session, item.session_uid
+    item[Key.SESSION] = uuid.uuid4().hex
+    _sessions[item[Key.SESSION]] = session, item.session_uid
     there = {one.session_uid for one in bpy.data.objects}
     gone = [key for key, (_, owner) in _sessions.items() if owner not in there]
     for key in gone[:-MOST]:
@@ -67,7 +65,7 @@ def find_state(state):
 def find_session(item):
     """Return the session of an object, or None if there is none (as after opening a file)."""
     session, owner = (
-        _sessions.get(item.get(KEY), (None, None)) if item is not None else (None, None)
+        _sessions.get(item.get(Key.SESSION), (None, None)) if item is not None else (None, None)
     )
     return session if owner is not None and owner == item.session_uid else None
 
@@ -81,7 +79,7 @@ def part_sessions(cities):
     cities : list of bpy.types.Object
         In the order in which they came; two do not share a file with traced light either.
     """
-    for key in (KEY, KEPT):
+    for key in (Key.SESSION, Key.TRANSFER_FILE):
         seen = set()
         for city in cities:
             if city.get(key) and city[key] in seen:
@@ -127,12 +125,12 @@ def find_city(scene):
         or [item for item in cities if is_seen(item)]
         or cities
     )
-    return (chosen[0], chosen[0].get(PREFIX + "ground")) if chosen else (None, None)
+    return (chosen[0], chosen[0].get(Key.GROUND)) if chosen else (None, None)
 
 
 def list_cities(scene):
     """All cities of a Blender scene: list of bpy.types.Object."""
-    return [item for item in scene.objects if item.get(PREFIX + "part") == "city"]
+    return [item for item in scene.objects if item.get(Key.PART) == "city"]
 
 
 def find_own_city(scene, session):
@@ -145,7 +143,7 @@ def find_own_city(scene, session):
     """
     for city in list_cities(scene) if session is not None else ():
         if find_session(city) is session:
-            return city, city.get(PREFIX + "ground")
+            return city, city.get(Key.GROUND)
     raise InputError(
         "City",
         "it was deleted or replaced while the step ran",

@@ -4,7 +4,8 @@ import hashlib
 
 import numpy as np
 
-from .attributes import PREFIX, read_array, read_corners
+from .attributes import read_array, read_corners
+from .keys import Key
 from .source_objects import MASK, WORN_COLOURS, is_in_place
 
 
@@ -48,7 +49,7 @@ def describe_ground(city):
     """Digest of a city's ground as it lies below the city: str; "" without one in the scene: then
     no other is seen.
     """
-    ground = city.get(PREFIX + "ground")
+    ground = city.get(Key.GROUND)
     if ground is None or not ground.users_scene:
         return ""
     place = np.array(ground.matrix_basis).round(4)

@@ -8,48 +8,42 @@ only the faces that they show.
 
 import numpy as np
 
-from .attributes import PREFIX, read_face_attribute
+from .attributes import read_face_attribute
+from .keys import Key
 
-TAKEN = PREFIX + "taken"  # of the city: number -> object of the user
-BUILDINGS = (
-    PREFIX + "taken_buildings"
-)  # name of the building that each is; "" if it shows no faces of its own
-TAKEN_FROM = PREFIX + "taken_from"  # the collection that they were in, where one was chosen
-WEARERS = PREFIX + "wearers"  # objects that were added to a city of files
-SEEN = PREFIX + "seen"  # whether the city is the one to be seen
 MASK = "CityPV mask"  # modifier and vertex group of a city: faces that objects show
 WORN_COLOURS = "CityPV colours"  # modifier of such an object: shows them in pictures
 OBJECT, FACE = "source_object", "source_face"  # face attributes of the city
-METRES = PREFIX + "metres"  # of one unit of Blender's scene
-IDENTITY, OWNER = (
-    PREFIX + "id",
-    PREFIX + "of",
-)  # of a city; of an object that was added to it: the same
-AGAINST = PREFIX + "against"  # of a city: the variant that it is compared with
-BESIDE, ADDED = (
-    PREFIX + "beside",
-    PREFIX + "added",
-)  # objects beside it, and what came since, in words
 # What a city has that replaces another one, of these and of all.
-OF_OBJECTS = (AGAINST, TAKEN, TAKEN_FROM, BUILDINGS, WEARERS, SEEN, METRES, BESIDE, ADDED)
+OF_OBJECTS = (
+    Key.AGAINST,
+    Key.TAKEN,
+    Key.TAKEN_FROM,
+    Key.TAKEN_BUILDINGS,
+    Key.WEARERS,
+    Key.SEEN,
+    Key.METRES,
+    Key.BESIDE,
+    Key.ADDED,
+)
 
 
 def is_in_place(city):
     """Whether a city was taken from objects of the user."""
-    return city is not None and TAKEN in city
+    return city is not None and Key.TAKEN in city
 
 
 def is_seen(city):
     """Whether a city is to be seen, by itself or on the objects it was taken from."""
-    return bool(city.get(SEEN, True)) if is_in_place(city) else city.visible_get()
+    return bool(city.get(Key.SEEN, True)) if is_in_place(city) else city.visible_get()
 
 
 def put_in_place(city, site):
     """Move a city with its ground from the scene's origin to the objects it was taken from; hide
     the city.
     """
-    city.location = [value / city[METRES] for value in site.origin]
-    city.scale = (1 / city[METRES],) * 3
+    city.location = [value / city[Key.METRES] for value in site.origin]
+    city.scale = (1 / city[Key.METRES],) * 3
     city.hide_set(True)
     city.hide_render = city.hide_select = True
 
@@ -57,7 +51,10 @@ def put_in_place(city, site):
 def list_taken(city):
     """Objects that show a city and still exist: list of (number, object, building)."""
     there = {item for scene in city.users_scene for item in scene.objects}
-    numbers, names = city.get(TAKEN) or city.get(WEARERS) or {}, list(city.get(BUILDINGS, ()))
+    numbers, names = (
+        city.get(Key.TAKEN) or city.get(Key.WEARERS) or {},
+        list(city.get(Key.TAKEN_BUILDINGS, ())),
+    )
     return [
         (int(number), item, names[int(number)]) for number, item in numbers.items() if item in there
     ]
@@ -98,7 +95,7 @@ def list_beside(city, taken=None):
     others = [
         item
         for item in seen - taken
-        if PREFIX + "part" not in item and item.get(OWNER, "") != city.get(IDENTITY)
+        if Key.PART not in item and item.get(Key.OWNER, "") != city.get(Key.IDENTITY)
     ]
     solid = [
         one

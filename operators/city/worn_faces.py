@@ -7,13 +7,10 @@ from collections import Counter
 import numpy as np
 
 from ...core.city.city import whole_of_cell
-from .attributes import PREFIX, read_face_attribute, write_face_attribute
-from .city_design import BUILDING
-from .source_objects import BUILDINGS, FACE, OBJECT, TAKEN, WEARERS, is_in_place, list_taken
+from .attributes import read_face_attribute, write_face_attribute
+from .keys import Key
+from .source_objects import FACE, OBJECT, is_in_place, list_taken
 
-POLYGONS = (
-    PREFIX + "polygons"
-)  # of an object: ids of the polygons that it was made of; a face attribute numbers them
 POLYGON = "polygon"
 
 
@@ -24,9 +21,9 @@ def name_faces(item, building):
     """
     names = [f"{building}/{face}" for face in range(len(item.data.polygons))]
     numbers = read_face_attribute(item.data, POLYGON)
-    if numbers is None or item.get(BUILDING) != building or len(numbers) != len(names):
+    if numbers is None or item.get(Key.BUILDING_ID) != building or len(numbers) != len(names):
         return names
-    kept, count = item.get(POLYGONS, "").split("\n"), Counter()
+    kept, count = item.get(Key.POLYGONS, "").split("\n"), Counter()
     for face, number in enumerate(numbers.tolist()):
         if 0 <= number < len(kept):
             count[number] += 1
@@ -38,10 +35,10 @@ def remember_wearers(city, taken):
     """Store on a city which objects show it: a list of (object, building), "" for those without
     faces of their own.
     """
-    city[TAKEN if is_in_place(city) else WEARERS] = {
+    city[Key.TAKEN if is_in_place(city) else Key.WEARERS] = {
         str(place): item for place, (item, _) in enumerate(taken)
     }
-    city[BUILDINGS] = [name for _, name in taken]
+    city[Key.TAKEN_BUILDINGS] = [name for _, name in taken]
 
 
 def write_sources(city, surface_id):

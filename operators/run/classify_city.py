@@ -10,10 +10,11 @@ from ...core.settings.progress import report_polygons
 from ..city import city_design
 from ..city.attributes import write_classes
 from ..city.build_meshes import build_meshes, remove_objects, show_objects
-from ..city.city_design import DESIGN, LINEAGE, OF_CITY
+from ..city.city_design import OF_CITY
 from ..city.job import COMPILING, compile_loops
+from ..city.keys import Key
 from ..city.read_materials import remember_materials
-from ..city.read_settings import ASKED, STEPS, read_settings, remember_step
+from ..city.read_settings import STEPS, read_settings, remember_step
 from ..city.run_step import OfCity, Step, leave_edit_mode
 from ..city.session import (
     Session,
@@ -23,7 +24,7 @@ from ..city.session import (
     find_session,
     open_session,
 )
-from ..city.source_objects import ADDED, TAKEN, WEARERS, is_in_place, put_in_place
+from ..city.source_objects import is_in_place, put_in_place
 from ..city.worn_faces import remember_wearers, write_sources
 from ..show.colour_user_meshes import uncolour_user_meshes
 from ..show.keep_report import keep_report
@@ -44,7 +45,7 @@ class ClassifyCity(OfCity, Step, bpy.types.Operator):
     def prepare(self, context):
         """Take the city as it is seen, and the settings."""
         city, ground = find_city(context.scene)
-        if city.get(ADDED):
+        if city.get(Key.ADDED):
             city_design.check_unedited(city)
         session, request = find_session(city), read_settings(context.scene.citypv)
         leave_edit_mode(context)
@@ -118,9 +119,9 @@ def show_kinds(context, before, session, findings, seen=None):
         np.subtract([scene.site.origin], [earlier.origin]), earlier.convergence
     )[0]  # [m]
     item.location = np.array(old.location) + shift
-    for key in (*OF_CITY, *(ASKED + step for step in STEPS)):
+    for key in (*OF_CITY, *(Key.ASKED + step for step in STEPS)):
         if key in old:
-            item[key] = old[key].to_dict() if key in (TAKEN, WEARERS) else old[key]
+            item[key] = old[key].to_dict() if key in (Key.TAKEN, Key.WEARERS) else old[key]
     names = old.name, old_ground.name if old_ground else "Ground"
     remove_objects(old, old_ground)
     for new, name in zip((item, ground), names, strict=True):
@@ -129,8 +130,8 @@ def show_kinds(context, before, session, findings, seen=None):
     write_classes(item, ground, scene.surfaces)
     show_objects(context.scene, item, ground)
     if seen is not None:
-        item[LINEAGE] = seen.lineage
-        item[DESIGN] = city_design.describe_design(item) if same else seen.design
+        item[Key.LINEAGE] = seen.lineage
+        item[Key.DESIGN] = city_design.describe_design(item) if same else seen.design
         there = find_objects(uid for uid, _ in seen.taken)
         remember_wearers(
             item, [(there[uid], building) for uid, building in seen.taken if uid in there]
@@ -138,7 +139,7 @@ def show_kinds(context, before, session, findings, seen=None):
     if is_in_place(item):
         put_in_place(item, scene.site)
     write_sources(item, scene.surfaces.surface_id)
-    city_design.remember_design(item, item[DESIGN])
+    city_design.remember_design(item, item[Key.DESIGN])
     session.ground_material = before.ground_material
     open_session(item, session)
     keep_report(item, scene, findings)

@@ -10,6 +10,7 @@ from ...core.settings.errors import InputError
 from ..city.attributes import CHANGE, read_corners, write_results
 from ..city.build_meshes import read_vertices, suggest_buildings
 from ..city.keep_transfer import OfTransfer, weigh
+from ..city.keys import Key
 from ..city.read_settings import remember_step
 from ..city.run_step import Action, OfCity, Step, list_views
 from ..city.session import find_own_city
@@ -17,7 +18,7 @@ from ..show.compare_results import compare_with_before
 from ..show.keep_report import find_faces
 from ..show.select_faces import select_faces
 from ..show.show_result import show_result
-from ..show.summarise import BEST, KWP, summarise_energy
+from ..show.summarise import summarise_energy
 
 
 class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
@@ -58,7 +59,7 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
             request,
         )
         text = summarise_energy(city, weather, energy, **told)
-        city[KWP] = kwp.tolist()
+        city[Key.KWP] = kwp.tolist()
         remember_step(city, "energy", context.scene.citypv)
         changed = compare_with_before(context.scene, city, ground)
         show_result(
@@ -106,4 +107,4 @@ def read_best(city):
     """Best buildings of a city, as `summarise_energy` stores them: list of tuple of str; empty
     before the energy.
     """
-    return [tuple(row.split("|")) for row in city.get(BEST, ())]
+    return [tuple(row.split("|")) for row in city.get(Key.BEST, ())]

@@ -8,16 +8,16 @@ from mathutils.geometry import tessellate_polygon
 
 from ...core.settings.errors import InputError
 from ..city import city_design
-from ..city.attributes import PREFIX, read_face_attribute, write_face_attribute
-from ..city.build_meshes import BUILDINGS, suggest_buildings
-from ..city.city_design import BUILDING, ORIGINAL, REMOVED
+from ..city.attributes import read_face_attribute, write_face_attribute
+from ..city.build_meshes import suggest_buildings
+from ..city.keys import Key
 from ..city.run_step import Action, OfCity, leave_edit_mode
 from ..city.session import find_city, find_session
 from ..city.shapes import describe_object
-from ..city.source_objects import IDENTITY, OWNER, is_in_place, list_taken
-from ..city.worn_faces import POLYGON, POLYGONS, remember_wearers, write_sources
+from ..city.source_objects import is_in_place, list_taken
+from ..city.worn_faces import POLYGON, remember_wearers, write_sources
 from ..show.colour_user_meshes import colour_user_meshes
-from ..show.select_faces import HIGHLIGHT, read_selection
+from ..show.select_faces import read_selection
 
 
 class EditAction(OfCity, Action):
@@ -47,14 +47,14 @@ class AddToCity(EditAction, bpy.types.Operator):
 
     def act(self, context, city, ground):
         """Note on the objects which city they are part of."""
-        chosen = [item for item in context.selected_objects if PREFIX + "part" not in item]
+        chosen = [item for item in context.selected_objects if Key.PART not in item]
         if not chosen:
             raise InputError(
                 "Selected objects", "there are none beside the city", "select what joins it"
             )
         for item in chosen:
-            item[OWNER] = city[IDENTITY]
-            item.pop(BUILDING, None)
+            item[Key.OWNER] = city[Key.IDENTITY]
+            item.pop(Key.BUILDING_ID, None)
         return f"Part of {city.name}: {', '.join(item.name for item in chosen)}"
 
 
@@ -73,11 +73,11 @@ class _NameBuilding:
     def invoke(self, context, event):
         """Ask for the id where none is given and no face is selected."""
         city, _ = find_city(context.scene)
-        if not self.building and city is not None and city.get(HIGHLIGHT):
+        if not self.building and city is not None and city.get(Key.HIGHLIGHT):
             numbers = np.unique(
                 read_face_attribute(city.data, "building")[read_selection(city.data)]
             )
-            self.building = city[BUILDINGS][int(numbers[0])] if len(numbers) == 1 else ""
+            self.building = city[Key.BUILDINGS][int(numbers[0])] if len(numbers) == 1 else ""
         return (
             self.execute(context)
             if self.building
@@ -118,7 +118,7 @@ class RemoveBuilding(_NameBuilding, EditAction, bpy.types.Operator):
     def act(self, context, city, ground):
         """Note it on the city; an object of it is removed."""
         for item in city_design.list_members(city):
-            if self.building and item.get(BUILDING, item.name) == self.building:
+            if self.building and item.get(Key.BUILDING_ID, item.name) == self.building:
                 bpy.data.objects.remove(item)
                 if self.building not in find_session(city).imported.building_id:
                     return f"Removed: {self.building}"
@@ -131,7 +131,7 @@ class RemoveBuilding(_NameBuilding, EditAction, bpy.types.Operator):
             - {self.building}
         ):
             raise InputError(city.name, "no building would be left", "keep one at least")
-        city[REMOVED] = "\n".join(sorted(city_design.removed_of(city) | {self.building}))
+        city[Key.REMOVED] = "\n".join(sorted(city_design.removed_of(city) | {self.building}))
         return f"Removed: {self.building}"
 
 
@@ -156,13 +156,13 @@ class EditBuilding(_NameBuilding, EditAction, bpy.types.Operator):
         for group in city.users_collection:
             group.objects.link(item)
         context.view_layer.update()
-        item[ORIGINAL] = describe_object(city, item).hex()
-        city[REMOVED] = "\n".join(sorted(city_design.removed_of(city) | {self.building}))
+        item[Key.ORIGINAL] = describe_object(city, item).hex()
+        city[Key.REMOVED] = "\n".join(sorted(city_design.removed_of(city) | {self.building}))
         taken = [(own, name) for _, own, name in list_taken(city)]
         remember_wearers(city, [*taken, (item, self.building)])
         write_sources(city, session.scene.surfaces.surface_id)
         colour_user_meshes(city)
-        city.pop(HIGHLIGHT, None)  # it would stay where the building was
+        city.pop(Key.HIGHLIGHT, None)  # it would stay where the building was
         for other in context.selected_objects:
             other.select_set(False)
         item.select_set(True)
@@ -199,6 +199,6 @@ def _make_object(city, session, building):
     write_face_attribute(mesh, POLYGON, np.array(number, np.int32))
     item = bpy.data.objects.new(building, mesh)
     item.location = (foot + np.array(city.location)).tolist()
-    item[OWNER], item[BUILDING] = city[IDENTITY], building
-    item[POLYGONS] = "\n".join(imported.surface_id[row] for row in rows)
+    item[Key.OWNER], item[Key.BUILDING_ID] = city[Key.IDENTITY], building
+    item[Key.POLYGONS] = "\n".join(imported.surface_id[row] for row in rows)
     return item

@@ -13,7 +13,7 @@ from ...core.city.city import FileContent, Polygon, take_polygons, whole_of_cell
 from ...core.settings.errors import InputError
 from ..city import attributes, city_design
 from ..city.build_meshes import site_of
-from ..city.city_design import LINEAGE, RESHAPED
+from ..city.keys import Key
 from ..city.shapes import own_modifiers
 from ..city.source_objects import is_in_place
 from .take_meshes import read_meshes
@@ -77,8 +77,8 @@ def read_edited_city(context, city, session):
         Its own mesh was turned, or faces of objects were edited in it.
     """
     context.view_layer.update()
-    seen, reshaped = city_design.list_seen(city), city.get(RESHAPED) and session.scene is not None
-    lineage = city_design.next_lineage(city) if reshaped else city.get(LINEAGE, "")
+    seen, reshaped = city_design.list_seen(city), city.get(Key.EDITED) and session.scene is not None
+    lineage = city_design.next_lineage(city) if reshaped else city.get(Key.LINEAGE, "")
     originals = set() if is_in_place(city) else city_design.originals_of(city, seen)
     read, content, taken = (
         {item: name for item, name in seen.items() if name not in originals},

@@ -13,8 +13,8 @@ import bpy
 from ...core.results.exports import MODELS, RunResults, write_exports
 from ...core.settings.errors import InputError
 from ...core.settings.progress import silent
-from ..city.city_design import VARIANT
 from ..city.keep_transfer import OfEnergy, keep_energy, with_energy
+from ..city.keys import Key
 from ..city.run_step import Step, refuse
 from ..city.session import find_city, find_session
 from ..show.show_result import find_before
@@ -111,7 +111,9 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
         path = Path(bpy.path.abspath(self.filepath or str(Path(folder, FILES[self.format][0]))))
         if not path.parent.is_dir():
             raise InputError(path.parent, "there is no such folder", "choose another")
-        names = [str(item.get(VARIANT, item.name)) for item in (before, city) if item is not None]
+        names = [
+            str(item.get(Key.VARIANT, item.name)) for item in (before, city) if item is not None
+        ]
         return session, kept, self.format, path, (earlier, names)
 
     @staticmethod

@@ -12,9 +12,9 @@ import bpy
 from ...core.read.formats import READ, SUFFIXES
 from ...core.settings.progress import report_polygons
 from ..city import source_objects
-from ..city.attributes import PREFIX
 from ..city.build_meshes import build_meshes, remove_objects, show_objects
 from ..city.city_design import begin_design
+from ..city.keys import Key
 from ..city.read_settings import (
     choose_weather,
     find_preferences,
@@ -24,10 +24,9 @@ from ..city.read_settings import (
 )
 from ..city.run_step import Step
 from ..city.session import Session, list_cities, open_session
-from ..city.source_objects import ADDED, BESIDE, IDENTITY, METRES, SEEN, TAKEN, TAKEN_FROM
 from ..city.worn_faces import remember_wearers, write_sources
 from ..show.colour_user_meshes import uncolour_user_meshes
-from ..show.keep_report import FILES, keep_report
+from ..show.keep_report import keep_report
 from ..show.show_city import show_city
 from .switch_city import show_objects_of
 
@@ -171,11 +170,11 @@ def show_import(context, city, scene, findings, taken=()):
             if source_objects.is_in_place(item)
             else set()
         )
-        same = own == own_objects and (taken or list(item.get(FILES, ())) == files)
+        same = own == own_objects and (taken or list(item.get(Key.FILES, ())) == files)
         if same:
             uncolour_user_meshes(item)
-            earlier = item.get(IDENTITY)
-            remove_objects(item, item.get(PREFIX + "ground"))
+            earlier = item.get(Key.IDENTITY)
+            remove_objects(item, item.get(Key.GROUND))
     kept = list_cities(context.scene)
     for item in kept:
         show_objects_of(item, visible=False)
@@ -184,14 +183,18 @@ def show_import(context, city, scene, findings, taken=()):
     open_session(item, Session(city=city, imported=None if taken else city))
     remember_step(item, "import", context.scene.citypv)
     if taken:
-        item[TAKEN], item[SEEN], item[METRES] = {}, True, context.scene.unit_settings.scale_length
+        item[Key.TAKEN], item[Key.SEEN], item[Key.METRES] = (
+            {},
+            True,
+            context.scene.unit_settings.scale_length,
+        )
         if context.scene.citypv.collection is not None:
-            item[TAKEN_FROM] = context.scene.citypv.collection
+            item[Key.TAKEN_FROM] = context.scene.citypv.collection
         remember_wearers(item, taken)
         source_objects.put_in_place(item, scene.site)
         write_sources(item, scene.surfaces.surface_id)
     begin_design(item, earlier)
-    item[BESIDE], item[ADDED] = (
+    item[Key.BESIDE], item[Key.ADDED] = (
         source_objects.list_beside(item),
         "",
     )  # what comes later beside it is an edit

@@ -11,16 +11,14 @@ from ...core.settings.errors import InputError, show_number
 from ...core.settings.presets import PRESET_WORDS, PRESETS
 from ...core.settings.progress import describe_duration
 from ...core.settings.request import Request
-from ..city.attributes import PREFIX
 from ..city.city_design import check_unedited
 from ..city.declare_settings import UNSET
 from ..city.job import compile_loops
+from ..city.keys import Key
 from ..city.read_settings import folder_of_answers, read_settings
 from ..city.run_step import Action, OfCity, Step
 from ..city.session import find_city, find_own_city, find_session
 
-PLAN = PREFIX + "planned"  # of a city: effect -> state, sentence
-PRICES = PREFIX + "predicted"  # of a city: preset -> seconds, error [%]
 NUMBERS = {
     "days": "days",
     "typical-days": "typical_days",
@@ -82,7 +80,7 @@ class ExplainEffect(OfCity, Action, bpy.types.Operator):
 
     bl_idname, bl_label = "citypv.explain_effect", "Explain effect"
     bl_options = {"REGISTER", "INTERNAL"}
-    needs, lacking = PLAN, "Plan the effects first"
+    needs, lacking = Key.PLANNED, "Plan the effects first"
 
     effect: bpy.props.StringProperty(name="Effect", description="Its key")
 
@@ -124,14 +122,14 @@ def keep_plan(city, decisions):
         if one["seconds"] is not None:
             parts.append(f"takes {describe_duration(one['seconds'])}")
         plan[one["key"]] = [f"{'on' if one['on'] else 'off'}: {one['extent']}", "; ".join(parts)]
-    city[PLAN] = plan
+    city[Key.PLANNED] = plan
 
 
 def read_plan(city):
     """Decisions on the effects of a city: mapping of key to (state, sentence); empty without a
     plan.
     """
-    return city.get(PLAN) or {}
+    return city.get(Key.PLANNED) or {}
 
 
 class UsePreset(Action, bpy.types.Operator):
@@ -176,7 +174,7 @@ class PredictPrices(OfScene, Step, bpy.types.Operator):
         """Store the predictions on the city."""
         session, prices = result
         city, _ = find_own_city(context.scene, session)
-        city[PRICES] = prices
+        city[Key.PREDICTED] = prices
         return "; ".join(
             f"{name.capitalize()}: {describe_price(price)}" for name, price in prices.items()
         )

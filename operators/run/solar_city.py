@@ -12,10 +12,10 @@ from ...core.read.formats import DROPPED
 from ...core.settings.errors import InputError
 from ...core.settings.progress import CancelledError, silent
 from ...core.weather.formats import suffixes_of_weather
-from ..city.read_settings import ASKED, remember_step
+from ..city.keys import Key
+from ..city.read_settings import remember_step
 from ..city.run_step import Step
 from ..city.session import Session, find_city, find_own_city, find_session
-from ..show.summarise import INTERRUPTED
 from .classify_city import ClassifyCity
 from .compute_energy import WeighEnergy
 from .import_city import CityFiles, ImportCity, show_import
@@ -102,9 +102,9 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
         else:  # the light of a first look is still to be traced
             self._show_light(context, *result)
             city, _ = find_own_city(context.scene, result[0][0])
-            city[INTERRUPTED] = TOLD
+            city[Key.INTERRUPTED] = TOLD
             for step in ("trace", "energy"):
-                city.pop(ASKED + step, None)
+                city.pop(Key.ASKED + step, None)
         self.kept.append(name)
 
     def finish(self, context, result):

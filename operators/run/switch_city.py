@@ -7,16 +7,15 @@ from pathlib import Path
 import bpy
 
 from ...core.settings.errors import InputError
-from ..city.attributes import PREFIX
 from ..city.build_meshes import read_vertices
-from ..city.city_design import FAMILY, PUT_AWAY, VARIANT, list_members
-from ..city.read_settings import ASKED, STEPS
+from ..city.city_design import list_members
+from ..city.keys import Key
+from ..city.read_settings import STEPS
 from ..city.run_step import Action, OfCity, leave_edit_mode
 from ..city.session import find_city, list_cities
-from ..city.source_objects import SEEN, is_in_place, list_taken
+from ..city.source_objects import is_in_place, list_taken
 from ..show.colour_faces import read_scale
 from ..show.colour_user_meshes import colour_user_meshes, uncolour_user_meshes
-from ..show.keep_report import FILES
 from ..show.show_city import match_view
 
 
@@ -34,12 +33,12 @@ class SwitchCity(OfCity, Action, bpy.types.Operator):
         # The chosen one last: others may have coloured the same objects.
         for item in sorted(list_cities(context.scene), key=lambda item: item == chosen):
             show_objects_of(item, visible=item == chosen)
-        taken, asked = is_in_place(chosen), chosen.get(ASKED + "import")
+        taken, asked = is_in_place(chosen), chosen.get(Key.ASKED + "import")
         if asked and not taken:  # the panel has the path again that the city was imported from
             path = literal_eval(asked)[STEPS["import"].index("city_path")]
             context.scene.citypv.city_path = path or context.scene.citypv.city_path
-        same = chosen.get(FAMILY) and chosen.get(FAMILY) == (
-            city.get(FAMILY) if city is not None else None
+        same = chosen.get(Key.FAMILY) and chosen.get(Key.FAMILY) == (
+            city.get(Key.FAMILY) if city is not None else None
         )
         match_view(context, None if taken or same else read_vertices(chosen))
 
@@ -64,17 +63,17 @@ def show_objects_of(city, *, visible):
     What was added to it comes and goes with it. The objects of the user that a city was taken from
     stay, but for a variant's; only its colours come and go.
     """
-    for item in list_members(city) if VARIANT in city or not is_in_place(city) else ():
+    for item in list_members(city) if Key.VARIANT in city or not is_in_place(city) else ():
         if not visible and item.visible_get():
-            item[PUT_AWAY] = True
+            item[Key.PUT_AWAY] = True
             put_away(item, True)
-        elif visible and item.pop(PUT_AWAY, False):
+        elif visible and item.pop(Key.PUT_AWAY, False):
             put_away(item, False)
     if is_in_place(city):
-        city[SEEN] = visible
+        city[Key.SEEN] = visible
         wanted = visible and read_scale(city) is not None and bpy.context.scene.citypv.show_colours
         (colour_user_meshes if wanted else uncolour_user_meshes)(city)
-    for item in filter(None, (None if is_in_place(city) else city, city.get(PREFIX + "ground"))):
+    for item in filter(None, (None if is_in_place(city) else city, city.get(Key.GROUND))):
         put_away(item, not visible)
         item.hide_render = not visible
 
@@ -95,7 +94,7 @@ class Retrace(OfCity, bpy.types.Operator):
 
     bl_idname, bl_label = "citypv.retrace", "Import and trace again"
     bl_options = {"REGISTER", "UNDO"}
-    needs = FILES
+    needs = Key.FILES
 
     def execute(self, context):
         """Run the steps."""
@@ -108,7 +107,7 @@ class Retrace(OfCity, bpy.types.Operator):
                 item.select_set(True)
             context.scene.citypv.collection = None
             return bpy.ops.citypv.take_meshes("INVOKE_DEFAULT")
-        paths = [Path(path) for path in city[FILES]]
+        paths = [Path(path) for path in city[Key.FILES]]
         folder = os.path.commonpath([path.parent for path in paths])
         files = [{"name": str(path.relative_to(folder))} for path in paths]
         return bpy.ops.citypv.solar_city("INVOKE_DEFAULT", files=files, directory=folder)

@@ -7,7 +7,8 @@ import numpy as np
 
 from ...core.city.city import FileContent, Polygon, Tree
 from ...core.settings.errors import InputError
-from ..city.attributes import PREFIX, read_array, read_corners
+from ..city.attributes import read_array, read_corners
+from ..city.keys import Key
 from ..city.read_materials import name_face_materials
 from ..city.read_settings import read_settings
 from ..city.run_step import Step, leave_edit_mode
@@ -71,7 +72,7 @@ def _find_items(context):
     chosen = context.scene.citypv.collection
     items = context.selected_objects if chosen is None else chosen.all_objects
     name = "Selected objects" if chosen is None else f"Collection {chosen.name}"
-    return name, [item for item in items if not item.get(PREFIX + "part")]
+    return name, [item for item in items if not item.get(Key.PART)]
 
 
 def read_meshes(name, items, context, *, named=None, frame=None):

@@ -12,13 +12,14 @@ from ...core.settings.errors import count_of
 from ...core.settings.progress import SUN_STAGE
 from ..city.attributes import RESULTS, write_results
 from ..city.job import COMPILING
+from ..city.keys import Key
 from ..city.read_materials import read_finishes, remember_materials
 from ..city.read_settings import remember_step
 from ..city.run_step import Step, leave_edit_mode
 from ..city.session import Session, find_city, find_own_city, find_session
 from ..show.keep_report import keep_report
 from ..show.show_result import show_result
-from ..show.summarise import INTERRUPTED, OF_ENERGY, summarise_albedo
+from ..show.summarise import OF_ENERGY, summarise_albedo
 from .plan_trace import OfScene, keep_plan, prepare_weather
 
 SUNS_PER_DAY = 12
@@ -138,10 +139,10 @@ def keep_light(context, session, found, findings, albedos):
     session.weather, session.transfer, session.base = found.weather, transfer, found.base
     session.base_city = None
     interrupted = transfer.record.interrupted
-    city[INTERRUPTED] = (
+    city[Key.INTERRUPTED] = (
         "Interrupted: kept {suns_traced} of {of} suns".format(**interrupted) if interrupted else ""
     )
-    return city[INTERRUPTED]
+    return city[Key.INTERRUPTED]
 
 
 def read_goal(seeing, request):
@@ -181,6 +182,6 @@ def show_round(context, session, transfer, energy):
     if find_session(city) is not session:
         return  # the user switched to another city
     write_results(city, ground, transfer, energy)
-    city[INTERRUPTED] = ""
+    city[Key.INTERRUPTED] = ""
     chosen = context.scene.citypv.attribute
     show_result(context, city, ground, chosen if chosen in RESULTS else "full_load_hours")

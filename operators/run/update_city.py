@@ -9,12 +9,11 @@ import bpy
 import numpy as np
 
 from ..city import city_design
-from ..city.attributes import CHANGE, PREFIX, write_results, write_surface_values
-from ..city.city_design import REDESIGNED
+from ..city.attributes import CHANGE, write_results, write_surface_values
+from ..city.keys import Key
 from ..city.read_settings import read_settings
 from ..city.run_step import OfCity, Step, leave_edit_mode, redraw_panels
 from ..city.session import Session, find_city, find_own_city, find_session, find_state, list_cities
-from ..show.build_legend import PREVIEW
 from ..show.compare_results import KeepBefore, values_of_surfaces
 from ..show.show_result import BEFORE, find_before, show_result
 from .classify_city import show_kinds
@@ -138,7 +137,7 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         city, ground = find_own_city(context.scene, draft)
         before = dict(zip(ids, earlier.tolist(), strict=True))
         change = hours - [before.get(name, np.nan) for name in draft.scene.surfaces.surface_id]
-        city[REDESIGNED], city[PREVIEW] = True, "an estimate; exact numbers follow"
+        city[Key.REDESIGNED], city[Key.PREVIEW] = True, "an estimate; exact numbers follow"
         write_surface_values(city, ground, HOURS, hours)
         write_surface_values(city, ground, CHANGE + HOURS, change)
         show_result(context, city, ground, CHANGE + HOURS)
@@ -161,7 +160,7 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         keep_light(context, *traced)
         UpdateCity.tried = None
         text = WeighEnergy.finish(self, context, (known, *energy))
-        find_city(context.scene)[0].pop(PREVIEW, None)
+        find_city(context.scene)[0].pop(Key.PREVIEW, None)
         return text + again
 
 
@@ -234,7 +233,7 @@ def _renew_before(item, earlier):
     from ...core.results.compare_runs import describe_light
 
     session = find_session(item)
-    if item is None or session is None or item.get(PREFIX + "part") != BEFORE:
+    if item is None or session is None or item.get(Key.PART) != BEFORE:
         return ""  # a variant that is shown itself keeps its hours
     write_results(item, None, earlier.transfer, earlier.energy)
     session.base, session.transfer, session.energy = earlier.base, earlier.transfer, earlier.energy

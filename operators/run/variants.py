@@ -9,17 +9,17 @@ from string import ascii_uppercase
 import bpy
 
 from ...core.settings.errors import InputError
-from ..city.attributes import CHANGE, PREFIX
+from ..city.attributes import CHANGE
 from ..city.build_meshes import remove_objects
-from ..city.city_design import BUILDING, FAMILY, VARIANT, list_members, list_seen
+from ..city.city_design import list_members, list_seen
+from ..city.keys import Key
 from ..city.read_settings import read_settings
 from ..city.run_step import Action, OfCity, leave_edit_mode
 from ..city.session import find_session, open_session
-from ..city.source_objects import AGAINST, IDENTITY, OWNER, list_taken
+from ..city.source_objects import list_taken
 from ..city.worn_faces import remember_wearers
 from ..show.compare_results import compare_with_before, find_variants
 from ..show.show_result import show_result
-from ..show.summarise import KWP
 from .switch_city import find_named, show_objects_of
 from .update_city import tell_errors
 
@@ -28,27 +28,29 @@ class NewVariant(OfCity, Action, bpy.types.Operator):
     """Go on with a copy of the city and its objects; the present one stays, to compare with"""
 
     bl_idname, bl_label = "citypv.new_variant", "New variant"
-    needs, lacking = KWP, "Compute the energy first"
+    needs, lacking = Key.KWP, "Compute the energy first"
 
     def act(self, context, city, ground):
         """Copy, and show the copy."""
         leave_edit_mode(context)
-        city[FAMILY] = city.get(FAMILY) or city[IDENTITY]
+        city[Key.FAMILY] = city.get(Key.FAMILY) or city[Key.IDENTITY]
         copy = _copy_variant(city, ground)
-        for item in (copy,) if VARIANT in city else (city, copy):
-            used = {one.get(VARIANT) for one in find_variants(context.scene, item) if one != item}
-            item[VARIANT] = next(
+        for item in (copy,) if Key.VARIANT in city else (city, copy):
+            used = {
+                one.get(Key.VARIANT) for one in find_variants(context.scene, item) if one != item
+            }
+            item[Key.VARIANT] = next(
                 (letter for letter in ascii_uppercase if letter not in used), f"{len(used) + 1}"
             )
         show_objects_of(city, visible=False)
         show_objects_of(copy, visible=True)
         context.view_layer.update()
-        own, shown = copy.get(PREFIX + "ground"), context.scene.citypv.attribute
+        own, shown = copy.get(Key.GROUND), context.scene.citypv.attribute
         # What is seen as colours is the change against the variant that it was copied from: none so
         # far.
         if compare_with_before(context.scene, copy, own) and shown.startswith(CHANGE):
             show_result(context, copy, own, shown)
-        return f"Variant {copy[VARIANT]}, compared with {city[VARIANT]}"
+        return f"Variant {copy[Key.VARIANT]}, compared with {city[Key.VARIANT]}"
 
 
 class CompareVariant(OfCity, Action, bpy.types.Operator):
@@ -61,7 +63,7 @@ class CompareVariant(OfCity, Action, bpy.types.Operator):
     def act(self, context, city, ground):
         """Write and show the difference, with the errors of the rays that both share."""
         other = find_named(context.scene, self.name)
-        city[AGAINST] = other[IDENTITY]
+        city[Key.AGAINST] = other[Key.IDENTITY]
         session, earlier = find_session(city), find_session(other)
         if session is not None and session.energy is not None and earlier is not None:
             session.change = tell_errors(
@@ -72,7 +74,7 @@ class CompareVariant(OfCity, Action, bpy.types.Operator):
                 other.name, "it has no energy, or is of another city", "compute the energy of both"
             )
         show_result(context, city, ground, CHANGE + "full_load_hours")
-        return f"{city.get(VARIANT, city.name)} less {other.get(VARIANT, other.name)}"
+        return f"{city.get(Key.VARIANT, city.name)} less {other.get(Key.VARIANT, other.name)}"
 
 
 class DeleteVariant(OfCity, Action, bpy.types.Operator):
@@ -89,9 +91,9 @@ class DeleteVariant(OfCity, Action, bpy.types.Operator):
         others = [item for item in find_variants(context.scene, gone) if item != gone]
         if not others:
             raise InputError(gone.name, "it is the only variant", "keep it")
-        text = gone.get(VARIANT, gone.name)
-        own = [item for item in list_members(gone) if OWNER in item]
-        remove_objects(gone, gone.get(PREFIX + "ground"), *own)
+        text = gone.get(Key.VARIANT, gone.name)
+        own = [item for item in list_members(gone) if Key.OWNER in item]
+        remove_objects(gone, gone.get(Key.GROUND), *own)
         if gone == city:
             show_objects_of(others[-1], visible=True)
         return f"Deleted: variant {text}"
@@ -113,13 +115,13 @@ def _copy_variant(city, ground):
         for group in item.users_collection:
             group.objects.link(copies[item])
     copy = copies[city]
-    copy[IDENTITY], copy[AGAINST] = uuid.uuid4().hex, city[IDENTITY]
+    copy[Key.IDENTITY], copy[Key.AGAINST] = uuid.uuid4().hex, city[Key.IDENTITY]
     if ground is not None:
-        copy[PREFIX + "ground"], copies[ground].parent = copies[ground], copy
+        copy[Key.GROUND], copies[ground].parent = copies[ground], copy
     for item in members:
-        copies[item][OWNER], copies[item][BUILDING] = (
-            copy[IDENTITY],
-            names.get(item, item.get(BUILDING, item.name)),
+        copies[item][Key.OWNER], copies[item][Key.BUILDING_ID] = (
+            copy[Key.IDENTITY],
+            names.get(item, item.get(Key.BUILDING_ID, item.name)),
         )
     remember_wearers(copy, [(copies[item], building) for _, item, building in list_taken(city)])
     if find_session(city) is not None:

@@ -9,9 +9,9 @@ from bpy.app.handlers import persistent
 
 from ...core.settings.errors import InputError
 from ..city import city_design, session
-from ..city.attributes import PREFIX
 from ..city.build_meshes import remove_objects, renew_holders
 from ..city.keep_transfer import keep_transfers
+from ..city.keys import Key
 from ..city.read_settings import read_settings
 from ..city.run_step import Step
 from ..city.source_objects import is_seen, list_taken
@@ -61,7 +61,7 @@ def _follow_edits(scene, graph):
         session.part_sessions(sorted(every, key=lambda city: city.session_uid))
     cities = session.list_cities(scene)
     for city in cities:
-        ground = city.get(PREFIX + "ground")
+        ground = city.get(Key.GROUND)
         city_design.note_edits(
             city, own=bool(touched & {city, city.data, ground, ground and ground.data})
         )
@@ -76,7 +76,7 @@ def remove_left_grounds():
     cities = {
         city.session_uid: city for scene in bpy.data.scenes for city in session.list_cities(scene)
     }
-    grounds = {uid: city.get(PREFIX + "ground") for uid, city in cities.items()}
+    grounds = {uid: city.get(Key.GROUND) for uid, city in cities.items()}
     if gone := _grounds.keys() - cities.keys():
         found = session.find_objects(_grounds[city] for city in gone)
         left = set(found.values()) - set(grounds.values())

@@ -7,21 +7,19 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..city.attributes import CHANGE, PREFIX, RESULTS
+from ..city.attributes import CHANGE, RESULTS
 from ..city.build_meshes import remove_objects
 from ..city.city_design import describe_edit
+from ..city.keys import Key
 from .colour_faces import MATERIAL, colours_of_values, linear_colour, start_emission, write_colours
-from .summarise import INTERRUPTED
 
 INK = "23282d"
 DISTANCE = 1.0  # of the legend's plane in front of the camera [m]
 COLLECTION = "CityPV legend"
 FONT = "Inter.woff2"
-PREVIEW = PREFIX + "preview"  # of an edit, as text
-MOMENT = PREFIX + "moment"  # of the timeline, as text
 NOTES = {
-    "energy": PREFIX + "weather",
-    "timeline": MOMENT,
+    "energy": Key.WEATHER,
+    "timeline": Key.MOMENT,
 }  # property of the city, by owner of the attribute
 
 # Layout in fractions of the picture's height, from its lower left corner.
@@ -75,12 +73,12 @@ def note_of(city, attribute):
     weather, moment.
     """
     owner = RESULTS[attribute].owner if attribute in RESULTS else ""
-    earlier = city.get(PREVIEW) or ("before the last edit" if describe_edit(city)[0] else "")
+    earlier = city.get(Key.PREVIEW) or ("before the last edit" if describe_edit(city)[0] else "")
     grey = (
         "grey: new, or below two standard errors" if attribute == CHANGE + "full_load_hours" else ""
     )
     of_result = city.get(NOTES[owner], "") if owner in NOTES else ""
-    kept = city.get(INTERRUPTED, "") if owner in ("transfer", "energy") else ""
+    kept = city.get(Key.INTERRUPTED, "") if owner in ("transfer", "energy") else ""
     return "; ".join(filter(None, (earlier, grey, kept, of_result)))
 
 
@@ -137,7 +135,7 @@ class _Page:
     def _hang(self, name, data, material, x, y):
         data.materials.append(material)
         item = bpy.data.objects.new(name, data)
-        item[PREFIX + "part"], item.parent, item.hide_select = "legend", self.camera, True
+        item[Key.PART], item.parent, item.hide_select = "legend", self.camera, True
         across, up = self.middle[:2].tolist()
         item.location = (
             across + (x - self.width / 2) * self.scale,

@@ -30,12 +30,9 @@ from ..city.attributes import (
     read_array,
     read_face_attribute,
 )
+from ..city.keys import Key
 
 MATERIAL, GROUND_MATERIAL = "CityPV colours", "CityPV ground"
-COLOUR_ATTRIBUTE = PREFIX + "colour"
-RANGE = (
-    PREFIX + "range_"
-)  # + attribute: property of a city with the ends of its scale, where they are not the values'
 # One colour per code, safe for colour-blind viewers: M. Okabe and K. Ito (2008).
 CLASS_COLOURS = {
     "kind": {
@@ -173,7 +170,7 @@ def colour_faces(city, ground, attribute, ends=None, colour_map="viridis"):
         problem = f"its faces have no {TITLES[attribute].lower()} yet"
         raise InputError(city.name, problem, "run the step that computes it")
     areas = read_array(city.data.polygons, "area")
-    ends = ends or city.get(RANGE + attribute)
+    ends = ends or city.get(Key.RANGE + attribute)
     if attribute.startswith(CHANGE):
         errors = (
             read_face_attribute(city.data, CHANGE_ERROR)
@@ -197,7 +194,7 @@ def colour_faces(city, ground, attribute, ends=None, colour_map="viridis"):
     paint_mesh(city.data, values, scale)
     for key in ("attribute", "low", "high"):
         city[f"{PREFIX}colour_{key}"] = getattr(scale, key)
-    city[PREFIX + "colour_map"] = colour_map
+    city[Key.COLOUR_MAP] = colour_map
     if ground is not None:
         # Neutral grey with ambient occlusion, so that narrow streets and courtyards appear darker.
         nodes, links, colour = start_emission(GROUND_MATERIAL, ground.data)
@@ -215,18 +212,18 @@ def paint_mesh(mesh, values, scale):
     """
     nodes, links, colour = start_emission(MATERIAL, mesh)
     attribute = nodes.new("ShaderNodeAttribute")
-    attribute.attribute_type, attribute.attribute_name = "GEOMETRY", COLOUR_ATTRIBUTE
+    attribute.attribute_type, attribute.attribute_name = "GEOMETRY", Key.COLOUR
     links.new(attribute.outputs["Color"], colour)
     write_colours(mesh, colours_of_values(scale, values))
 
 
 def read_scale(city):
     """Read the scale that an object was coloured with, or None."""
-    attribute = city.get(PREFIX + "colour_attribute")
+    attribute = city.get(Key.COLOUR_ATTRIBUTE)
     if attribute is None:
         return None
-    low, high = city[PREFIX + "colour_low"], city[PREFIX + "colour_high"]
-    return build_scale(attribute, low, high, city[PREFIX + "colour_map"])
+    low, high = city[Key.COLOUR_LOW], city[Key.COLOUR_HIGH]
+    return build_scale(attribute, low, high, city[Key.COLOUR_MAP])
 
 
 def show_exact_colours(scene):
@@ -251,7 +248,7 @@ def start_emission(name, mesh=None):
     colour's input.
     """
     material = bpy.data.materials.get(name) or bpy.data.materials.new(name)
-    material[PREFIX + "part"] = "colours"  # not a building material
+    material[Key.PART] = "colours"  # not a building material
     nodes, links, output = start_nodes(material, "ShaderNodeOutputMaterial")
     emission = nodes.new("ShaderNodeEmission")
     links.new(emission.outputs["Emission"], output.inputs["Surface"])
@@ -267,9 +264,9 @@ def write_colours(mesh, colours):
     """Write colours of faces, (f, 3) sRGB in 0–1, as one per corner, which solid view and materials
     show.
     """
-    attribute = mesh.color_attributes.get(COLOUR_ATTRIBUTE)
+    attribute = mesh.color_attributes.get(Key.COLOUR)
     if attribute is None:
-        attribute = mesh.color_attributes.new(COLOUR_ATTRIBUTE, "BYTE_COLOR", "CORNER")
+        attribute = mesh.color_attributes.new(Key.COLOUR, "BYTE_COLOR", "CORNER")
     corners = read_array(mesh.polygons, "loop_total", dtype=np.int32)
     rgba = np.insert(np.repeat(colours, corners, axis=0), 3, 1.0, axis=1).astype(np.float32)
     attribute.data.foreach_set("color_srgb", rgba.ravel())

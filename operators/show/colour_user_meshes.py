@@ -13,16 +13,11 @@ import numpy as np
 
 from ..city import attributes, source_objects
 from ..city.attributes import PREFIX
+from ..city.keys import Key
 from ..city.source_objects import MASK, WORN_COLOURS
-from .colour_faces import COLOUR_ATTRIBUTE, MATERIAL, write_colours
+from .colour_faces import MATERIAL, write_colours
 
-BEFORE = PREFIX + "active_colour"  # of a mesh: the colour attribute that the user had chosen
 # Of an object that a coloured copy stands for: how it was drawn, and whether not in pictures.
-HIDDEN, LEFT_OUT = PREFIX + "drawn_as", PREFIX + "left_out"
-WORN = PREFIX + "worn"  # of a city: its colours are shown
-STAND_INS = (
-    PREFIX + "stand_ins"
-)  # of a city: what the panel says of objects that have no faces of their own
 FEW = 3  # names shown
 
 
@@ -49,9 +44,9 @@ def colour_user_meshes(city):
             own[triangles] = True
         elif item.get("tree") is None:
             names.append(item.name)
-            if HIDDEN not in item:
-                item[HIDDEN], item.display_type = item.display_type, "WIRE"
-                item[LEFT_OUT], item.hide_render = item.hide_render, True
+            if Key.DRAWN_AS not in item:
+                item[Key.DRAWN_AS], item.display_type = item.display_type, "WIRE"
+                item[Key.LEFT_OUT], item.hide_render = item.hide_render, True
     _mask_faces(city, own)
     if source_objects.is_in_place(city):
         city.hide_render = bool(own.all())
@@ -61,7 +56,7 @@ def colour_user_meshes(city):
         "lines around a coloured copy, as instances, shared meshes, modifiers or cells have no "
         "faces of their own"
     )
-    city[WORN], city[STAND_INS] = True, f"{some}: {reason}" if names else ""
+    city[Key.WORN], city[Key.STAND_INS] = True, f"{some}: {reason}" if names else ""
 
 
 def uncolour_user_meshes(city):
@@ -73,23 +68,23 @@ def uncolour_user_meshes(city):
         if WORN_COLOURS in item.modifiers:
             item.modifiers.remove(item.modifiers[WORN_COLOURS])
         colours = item.data.color_attributes
-        if COLOUR_ATTRIBUTE in colours:
-            colours.remove(colours[COLOUR_ATTRIBUTE])
-        if BEFORE in item.data:
-            colours.active_color_name = item.data[BEFORE]
-            del item.data[BEFORE]
+        if Key.COLOUR in colours:
+            colours.remove(colours[Key.COLOUR])
+        if Key.ACTIVE_COLOUR in item.data:
+            colours.active_color_name = item.data[Key.ACTIVE_COLOUR]
+            del item.data[Key.ACTIVE_COLOUR]
         item.data.update()
     if source_objects.is_in_place(city):
         city.hide_set(True)
         city.hide_render = True
-    city[WORN], city[STAND_INS] = False, ""
+    city[Key.WORN], city[Key.STAND_INS] = False, ""
 
 
 def draw_as_before(item):
     """Draw an object as before a coloured copy stood for it, where one does."""
-    if HIDDEN in item:
-        item.display_type = item.pop(HIDDEN)
-        item.hide_render = bool(item.pop(LEFT_OUT, item.hide_render))
+    if Key.DRAWN_AS in item:
+        item.display_type = item.pop(Key.DRAWN_AS)
+        item.hide_render = bool(item.pop(Key.LEFT_OUT, item.hide_render))
 
 
 def _show_in_pictures(item):
@@ -120,7 +115,7 @@ def _read_results(mesh):
         if attribute.name.startswith(PREFIX) and attribute.domain == "FACE"
     ]
     values = {name: attributes.read_face_attribute(mesh, name) for name in names}
-    given = mesh.color_attributes.get(COLOUR_ATTRIBUTE)
+    given = mesh.color_attributes.get(Key.COLOUR)
     if given is None:
         return values, None
     # The city's faces are triangles.
@@ -146,8 +141,8 @@ def _write_on_mesh(mesh, triangles, faces, values, colours):
         missing = -1 if of_city.dtype.kind == "i" else np.nan
         attributes.write_face_attribute(mesh, name, np.where(part < 0, missing, of_city[part]))
     if colours is not None:
-        if COLOUR_ATTRIBUTE not in mesh.color_attributes:
-            mesh[BEFORE] = mesh.color_attributes.active_color_name
+        if Key.COLOUR not in mesh.color_attributes:
+            mesh[Key.ACTIVE_COLOUR] = mesh.color_attributes.active_color_name
         write_colours(mesh, np.where(part[:, None] < 0, 0.6, colours[part]))
     mesh.update()
 

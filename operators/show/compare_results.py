@@ -10,12 +10,11 @@ import numpy as np
 from ...core.settings.errors import InputError, count_of, show_end, show_number
 from ..city import attributes, build_meshes
 from ..city.attributes import CHANGE, CHANGE_ERROR, COMPARED, KIND_CODES, PREFIX
-from ..city.build_meshes import BUILDINGS
-from ..city.city_design import FAMILY, RESHAPED, check_unedited
+from ..city.city_design import check_unedited
+from ..city.keys import Key
 from ..city.run_step import Action, OfCity
 from ..city.session import find_city, find_session, list_cities, open_session
 from .show_result import BEFORE, find_before, has_result, show_before, show_result
-from .summarise import COMPARISON, FOUND, KWP
 
 COPIED = (
     "totals",
@@ -43,7 +42,7 @@ def compare_with_before(stage, city, ground):
         With results.
     """
     before, match = find_before(stage, city), None
-    if before is not None and KWP in before and KWP in city:
+    if before is not None and Key.KWP in before and Key.KWP in city:
         from ...core.results import compare_runs
 
         (olds, old_rows, old_shapes), (news, rows, shapes) = (
@@ -52,7 +51,7 @@ def compare_with_before(stage, city, ground):
         )
         match = compare_runs.match_shapes(old_shapes, shapes)  # (n,) row of `olds`, -1 for new ones
     if match is None or not (match >= 0).any():
-        for key in (COMPARISON, FOUND):
+        for key in (Key.COMPARED, Key.MATCHED):
             city.pop(key, None)
         attributes.remove_face_attributes(
             city, ground, CHANGE_ERROR, *(CHANGE + name for name in COMPARED)
@@ -61,11 +60,11 @@ def compare_with_before(stage, city, ground):
     known = _errors_of_surfaces(before, city, rows)
     table, count, matched = (
         compare_runs.compare_surfaces(olds, news, match, known),
-        len(city[KWP]),
+        len(city[Key.KWP]),
         match >= 0,
     )
     for name in COMPARED:
-        earlier = values_of_surfaces(before, name, len(before[KWP]))[old_rows[match[matched]]]
+        earlier = values_of_surfaces(before, name, len(before[Key.KWP]))[old_rows[match[matched]]]
         change = np.full(count, np.nan)
         change[rows[matched]] = values_of_surfaces(city, name, count)[rows[matched]] - earlier
         attributes.write_surface_values(city, ground, CHANGE + name, change)
@@ -80,9 +79,9 @@ def compare_with_before(stage, city, ground):
             _tell_change(row["building_id"], row) for row in buildings.to_dict("records")
         ],
     }
-    city[COMPARISON] = json.dumps(tables)
+    city[Key.COMPARED] = json.dumps(tables)
     new, gone = int((~matched).sum()), len(olds) - int(matched.sum())
-    city[FOUND] = (
+    city[Key.MATCHED] = (
         f"{count_of(int(matched.sum()), 'surface')} matched by shape; grey: {new:,} new, and changes below \
 two standard errors"
         + (f"; {gone:,} are gone" if gone else "")
@@ -127,18 +126,18 @@ def _read_state(item, city):
         )
         for name in ("center", "normal")
     )
-    site = build_meshes.site_of(item if PREFIX + "origin" in item else city)
+    site = build_meshes.site_of(item if Key.ORIGIN in item else city)
     shapes = np.column_stack([bring_to_grid(middle, site), np.sqrt(np.bincount(own, area)), normal])
     hours, error = (
         attributes.read_face_attribute(mesh, name)[first]
         for name in (HOURS, HOURS + "_standard_error")
     )
-    kwp = np.array(item[KWP])[rows]
+    kwp = np.array(item[Key.KWP])[rows]
     table = tell_yields(
         np.where(kwp > 0, kwp / 1000, np.nan), hours.astype(float), error.astype(float)
     )
     names, words = (
-        np.array(list(item[BUILDINGS]), dtype=object),
+        np.array(list(item[Key.BUILDINGS]), dtype=object),
         {code: kind for kind, code in KIND_CODES.items()},
     )
     table.insert(0, "building_id", names[attributes.read_face_attribute(mesh, "building")[first]])
@@ -168,11 +167,11 @@ def _errors_of_surfaces(before, city, rows):
 
 def find_variants(stage, city):
     """All variants of a city in a Blender scene, itself among them: list of bpy.types.Object."""
-    family = city.get(FAMILY)
+    family = city.get(Key.FAMILY)
     return [
         item
         for item in list_cities(stage)
-        if item == city or (family and item.get(FAMILY) == family)
+        if item == city or (family and item.get(Key.FAMILY) == family)
     ]
 
 
@@ -242,12 +241,12 @@ class KeepBefore(OfCity, Action, bpy.types.Operator):
     """Keep the present result as "before": every later result is shown as the difference from it"""
 
     bl_idname, bl_label = "citypv.keep_before", "Keep as before"
-    needs, lacking = KWP, "Compute the energy first"
+    needs, lacking = Key.KWP, "Compute the energy first"
 
     def act(self, context, city, ground):
         """Keep a copy of the city, hidden, in place of an earlier one."""
         session, name = find_session(city), f"{city.name} before"
-        if not city.get(RESHAPED):
+        if not city.get(Key.EDITED):
             item = bpy.data.objects.new(name, city.data.copy())
         elif session is None or session.energy is None:
             return check_unedited(city)
@@ -261,7 +260,7 @@ class KeepBefore(OfCity, Action, bpy.types.Operator):
         for key in (PREFIX + name for name in COPIED):
             if key in city:
                 item[key] = city[key]
-        item[PREFIX + "part"] = BEFORE
+        item[Key.PART] = BEFORE
         build_meshes.show_objects(context.scene, item)
         show_before(item, visible=False)
         if session is not None:

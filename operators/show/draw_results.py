@@ -16,8 +16,9 @@ import numpy as np
 from mathutils import Matrix
 
 from ...core.settings.errors import InputError
-from ..city.attributes import PREFIX, write_classes, write_results
+from ..city.attributes import write_classes, write_results
 from ..city.build_meshes import build_meshes, read_vertices, show_objects
+from ..city.keys import Key
 from ..city.run_step import Action, OfCity, leave_edit_mode, list_views
 from ..city.session import find_city
 from ..city.source_objects import MASK, is_in_place
@@ -140,7 +141,7 @@ def stage_picture(context, view="overview"):
     stage = bpy.data.scenes.get(SCENE) or bpy.data.scenes.new(SCENE)
     for item in list(stage.collection.objects):
         stage.collection.objects.unlink(item)
-        if item.get(PREFIX + "part") == "picture":
+        if item.get(Key.PART) == "picture":
             bpy.data.objects.remove(item)
     for item in filter(None, (city, ground)):
         shown = item
@@ -148,7 +149,7 @@ def stage_picture(context, view="overview"):
             # Objects of the user show all of a city that was taken from them, or some of its faces;
             # the picture, without them, shows a copy with the whole mesh.
             shown = item.copy()
-            shown[PREFIX + "part"], shown.hide_render = "picture", False
+            shown[Key.PART], shown.hide_render = "picture", False
             if MASK in shown.modifiers:
                 shown.modifiers.remove(shown.modifiers[MASK])
         stage.collection.objects.link(shown)
@@ -232,7 +233,7 @@ class RenderCity(OfCity, Action, bpy.types.Operator):
     """Render the coloured city with its legend in the scene "CityPV picture", beside yours"""
 
     bl_idname, bl_label = "citypv.render", "Render picture"
-    needs, lacking = PREFIX + "colour_attribute", "Colour the faces first"
+    needs, lacking = Key.COLOUR_ATTRIBUTE, "Colour the faces first"
 
     view: bpy.props.EnumProperty(
         name="View", description="Where the picture is taken from", items=VIEWS

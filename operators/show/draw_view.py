@@ -12,13 +12,13 @@ import numpy as np
 from gpu_extras.batch import batch_for_shader
 
 from ..city.attributes import read_array, read_corners
+from ..city.keys import Key
 from ..city.session import find_city
 from ..city.source_objects import is_in_place, is_seen
 from .build_legend import note_of
 from .colour_faces import colours_of_values, read_scale
-from .colour_user_meshes import WORN
 from .probe_faces import CURVES, read_charts
-from .select_faces import HIGHLIGHT, read_selection
+from .select_faces import read_selection
 
 PAPER = (0.95, 0.95, 0.94, 0.94)  # background; all colours here are sRGB with alpha
 BAR = (0.90, 0.62, 0.0, 1.0)  # colours that colour-blind viewers tell apart (Okabe and Ito)
@@ -49,7 +49,7 @@ def _find_coloured(switch):
     city, _ = find_city(context.scene)
     if city is None or not context.space_data.overlay.show_overlays:
         return None
-    return city if (city.get(WORN) if is_in_place(city) else city.visible_get()) else None
+    return city if (city.get(Key.WORN) if is_in_place(city) else city.visible_get()) else None
 
 
 def _draw_legend():
@@ -209,7 +209,7 @@ def _draw_highlight():
     """Draw the highlight of the city in the current 3D view, if it has one."""
     scene = bpy.context.scene
     city, _ = find_city(scene)
-    if city is None or not city.get(HIGHLIGHT) or city.mode != "OBJECT" or not is_seen(city):
+    if city is None or not city.get(Key.HIGHLIGHT) or city.mode != "OBJECT" or not is_seen(city):
         return
     # Corners of the selected triangles, lifted off them a little: the city's faces are triangles.
     mesh, chosen = city.data, read_selection(city.data)

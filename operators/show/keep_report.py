@@ -8,12 +8,10 @@ import bpy
 import numpy as np
 
 from ...core.settings.errors import InputError, count_of, list_some, show_number
-from ..city.attributes import KIND_CODES, ORIENTATION_CODES, PREFIX, read_face_attribute
-from ..city.build_meshes import BUILDINGS
+from ..city.attributes import KIND_CODES, ORIENTATION_CODES, read_face_attribute
+from ..city.keys import Key
 from ..city.run_step import Action, OfCity
-from .summarise import ALBEDOS, GROUPS, INTERRUPTED, PLACE, UNREAD, WEATHER
 
-REPORT, FILES, ROWS = (PREFIX + name for name in ("report", "files", "report_rows"))
 NAMES_SHOWN = 3
 TEXT = "CityPV report"
 
@@ -28,8 +26,8 @@ def keep_report(item, scene, findings):
     scene : core.city.scene.Scene
     findings : list of core.list_findings.Finding
     """
-    item[FILES] = [str(path) for path in scene.report.files]
-    item[REPORT] = lines = _describe_import(scene)
+    item[Key.FILES] = [str(path) for path in scene.report.files]
+    item[Key.REPORT] = lines = _describe_import(scene)
     surfaces, rows = scene.surfaces, []
     pairs = np.char.add(
         np.char.add(surfaces.kind.astype(str), " "), surfaces.orientation.astype(str)
@@ -48,7 +46,7 @@ def keep_report(item, scene, findings):
             chosen = np.flatnonzero(words == name)
             if len(chosen) or name == "all":
                 rows.append(_build_row(heading, name, chosen, float(surfaces.area[chosen].sum())))
-    item[ROWS] = rows + [
+    item[Key.REPORT_ROWS] = rows + [
         _build_row(f.heading, f.reason, f.surfaces, f.area, f.names) for f in findings
     ]
     return f"Read {lines[1]}"
@@ -112,7 +110,7 @@ def read_rows(item, heading=None):
     """Rows of an object's report, of one heading or of all: mappings with key, heading, name,
     count, area, ids.
     """
-    return [row for row in item.get(ROWS, ()) if heading in (None, row["heading"])]
+    return [row for row in item.get(Key.REPORT_ROWS, ()) if heading in (None, row["heading"])]
 
 
 def find_row(item, key):
@@ -140,11 +138,11 @@ def find_faces(item, key):
     """
     heading, _, name = key.partition("/")
     if heading == "building":
-        if name not in item.get(BUILDINGS, ()):
+        if name not in item.get(Key.BUILDINGS, ()):
             raise InputError(
                 item.name, f"it has no building {name!r}", "see the report for building ids"
             )
-        chosen, wanted = "building", [list(item[BUILDINGS]).index(name)]
+        chosen, wanted = "building", [list(item[Key.BUILDINGS]).index(name)]
     else:
         chosen, wanted = "surface", np.array(find_row(item, key)["surfaces"])
     faces = read_face_attribute(item.data, chosen)
@@ -163,24 +161,24 @@ def _write_out(item):
     """Write the complete report as text: the city, weather and hours, albedos, and groups with all
     ids.
     """
-    lines = [*item.get(FILES, ()), *item.get(REPORT, ())]
-    if WEATHER in item or item.get(ALBEDOS):
+    lines = [*item.get(Key.FILES, ()), *item.get(Key.REPORT, ())]
+    if Key.WEATHER in item or item.get(Key.ALBEDOS):
         lines.append("")
-    if WEATHER in item:
+    if Key.WEATHER in item:
         lines.append(
-            f"Weather: {'; '.join(item[key] for key in (WEATHER, PLACE) if item.get(key))}"
+            f"Weather: {'; '.join(item[key] for key in (Key.WEATHER, Key.WEATHER_PLACE) if item.get(key))}"
         )
     hours, albedo = (
         "Full load hours per year (group, surfaces, hours)",
         "Albedo (material, albedo, surfaces)",
     )
-    for title, rows in ((hours, item.get(GROUPS)), (albedo, item.get(ALBEDOS))):
+    for title, rows in ((hours, item.get(Key.GROUPS)), (albedo, item.get(Key.ALBEDOS))):
         if rows:
             lines += [
                 title,
                 *("    {:<32}{:>8}{:>10}".format(*row.split("|")).rstrip() for row in rows),
             ]
-    lines += [item[key] for key in (UNREAD, INTERRUPTED) if item.get(key)]
+    lines += [item[key] for key in (Key.UNREAD, Key.INTERRUPTED) if item.get(key)]
     for row in read_rows(item):
         lines += [
             "",

@@ -9,18 +9,15 @@ from bpy_extras.view3d_utils import region_2d_to_origin_3d, region_2d_to_vector_
 from mathutils.bvhtree import BVHTree
 
 from ...core.settings.errors import InputError
-from ..city.attributes import PREFIX, read_face_attribute
+from ..city.attributes import read_face_attribute
 from ..city.keep_transfer import OfEnergy, keep_energy, with_energy
+from ..city.keys import Key
 from ..city.run_step import Action, leave_edit_mode, list_views
 from ..city.session import find_city
 from ..city.source_objects import list_taken
 from .select_faces import gather_selection, select_faces
 
-PROBE = PREFIX + "probe"
 NEAR = 0.1  # [m] from what is hit to the city's own face
-CHARTS = (
-    PREFIX + "charts"
-)  # property of the city: 12 months [MWh], then 24 hours for each of `CURVES` [kW]
 CURVES = {"year": range(1, 13), "June": (6,), "December": (12,)}
 MOST = 1000  # surfaces whose hours are computed for the day curve
 
@@ -81,12 +78,12 @@ class ProbeFaces(OfEnergy, Action, bpy.types.Operator):
         if not chosen.any():
             raise InputError(city.name, "no faces are selected", "select faces, or click on one")
         rows = np.unique(surface[np.isin(building, building[chosen]) if self.whole else chosen])
-        city[PROBE], city[CHARTS] = (
+        city[Key.PROBE], city[Key.CHARTS] = (
             describe_surfaces(session, rows),
             _chart_surfaces(session, rows).tolist(),
         )
         select_faces(context, city, np.isin(surface, rows))
-        return ", ".join(line.replace("|", " ") for line in city[PROBE])
+        return ", ".join(line.replace("|", " ") for line in city[Key.PROBE])
 
 
 def _find_region(context, event):
@@ -214,7 +211,7 @@ def _chart_surfaces(session, rows):
 
 def read_charts(city):
     """Months (12,) [MWh] and curves (3, 24) [kW] of what was probed last, or None."""
-    if city is None or CHARTS not in city:
+    if city is None or Key.CHARTS not in city:
         return None
-    values = np.array(city[CHARTS])
+    values = np.array(city[Key.CHARTS])
     return values[:12], values[12:].reshape(len(CURVES), 24)

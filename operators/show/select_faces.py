@@ -7,13 +7,11 @@ import numpy as np
 
 from ...core.settings.errors import InputError, count_of, list_some
 from ..city import source_objects
-from ..city.attributes import PREFIX, read_array, read_face_attribute
-from ..city.build_meshes import BUILDINGS
+from ..city.attributes import read_array, read_face_attribute
+from ..city.keys import Key
 from ..city.run_step import Action, OfCity, leave_edit_mode
 from ..city.session import find_city
 from .keep_report import describe_row, find_faces, read_rows
-
-HIGHLIGHT = PREFIX + "highlight"  # property of the object: its selected faces are drawn over
 
 
 def select_faces(context, item, chosen):
@@ -52,7 +50,7 @@ def select_faces(context, item, chosen):
             context.view_layer.objects.active = own
     _mark_faces(item.data, chosen)
     context.tool_settings.mesh_select_mode = (False, False, True)
-    item[HIGHLIGHT] = True
+    item[Key.HIGHLIGHT] = True
 
 
 def gather_selection(context, item):
@@ -63,7 +61,7 @@ def gather_selection(context, item):
     """
     edited = set(context.objects_in_mode) if context.mode == "EDIT_MESH" else set()
     leave_edit_mode(context)
-    if not source_objects.is_in_place(item) or (item.get(HIGHLIGHT) and not edited):
+    if not source_objects.is_in_place(item) or (item.get(Key.HIGHLIGHT) and not edited):
         return read_selection(item.data)
     chosen = np.zeros(len(item.data.polygons), bool)
     for own, building, rows, faces in source_objects.list_worn(item):
@@ -132,7 +130,7 @@ class DeselectFaces(OfCity, Action, bpy.types.Operator):
         """Deselect."""
         leave_edit_mode(context)
         _mark_faces(city.data, np.zeros(len(city.data.polygons), dtype=bool))
-        city.pop(HIGHLIGHT, None)
+        city.pop(Key.HIGHLIGHT, None)
 
 
 class SelectBuildings(OfCity, Action, bpy.types.Operator):
@@ -148,5 +146,5 @@ class SelectBuildings(OfCity, Action, bpy.types.Operator):
         if not len(wanted):
             raise InputError(city.name, "no faces are selected", "select faces in edit mode")
         select_faces(context, city, np.isin(building, wanted))
-        names = list_some([city[BUILDINGS][k] for k in wanted.tolist()])
+        names = list_some([city[Key.BUILDINGS][k] for k in wanted.tolist()])
         return f"{count_of(len(wanted), 'building')}: {names}"

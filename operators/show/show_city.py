@@ -7,10 +7,10 @@ import numpy as np
 from mathutils import Matrix, Vector
 
 from ...core.results.colour_map import GROUND
-from ..city.attributes import PREFIX
+from ..city.keys import Key
 from ..city.run_step import list_views
 from ..city.session import find_city
-from .colour_faces import COLOUR_ATTRIBUTE, linear_colour, start_nodes
+from .colour_faces import linear_colour, start_nodes
 
 CAMERA = "CityPV camera"
 LENS, SENSOR_WIDTH = 60.0, 36.0  # [mm]
@@ -25,10 +25,6 @@ MARGIN_SIDE, MARGIN_TOP, MARGIN_BOTTOM = (
     0.05,
     0.20,
 )  # of the frame's half width and half height
-SHADING, TRANSFORM = (
-    PREFIX + "shading_before",
-    PREFIX + "transform_before",
-)  # properties of the scene
 VIEW_WIDTH = 72.0  # [mm] of the sensor of a 3D view, along its longer side
 KEPT = ("type", "light", "color_type", "show_cavity", "show_object_outline")
 
@@ -153,9 +149,7 @@ def match_view(context, points=None):
     """
     city, _ = find_city(context.scene)
     if city is not None:
-        coloured = (
-            COLOUR_ATTRIBUTE in city.data.color_attributes and context.scene.citypv.show_colours
-        )
+        coloured = Key.COLOUR in city.data.color_attributes and context.scene.citypv.show_colours
         show_city(context, points, shaded=not coloured)
 
 
@@ -164,20 +158,20 @@ def keep_shading(context):
     for area in list_views(context)[:1]:
         shading = area.spaces.active.shading
         if (shading.light, shading.color_type) != ("FLAT", "VERTEX"):
-            context.scene[SHADING] = {name: getattr(shading, name) for name in KEPT}
-            context.scene[TRANSFORM] = context.scene.view_settings.view_transform
+            context.scene[Key.SHADING_BEFORE] = {name: getattr(shading, name) for name in KEPT}
+            context.scene[Key.TRANSFORM_BEFORE] = context.scene.view_settings.view_transform
 
 
 def give_back_shading(context):
     """Shade the 3D views as `keep_shading` found them."""
-    kept = context.scene.get(SHADING)
+    kept = context.scene.get(Key.SHADING_BEFORE)
     if not kept:
         match_view(context)
         return
     for area in list_views(context):
         for name in KEPT:
             setattr(area.spaces.active.shading, name, kept[name])
-    context.scene.view_settings.view_transform = context.scene[TRANSFORM]
+    context.scene.view_settings.view_transform = context.scene[Key.TRANSFORM_BEFORE]
 
 
 def look_at(area, points):

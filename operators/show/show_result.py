@@ -8,13 +8,13 @@ import numpy as np
 
 from ...core.settings.errors import InputError
 from ..city.attributes import CHANGE, PREFIX, read_face_attribute
+from ..city.keys import Key
 from ..city.read_materials import remember_materials
 from ..city.run_step import Action, OfCity, leave_edit_mode
 from ..city.session import find_city, find_session, list_cities
-from ..city.source_objects import AGAINST, IDENTITY, list_taken
+from ..city.source_objects import list_taken
 from .colour_faces import build_scale, colour_faces, paint_mesh, read_scale, show_exact_colours
 from .colour_user_meshes import colour_user_meshes, uncolour_user_meshes
-from .select_faces import HIGHLIGHT
 from .show_city import give_back_shading, keep_shading, show_city
 
 BEFORE = "before"  # part of the object that is kept as *before*
@@ -43,9 +43,9 @@ def show_result(context, city, ground, attribute):
         The faces do not have this result.
     """
     settings = context.scene.citypv
-    city.pop(HIGHLIGHT, None)  # of what was selected or probed on another map
+    city.pop(Key.HIGHLIGHT, None)  # of what was selected or probed on another map
     # Ends that were given for another result mean nothing for this one.
-    own = not settings.auto_range and city.get(PREFIX + "colour_attribute") == attribute
+    own = not settings.auto_range and city.get(Key.COLOUR_ATTRIBUTE) == attribute
     ends = (settings.low, settings.high) if own else None
     if own and not settings.low < settings.high:
         raise InputError(
@@ -82,7 +82,7 @@ def show_colours(context, city):
 def follow_switch(settings, context):
     """Show or take off the colours when the switch *Colours* changes."""
     city, _ = find_city(context.scene)
-    if not _state["quiet"] and city is not None and PREFIX + "colour_attribute" in city:
+    if not _state["quiet"] and city is not None and Key.COLOUR_ATTRIBUTE in city:
         leave_edit_mode(context)
         show_colours(context, city)
 
@@ -95,7 +95,7 @@ def follow_choice(settings, context):
     city, ground = find_city(context.scene)
     if _state["quiet"] or city is None or not has_result(city, settings.attribute):
         return
-    same = city.get(PREFIX + "colour_attribute") == settings.attribute
+    same = city.get(Key.COLOUR_ATTRIBUTE) == settings.attribute
     if same and not settings.auto_range and not settings.low < settings.high:
         return
     leave_edit_mode(context)
@@ -114,7 +114,7 @@ class ColourCity(OfCity, Action, bpy.types.Operator):
     """Colour the faces by the chosen result"""
 
     bl_idname, bl_label = "citypv.colour", "Colour faces"
-    needs, lacking = PREFIX + "kind", "Classify the city first"
+    needs, lacking = Key.KIND, "Classify the city first"
 
     def act(self, context, city, ground):
         """Colour the faces, and store the range used."""
@@ -130,11 +130,11 @@ def find_before(stage, city=None):
     -------
     bpy.types.Object or None
     """
-    against = city.get(AGAINST) if city is not None else None
+    against = city.get(Key.AGAINST) if city is not None else None
     for item in list_cities(stage) if against else ():
-        if item != city and item.get(IDENTITY) == against:
+        if item != city and item.get(Key.IDENTITY) == against:
             return item
-    return next((item for item in stage.objects if item.get(PREFIX + "part") == BEFORE), None)
+    return next((item for item in stage.objects if item.get(Key.PART) == BEFORE), None)
 
 
 def show_before(item, *, visible, scale=None):

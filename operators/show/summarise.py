@@ -4,23 +4,21 @@ groups.
 
 import numpy as np
 
-from ..city.attributes import PREFIX
+from ..city.keys import Key
 
-GROUPS, WEATHER, PLACE, TOTALS, ALBEDOS, UNREAD, INTERRUPTED = (
-    PREFIX + name
-    for name in ("groups", "weather", "weather_place", "totals", "albedos", "unread", "interrupted")
+OF_ENERGY = (
+    Key.GROUPS,
+    Key.WEATHER,
+    Key.WEATHER_PLACE,
+    Key.TOTALS,
+    Key.ENERGY_TOTALS,
+    Key.KWP,
+    Key.COMPARED,
+    Key.MATCHED,
+    Key.BEST,
+    Key.PROBE,
+    Key.CHARTS,
 )
-ENERGY = PREFIX + "energy_totals"  # [MWh per year] of the same rows
-KWP = PREFIX + "kwp"  # of each surface
-COMPARISON, FOUND = (
-    PREFIX + "compared",
-    PREFIX + "matched",
-)  # before and after: tables as JSON, and a sentence
-BEST = (
-    PREFIX + "best"
-)  # buildings with the most energy: id, power [kWp], energy [MWh per year], P50 and P90 of years
-OF_ENERGY = (GROUPS, WEATHER, PLACE, TOTALS, ENERGY, KWP, COMPARISON, FOUND, BEST)
-OF_ENERGY += tuple(PREFIX + name for name in ("probe", "charts"))
 MOST = 20  # of the best buildings
 SHOWN = ("kwp", "mwh_per_year", "full_load_hours")  # of sum_potential, in the table of totals
 
@@ -45,12 +43,12 @@ def summarise_energy(item, weather, energy, *, place, whole, buildings):
     from ...core.results.read_results import kind_title
 
     totals = {"All": whole} | {kind_title(kind): one for kind, one in whole["kinds"].items()}
-    item[ENERGY] = {name: total["mwh_per_year"] for name, total in totals.items()}
+    item[Key.ENERGY_TOTALS] = {name: total["mwh_per_year"] for name, total in totals.items()}
     rows = [
         "|".join([name, *("–" if total[key] is None else f"{total[key]:,.0f}" for key in SHOWN)])
         for name, total in totals.items()
     ]
-    item[TOTALS] = rows + [
+    item[Key.TOTALS] = rows + [
         f"P{share} of {energy.years:g} years|–|{value:,.0f}|–"
         for share in (50, 90)
         if (value := whole.get(f"p{share}_mwh_per_year")) is not None
@@ -58,7 +56,7 @@ def summarise_energy(item, weather, energy, *, place, whole, buildings):
     annual = (
         energy.capacity_factor.sum(axis=0) * energy.interval.total_seconds() / 3600 / energy.years
     )
-    item[GROUPS] = [
+    item[Key.GROUPS] = [
         f"{kind} {orientation}|{count}|{value:,.0f}"
         for (kind, orientation), count, value in zip(
             energy.groups, energy.group_count, annual, strict=True
@@ -71,11 +69,11 @@ def summarise_energy(item, weather, energy, *, place, whole, buildings):
         .reindex(columns=columns)
         .dropna(axis=1)
     )
-    item[BEST] = [
+    item[Key.BEST] = [
         "|".join([name.replace("|", "/"), *(f"{one:,.1f}" for one in row)])
         for name, *row in best.itertuples(index=False, name=None)
     ]
-    item[WEATHER], item[PLACE] = weather.label, place
+    item[Key.WEATHER], item[Key.WEATHER_PLACE] = weather.label, place
     mean = np.average(annual, weights=energy.group_area) if len(annual) else 0.0
     told = "; ".join(filter(None, (weather.label, place)))
     return f"Full load hours of the eligible area: {mean:.0f} h per year ({told})"
@@ -99,5 +97,5 @@ def summarise_albedo(item, rows, unread):
         law = f"{row['albedo']:.3f}" if row["law"] == "lambertian" else row["reflects"]
         count = f"{row['surfaces']:,}" if "surfaces" in row else ""
         told.append(f"{name}|{law}|{count}")
-    item[ALBEDOS] = told
-    item[UNREAD] = f"Materials without a known albedo: {', '.join(unread)}" if unread else ""
+    item[Key.ALBEDOS] = told
+    item[Key.UNREAD] = f"Materials without a known albedo: {', '.join(unread)}" if unread else ""

@@ -9,15 +9,14 @@ from bpy.app.handlers import persistent
 from mathutils import Vector
 
 from ..city import attributes
-from ..city.attributes import PREFIX
 from ..city.build_meshes import remove_objects, show_objects
 from ..city.keep_transfer import OfTransfer, keep_energy, with_energy
+from ..city.keys import Key
 from ..city.run_step import Action, Step
 from ..city.session import find_city, find_own_city, find_session
 from ..city.source_objects import is_in_place
-from .build_legend import MOMENT
-from .colour_faces import RANGE, colours_of_values, read_scale, start_nodes, write_colours
-from .colour_user_meshes import WORN, colour_user_meshes
+from .colour_faces import colours_of_values, read_scale, start_nodes, write_colours
+from .colour_user_meshes import colour_user_meshes
 from .show_result import has_result, show_result
 
 FRAMES, HOURS = 288, 24
@@ -65,7 +64,7 @@ class StartTimeline(OfTransfer, Step, bpy.types.Operator):
         attributes.write_results(city, ground, session.transfer, session.energy)
         session.timeline = session.energy, timeline
         for name, end in zip(TIMED, ends, strict=True):
-            city[RANGE + name] = 0.0, end
+            city[Key.RANGE + name] = 0.0, end
         stage, seeing = context.scene, context.scene.citypv_seeing
         if not seeing.timeline:
             seeing.frames_before = stage.frame_start, stage.frame_end, stage.frame_current
@@ -76,7 +75,7 @@ class StartTimeline(OfTransfer, Step, bpy.types.Operator):
         seeing.timeline = True
         _show_moment(stage)
         show_result(context, city, ground, seeing.timeline_show)
-        return city[MOMENT]
+        return city[Key.MOMENT]
 
 
 class StopTimeline(Action, bpy.types.Operator):
@@ -164,19 +163,19 @@ def _show_moment(stage):
     values = timeline.irradiance(moment), timeline.hours_by_month[:, moment // HOURS]
     for name, of_surfaces in zip(TIMED, values, strict=True):
         attributes.write_surface_values(city, ground, name, of_surfaces)
-    shown = city.get(PREFIX + "colour_attribute")
+    shown = city.get(Key.COLOUR_ATTRIBUTE)
     if shown in TIMED:
         write_colours(
             city.data,
             colours_of_values(read_scale(city), attributes.read_face_attribute(city.data, shown)),
         )
-        if is_in_place(city) and city.get(WORN):
+        if is_in_place(city) and city.get(Key.WORN):
             colour_user_meshes(city)
     _light_scene(
         stage, timeline.direction[moment].tolist(), timeline.dni[moment], timeline.dhi[moment]
     )
-    city[MOMENT] = describe_moment(timeline, moment)
-    return city[MOMENT]
+    city[Key.MOMENT] = describe_moment(timeline, moment)
+    return city[Key.MOMENT]
 
 
 def _light_scene(stage, direction, dni, dhi):
@@ -192,7 +191,7 @@ def _light_scene(stage, direction, dni, dhi):
     up = direction[2] > 0
     if SUN not in bpy.data.objects:
         lamp = bpy.data.objects.new(SUN, bpy.data.lights.new(SUN, "SUN"))
-        lamp.data.angle, lamp[PREFIX + "part"] = ANGLE, "sun"
+        lamp.data.angle, lamp[Key.PART] = ANGLE, "sun"
         show_objects(stage, lamp)
     lamp = bpy.data.objects[SUN]
     lamp.rotation_euler = Vector(direction).to_track_quat("Z", "Y").to_euler()

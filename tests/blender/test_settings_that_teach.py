@@ -15,9 +15,10 @@ from citypv.core.effects.table import TABLE
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import declared_settings
 from citypv.operators.city import read_settings as read_settings_module
+from citypv.operators.city.keys import Key
 from citypv.operators.city.read_settings import folder_of_answers, read_settings, state_of_step
 from citypv.operators.city.run_step import in_panel_words
-from citypv.operators.run.plan_trace import PRICES, find_preset, read_plan
+from citypv.operators.run.plan_trace import find_preset, read_plan
 
 # Operators of a row.
 INNER = {
@@ -96,7 +97,7 @@ def test_plan_and_predictions_of_a_city(addon, city_file):
     assert plan["temperature"][0].startswith("on")
     assert bpy.ops.citypv.explain_effect(effect="reflections") == {"FINISHED"}
     refuse("explain_effect", "'wind' is no effect", effect="wind")
-    prices = city[PRICES]
+    prices = city[Key.PREDICTED]
     assert list(prices) == ["draft", "standard", "reference"]
     assert prices["draft"][0] < prices["reference"][0]
     assert prices["draft"][1] > prices["reference"][1] > 0
