@@ -13,7 +13,7 @@ from ..rays.sample_points import HEMISPHERE_REPLICATES
 NONE, ONE = np.float32(0), np.float32(1)
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=True, inline="always")
 def _merge_row(row, rows, shift, met, weight):
     """Count the rays of one patch that hit the same place; a place is a key without its last bits.
 
@@ -114,7 +114,9 @@ def add_elements(rows, scale, product, radiosity, shift):
         total[:] = 0
         for entry in range(start[row], start[row + 1]):
             total[(key[entry] >> shift) & (len(total) - 1)] += radiosity[key[entry] >> to_cell]
-        product[chosen[row]] += share[chosen[row]] * total
+        own, one_ray = product[chosen[row]], share[chosen[row]]
+        for column in range(len(total)):  # a sum of slices takes numba two seconds to compile
+            own[column] += one_ray * total[column]
 
 
 @njit(nogil=True, cache=True)
@@ -132,7 +134,9 @@ def add_steps(rows, scale, product, radiosity):
             total[replicate] += met[0]
             total[replicate + HEMISPHERE_REPLICATES] += met[1]
             total[2 * HEMISPHERE_REPLICATES] += met[2]
-        product[chosen[row]] += share[chosen[row]] * total
+        own, one_ray = product[chosen[row]], share[chosen[row]]
+        for column in range(len(total)):
+            own[column] += one_ray * total[column]
 
 
 @njit(nogil=True, cache=True)

@@ -128,7 +128,8 @@ def _follow_rays(city, covered, rays):
     """
     ray_scene, patches, (origins, directions, start_cells) = city.ray_scene, city.patches, rays
     hits = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3))
-    fate, upwards = np.empty(start_cells.shape, np.uint8), np.moveaxis(directions, -1, 0)
+    fate = np.empty(start_cells.shape, np.uint8)
+    upwards = np.ascontiguousarray(np.moveaxis(directions, -1, 0))
     classify_rays(hits.triangle.reshape(fate.shape), upwards, patches.facing, fate)
     within = np.flatnonzero(covered.any(axis=1))
     fate[within] = _darken_rays(fate[within], start_cells[within].astype(np.intp), covered[within])

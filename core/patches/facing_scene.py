@@ -61,10 +61,10 @@ class FacingScene(LeafyScene):
         places = super().trace_places(ray_origins, ray_directions)
         if len(self.coincident):
             _turn_to_fronts(
-                tuple(vars(self.coincident).values()), self._kinds, ray_directions, tuple(places)
+                tuple(vars(self.coincident).values()), self._kinds, ray_directions.T, tuple(places)
             )
         if self._other_side is not None:
-            _turn_sheets(self._other_side, self._kinds[0], ray_directions, tuple(places))
+            _turn_sheets(self._other_side, self._kinds[0], ray_directions.T, tuple(places))
         return places
 
     def trace_as_drawn(self, ray_origins, ray_directions):
@@ -76,7 +76,7 @@ class FacingScene(LeafyScene):
         if len(self.coincident):
             kinds = self._kinds[0], self._none
             _turn_to_fronts(
-                tuple(vars(self.coincident).values()), kinds, ray_directions, tuple(places)
+                tuple(vars(self.coincident).values()), kinds, ray_directions.T, tuple(places)
             )
         return places
 
@@ -113,13 +113,9 @@ def _place_on(places, entry, b1, b2):
 
 
 @njit(nogil=True, cache=True, inline="always")
-def _runs_along(facing, face, direction):
-    """Whether a ray hits the back of a face, as in `meets_back`."""
-    along = (
-        direction[0] * facing[face, 0]
-        + direction[1] * facing[face, 1]
-        + direction[2] * facing[face, 2]
-    )
+def _runs_along(facing, face, x, y, z):
+    """Whether a ray in a direction hits the back of a face, as in `meets_back`."""
+    along = x * facing[face, 0] + y * facing[face, 1] + z * facing[face, 2]
     return along + facing[face, 3] > 0
 
 
@@ -134,7 +130,7 @@ def _turn_to_fronts(pairs, kinds, directions, hits):
         Of `Coincident`.
     kinds : tuple of (p, 4) float32 and (p,) bool
         `facing` and `receives` of `Patches`.
-    directions : (m, 3) float32
+    directions : (3, m) float32
     hits : tuple of (m,) int32, (m,) float32 and (m,) float32
         Changed in place.
     """
@@ -143,15 +139,16 @@ def _turn_to_fronts(pairs, kinds, directions, hits):
         met = hit[ray]
         if met < 0 or start[met] == start[met + 1]:
             continue
+        east, north, up = directions[0, ray], directions[1, ray], directions[2, ray]
         # A front that receives light keeps the hit, unless an earlier one does so too; a back gives
         # it to the first front, or else to the first face of all.
-        front = receives[met] and not _runs_along(facing, met, directions[ray])
+        front = receives[met] and not _runs_along(facing, met, east, north, up)
         chosen, x, y = met, b1[ray], b2[ray]
         for entry in range(start[met], start[met + 1]):  # in ascending order
             face = other[entry]
             if front and face >= chosen:
                 break
-            lit = receives[face] and not _runs_along(facing, face, directions[ray])
+            lit = receives[face] and not _runs_along(facing, face, east, north, up)
             if lit or (not front and face < chosen):
                 lies_there, c1, c2 = _place_on(places, entry, b1[ray], b2[ray])
                 if lies_there:
@@ -171,16 +168,18 @@ def _turn_sheets(other_side, facing, directions, hits):
     other_side : (p,) int32
         Of `Patches`.
     facing : (p, 4) float32
-    directions : (m, 3) float32
+    directions : (3, m) float32
     hits : tuple of (m,) int32, (m,) float32 and (m,) float32
         Changed in place.
     """
     hit, b1, b2 = hits
     for ray in range(len(hit)):
         met = hit[ray]
-        if met >= 0 and other_side[met] >= 0 and _runs_along(facing, met, directions[ray]):
-            # The other side has the same corners in reverse order, so its weights change places.
-            hit[ray], b1[ray], b2[ray] = other_side[met], b2[ray], b1[ray]
+        if met >= 0 and other_side[met] >= 0:
+            x, y, z = directions[0, ray], directions[1, ray], directions[2, ray]
+            if _runs_along(facing, met, x, y, z):
+                # The other side has the same corners in reverse order, so its weights change places.
+                hit[ray], b1[ray], b2[ray] = other_side[met], b2[ray], b1[ray]
 
 
 @njit(nogil=True, cache=True)
@@ -193,9 +192,10 @@ def _list_doubles(pairs, kinds, hits):
     for ray in range(len(hit)):
         # Faces in one place with the one that was hit, that face its way and hold the point.
         met = hit[ray]
+        x, y, z = facing[met, 0], facing[met, 1], facing[met, 2]
         for entry in range(start[met], start[met + 1]):
             face = other[entry]
-            lit = receives[face] and facing[face, 3] == 0 and _runs_along(facing, face, facing[met])
+            lit = receives[face] and facing[face, 3] == 0 and _runs_along(facing, face, x, y, z)
             if lit and _place_on(places, entry, b1[ray], b2[ray])[0]:
                 row.append(ray)
                 doubles.append(face)
@@ -282,7 +282,7 @@ def _middle_of_overlap(places):
     return middle
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=True, inline="always")
 def _cut_off(corners, count, edge, clipped):
     """Clip a convex polygon of `count` corners, in barycentric weights, to the inner side of an
     edge.

@@ -169,7 +169,7 @@ def _boxes_meet(boxes, one, other):
     return True
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=True, inline="always")
 def _lies_in_plane(corners, normal, one, other, reach):
     """Whether all corners of a triangle lie within `reach` of the plane of another."""
     for point in range(3):
@@ -181,7 +181,7 @@ def _lies_in_plane(corners, normal, one, other, reach):
     return True
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=True, inline="always")
 def _separated(corners, normal, one, other, reach):
     """Whether an edge of one of two triangles separates them up to `reach`, seen along the normal
     of the first.
@@ -220,7 +220,7 @@ def _reach_along(corners, one, a0, a1, a2):
     return low, high
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=True, inline="always")
 def _bucket_of_cell(x, y, z, mask):
     """Hash bucket of a cell; collisions only cost time."""
     # The bits of the cell's three numbers are stirred until all depend on all.
@@ -228,6 +228,12 @@ def _bucket_of_cell(x, y, z, mask):
     word = (word ^ (word >> np.uint64(29)) ^ np.uint64(y)) * np.uint64(0xBF58476D1CE4E5B9)
     word = (word ^ (word >> np.uint64(32)) ^ np.uint64(z)) * np.uint64(0x94D049BB133111EB)
     return np.int64((word ^ (word >> np.uint64(31))) & mask)
+
+
+@njit(nogil=True, cache=True, inline="always")
+def _cell_along(place, size):
+    """Number of the cell, along one axis, that holds a coordinate [m]."""
+    return np.int64(np.floor(place / size))
 
 
 @njit(nogil=True, cache=True)
@@ -246,10 +252,10 @@ def _touch_cells(box, size, mask, touched):
     touched : (27,) int64
     """
     # All cells between the corners of the box, each bucket once.
-    found, low, high = 0, np.floor(box[:3] / size), np.floor(box[3:] / size)
-    for x in range(np.int64(low[0]), np.int64(high[0]) + 1):
-        for y in range(np.int64(low[1]), np.int64(high[1]) + 1):
-            for z in range(np.int64(low[2]), np.int64(high[2]) + 1):
+    found = 0
+    for x in range(_cell_along(box[0], size), _cell_along(box[3], size) + 1):
+        for y in range(_cell_along(box[1], size), _cell_along(box[4], size) + 1):
+            for z in range(_cell_along(box[2], size), _cell_along(box[5], size) + 1):
                 bucket = _bucket_of_cell(x, y, z, mask)
                 known = False
                 for place in range(found):

@@ -136,7 +136,7 @@ def _first_states(ray_scene, patches, chosen, starts, *, rising=False):
     places = ray_scene.trace_places(*rays)
     hit = places.triangle.reshape(u.shape)
     fate = np.empty(hit.shape, np.uint8)
-    classify_rays(hit, np.moveaxis(directions, -1, 0), patches.facing, fate)
+    classify_rays(hit, np.ascontiguousarray(np.moveaxis(directions, -1, 0)), patches.facing, fate)
     # The back of a sheet is lit from there, so it counts as a front.
     backs = np.nonzero(fate == BACK)
     fate[backs] = np.where(patches.other_side[hit[backs]] < 0, BACK, FRONT)  # sheets have none

@@ -136,7 +136,7 @@ def _make_rays(places, shift, sequence, made):
                 )
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=True, inline="always")
 def _table_of_angles(count):
     """Cosine and sine of the angles given by the leading digits of `count` points, and number of
     other digits.

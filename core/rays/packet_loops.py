@@ -113,53 +113,57 @@ def trace_shadow_rays(tree, position, wanted, directions, free):
         members = min(together, len(position) - patch)
         for first in range(0, point_count, lanes):
             # The origins stay in the packet; only the direction changes from sun to sun.
-            _load_origins(packet, width, position[patch : patch + members, first : first + lanes])
-            traced = min(lanes, point_count - first)
+            block = patch, members, first, min(lanes, point_count - first)
+            _load_origins(packet, width, position, block)
             for sun in range(len(directions)):
-                if not _choose_lanes(valid, wanted[patch : patch + members, sun], traced):
+                if not _choose_lanes(valid, wanted, sun, block):
                     continue
                 for place in range(3 * width):
                     towards[place] = directions[sun, place]
                 for lane in range(width):
                     far[lane] = np.inf
                 _call_embree(function, valid.ctypes.data, scene, packet.ctypes.data, arguments)
-                _read_free(far, valid, free[patch : patch + members, sun, first : first + traced])
+                _read_free(far, valid, free, sun, block)
 
 
-@njit(nogil=True, cache=True)
-def _load_origins(packet, width, position):
-    """Write the points of some patches, (members, lanes, 3), into a packet; rays beyond them repeat
-    the last one.
+@njit(nogil=True, cache=True, inline="always")
+def _load_origins(packet, width, position, block):
+    """Write the points of some patches into a packet; rays beyond them repeat the last one.
+
+    A `block` is the first patch and their number, and the first point of each and their number.
+    Here and below whole arrays are passed: slices of them take numba longer to compile.
     """
-    members, lanes = position.shape[:2]
+    patch, members, first, lanes = block
     for lane in range(width):
         used = min(lane, members * lanes - 1)
         member = used // lanes
+        point = first + used - member * lanes
         for axis in range(3):
-            packet[(ORIGIN + axis) * width + lane] = position[member, used - member * lanes, axis]
+            packet[(ORIGIN + axis) * width + lane] = position[patch + member, point, axis]
 
 
-@njit(nogil=True, cache=True)
-def _choose_lanes(valid, wanted, lanes):
-    """Write which rays of a packet are traced, for members that are `wanted`; return whether any
+@njit(nogil=True, cache=True, inline="always")
+def _choose_lanes(valid, wanted, sun, block):
+    """Write which rays of a packet are traced, for patches that want the sun; return whether any
     is.
     """
-    valid[:] = 0
+    patch, members, _, lanes = block
     some = False
-    for member in range(len(wanted)):
-        if wanted[member]:
+    for lane in range(len(valid)):
+        valid[lane] = 0
+    for member in range(members):
+        if wanted[patch + member, sun]:
             some = True
-            valid[member * lanes : (member + 1) * lanes] = -1
+            for lane in range(lanes):
+                valid[member * lanes + lane] = -1
     return some
 
 
-@njit(nogil=True, cache=True)
-def _read_free(far, valid, free):
-    """Write which of the rays that were traced, whose ends are given, are free: (members, lanes)
-    bool.
-    """
-    members, lanes = free.shape
+@njit(nogil=True, cache=True, inline="always")
+def _read_free(far, valid, free, sun, block):
+    """Write which of the rays that were traced, whose ends are given, are free."""
+    patch, members, first, lanes = block
     for member in range(members):
         if valid[member * lanes]:
             for lane in range(lanes):
-                free[member, lane] = far[member * lanes + lane] > 0
+                free[patch + member, sun, first + lane] = far[member * lanes + lane] > 0
