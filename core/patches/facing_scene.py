@@ -178,7 +178,7 @@ def _turn_sheets(other_side, facing, directions, hits):
         if met >= 0 and other_side[met] >= 0:
             x, y, z = directions[0, ray], directions[1, ray], directions[2, ray]
             if _runs_along(facing, met, x, y, z):
-                # The other side has the same corners in reverse order, so its weights change places.
+                # The other side has the same corners in reverse order: weights change places.
                 hit[ray], b1[ray], b2[ray] = other_side[met], b2[ray], b1[ray]
 
 
