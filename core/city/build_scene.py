@@ -99,6 +99,8 @@ def build_scene(
     cure = "give it more memory, or a part of the city"
     scene = f"a scene of {len(city):,} surfaces"
     check_memory(source or "the city", scene, 1800 * len(city.points), cure)
+    # The city in cells where asked for; its middle becomes the origin, whose place on Earth is
+    # found.
     check_city(city)
     check_extent(city)
     whole_area = measure_polygons(*city.shape)[0]
@@ -111,11 +113,13 @@ def build_scene(
         origin = (float(0.5 * (low[0] + high[0])), float(0.5 * (low[1] + high[1])), float(low[2]))
         there = locate_site(city.plane or city.crs, origin, latitude, longitude, source=source)
         site = Site(*there[:2], origin[2], there[2], city.crs, origin, city.axes, city.plane)
+    # Surfaces with their kinds and orientation, then triangles no longer than a patch.
     points = bring_to_origin(city.points, site)
     surfaces = _describe(city, points, whole_area, options.sectors)
     shape = points, city.ring_start, city.polygon_start
     report_share(0.05)
     vertices, triangles, triangle_surface = _cut_polygons(shape, patch_size)
+    # Faults of the geometry are told; footprints, and closures without light, are marked.
     report = copy.deepcopy(city.report)
     if options.site is latitude is longitude is None:
         report.notes += note_outside_use(city.crs, site.latitude, site.longitude)
@@ -126,6 +130,8 @@ def build_scene(
     carriers = triangles.astype(np.int32), triangle_surface.astype(np.int32), footprint, closure
     scene = Scene(vertices, *carriers, surfaces, site, report, city.colours)
     _name_ground(scene)
+    # Ground under it, with trees; footprints that hang and faces without thickness get light from
+    # both sides.
     placed = PlacedCity(city, points, surfaces, under, site)
     report_share(CUT)
     lay_part = partial(report_part, report_share, CUT, GROUNDED)

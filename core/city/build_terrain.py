@@ -94,12 +94,14 @@ def build_terrain(feet, points, terrain, patch_size=None, reach=REACH, *, site=A
 
 def _spread(foot_points, feet, terrain, near):
     """Ground points with heights; gaps are interpolated, with a note."""
+    # The lattice is widened as far as the terrain reaches, up to the horizon, in its own steps.
     foot_places, site = foot_points[:, :2], near.site
     found = bring_to_grid(np.concatenate([layer.points for layer in terrain.layers]), site)[:, :2]
     low = np.ceil(np.maximum(found.min(axis=0), near.low - HORIZON) / near.step) * near.step
     high = np.floor(np.minimum(found.max(axis=0), near.high + HORIZON) / near.step) * near.step
     far = near._replace(low=np.minimum(near.low, low), high=np.maximum(near.high, high))
     free = spread_points(foot_places, feet.footprints, far)
+    # Heights of the terrain at all points; at walls also from close beside.
     places = np.concatenate([foot_places, free])
     heights = measure_heights(terrain, places)
     at_feet = np.arange(len(places)) < len(foot_places)
@@ -114,12 +116,14 @@ def _spread(foot_points, feet, terrain, near):
         raise InputError(
             terrain.source, problem, "give terrain that covers the city, in its system and unit"
         )
+    # Gaps far from the buildings stay gaps: points there are left out, but the rim.
     on_grid = bring_to_grid(np.pad(places, ((0, 0), (0, 1))), site)[:, :2]
     inside = ((on_grid >= near.low - JOINED) & (on_grid <= near.high + JOINED)).all(axis=1)
     rim = np.arange(len(places)) >= len(places) - len(
         far.draw_rim()
     )  # spread_points ends with them
     keep = ~gap | inside | rim
+    # Gaps near the buildings are told, and filled.
     notes = []
     if (gap & inside & ~rim).any():
         count, feet_in = int((gap & inside & ~rim).sum()), int(gap[: len(foot_places)].sum())
@@ -193,6 +197,7 @@ def _join(feet, ground, longest):
     """Wall extensions down to the ground: (vertices, triangles), surfaces above and below the
     ground, and notes.
     """
+    # Each piece of a foot is held against the ground at five places along it.
     edge, (start, end) = _split_once(feet, longest)
     shares = np.array([0.0, 0.25, 0.5, 0.75, 1.0])[:, None, None]
     between = (1 - shares) * start + shares * end
@@ -200,6 +205,8 @@ def _join(feet, ground, longest):
     height = np.where(np.isfinite(height), height, between[..., 2])
     above, below = (between[..., 2] - height).max(axis=0), (height - between[..., 2]).max(axis=0)
     own = feet.polygon[edge] >= 0
+    # Where the ground lies lower, a wall is carried down to it: two triangles from the foot to its
+    # bottom, turned outwards.
     lifted = own & (above > JOINED)
     # Walls that are extended downwards end 5 cm below the ground.
     bottom = height.min(axis=0) - 0.05
@@ -218,6 +225,7 @@ def _join(feet, ground, longest):
         [np.column_stack([k, k + 2 * n, k + 3 * n]), np.column_stack([k, k + 3 * n, k + n])]
     )
     triangles[np.tile(turned, 2)] = triangles[np.tile(turned, 2)][:, ::-1]
+    # Which surfaces were carried down, and which are partly buried.
     raised, below_ground = (
         np.unique(feet.polygon[edge][mask]) for mask in (lifted, own & (below > JOINED))
     )

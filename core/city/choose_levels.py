@@ -100,6 +100,8 @@ def _choose_in_file(content, wanted, report, passed_over):
     bodies = {building for building, _ in units}
     for unit in [unit for unit in installed if unit[0] not in bodies]:
         units[unit] = installed.pop(unit)
+    # Of each part the levels that it has, best first; where there are several, the first that is
+    # whole.
     levels = {unit: _list_levels(_lods_of(polygons), wanted) for unit, polygons in units.items()}
     taken = {unit: some[0] for unit, some in levels.items() if some}
     several = {
@@ -107,6 +109,7 @@ def _choose_in_file(content, wanted, report, passed_over):
     }
     for unit, measured in several.items():
         taken[unit] = next(lod for lod in levels[unit] if _is_whole(lod, measured, levels[unit]))
+    # Parts of one building that would be taken from different levels may draw the same thing twice.
     of_building, again = defaultdict(list), set()
     for unit in taken:
         of_building[unit[0]].append(unit)
@@ -114,6 +117,7 @@ def _choose_in_file(content, wanted, report, passed_over):
         if len({taken[unit] for unit in together}) > 1:
             again |= _find_redrawn(together, units, levels, taken)
     taken = {unit: lod for unit, lod in taken.items() if unit not in again}
+    # What was passed over and what is missing is told.
     for unit, lod in taken.items():
         if lod != levels[unit][0]:
             passed_over[levels[unit][0], lod].append(_name_unit(content, unit))
@@ -136,6 +140,7 @@ def _choose_in_file(content, wanted, report, passed_over):
         "installation without the LoD of its building",
         [_name_unit(content, unit) for unit in alone],
     )
+    # The polygons of the chosen levels, each in its one level.
     kept = []
     for polygon in content.polygons:
         unit = polygon.building, polygon.part

@@ -72,6 +72,7 @@ def edit_scene(scene, rows, before, after, request):
             "stands on another terrain than its base",
             "trace it by citypv simulate",
         )
+    # Polygons that both cities have keep their rows; new ones come last, those that are lost go.
     kept = _match_polygons(before, after)
     new = np.flatnonzero(kept < 0)
     names, surface_id = _rows_by_polygon(scene.surfaces.surface_id, rows), before.surface_id
@@ -81,6 +82,7 @@ def edit_scene(scene, rows, before, after, request):
         scene.surfaces, eligible=scene.surfaces.eligible.copy(), area=scene.surfaces.area.copy()
     )
     edited = replace(scene, surfaces=surfaces, report=copy.deepcopy(scene.report), number=None)
+    # What is new is built like any city, without ground, in the frame of the base.
     site, first = scene.site, len(scene.triangles)
     added = None
     if len(new):
@@ -88,6 +90,7 @@ def edit_scene(scene, rows, before, after, request):
         options = SceneOptions(grid_size=request.grid_size, sectors=request.sectors, site=site)
         added = build_scene(part, ground="none", patch_size=request.patch_size, options=options)
         edited = _append_scene(edited, added)
+    # The ground has holes where new things stand, and closes where old ones stood.
     gone = np.flatnonzero(np.isin(owner_of_triangles(scene), gone_rows))
     edited, hidden = cut_ground(edited, first, gone, request.patch_size)
     gone = np.concatenate([gone, hidden])
@@ -98,6 +101,7 @@ def edit_scene(scene, rows, before, after, request):
     racks = parse_racks(request.racks)
     if added is not None and racks:
         edited = lay_racks(edited, part, racks, request.patch_size, request.sectors)
+    # What the edit changed in space: triangles that went and came, and crowns of trees.
     crowns = _change_trees(edited, before, after)
     solids = np.concatenate([corners_of(scene, gone), corners_of(edited, np.s_[first:])])
     alive = np.setdiff1d(rows, gone_rows)
@@ -106,6 +110,7 @@ def edit_scene(scene, rows, before, after, request):
     asked = np.zeros(len(edited.surfaces) + 1, bool)
     asked[owner_of_triangles(edited)[touch_boxes(edited, boxes_around(solids), within)]] = True
     edited, turned = _judge_sheets(edited, asked[:-1], first)  # the ground's -1 took the last one
+    # Sheets that turned count as changed; then twins are looked for among what remains.
     gone, solids = (
         np.concatenate([gone, turned]),
         np.concatenate([solids, corners_of(scene, turned)]),
@@ -115,6 +120,7 @@ def edit_scene(scene, rows, before, after, request):
     dead = np.setdiff1d(np.arange(len(edited.surfaces)), order)
     edited.surfaces.eligible[dead] = False
     edited.surfaces.area[dead] = 0.0
+    # Boxes around all that changed tell which triangles are near it.
     boxes = boxes_around(np.concatenate([solids, crowns]))
     near = touch_boxes(edited, boxes, within)
     return _SceneChange(edited, order, np.unique(gone), first, solids, crowns, near, boxes)

@@ -58,6 +58,7 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     -------
     Feet
     """
+    # Edges of all rings, with the polygon that each belongs to, and footprints in plan.
     polygon_of_ring = np.repeat(np.arange(len(city)), np.diff(city.polygon_start))
     polygon_of_point = np.repeat(polygon_of_ring, np.diff(city.ring_start))
     start, end = points, points[next_in_ring(city.ring_start)]
@@ -79,17 +80,22 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
         & (x * v - y * u > 0.7 * np.linalg.norm(end - start, axis=1))
         & ~on_footprint
     )
+    # Candidates are edges of footprints and lower edges of walls, but none that stands on a
+    # building: above the footprint of another.
     low, _ = polygon_bounds(points[:, 2], city.ring_start, city.polygon_start)
     edge = np.flatnonzero(on_footprint | bare)
     middle = 0.5 * (start[edge] + end[edge])
     own = np.where(on_footprint[edge], polygon_of_point[edge], -1)
     edge = edge[~_above_another(shapes, low, np.flatnonzero(footprint), middle, own)]
+    # Objects that float above ground that is known are left out by themselves.
     building_of = number_names(city.building_id)
     building = building_of[polygon_of_point]
     height, thin = _measure_objects(building, points)
     if ground_height is not None:
         middle = 0.5 * (start[edge] + end[edge])
         edge = edge[~_find_floating(building[edge], middle, (height, thin), ground_height)]
+    # How far each edge may rise above its neighbours' feet: most for the lowest footprints of a
+    # building, least for bare walls, no more than the object is high.
     lowest = np.full(building_of.max(initial=-1) + 1, np.inf)
     np.minimum.at(lowest, building_of[footprint], low[footprint])
     # Footprints up to 1.5 m above a building's lowest one count as lowest, too.
@@ -110,10 +116,13 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     # Ground between two feet rises by 0.5 m per metre at most; a thin object is no sign of ground
     # steeper than 0.1.
     slope = np.where(thin[building[edge]], 0.1, 0.5)
+    # What does not rise too steeply above the feet around stands; footprints without any such edge
+    # hang.
     stands = find_standing(start[edge], end[edge], step, slope)
     edge, step = edge[stands], step[stands]
     standing = np.isin(np.flatnonzero(footprint), polygon_of_point[edge])
     hanging = np.flatnonzero(footprint)[~standing]
+    # Outwards in plan, from the normal of a wall or the turn of a footprint's edge.
     polygon = polygon_of_point[edge]
     along, normal = (end - start)[edge], surfaces.normal[polygon]
     # The inside of a footprint is to the left of its edges, seen from its front.

@@ -146,8 +146,8 @@ def trace_both_sides(shape, shell, tested, wanted):
     -------
     Views
     """
-    # Triangles of all polygons near the origin; rays start from those of the tested ones.
-    # Rounded to micrometres, so that the noise of large coordinates has no effect.
+    # Triangles of all polygons near the origin, rounded to micrometres, so that the noise of large
+    # coordinates has no effect; rays start from those of the tested ones.
     places = np.round(shape[0] - shape[0].min(axis=0), 6)  # near zero
     triangles, owner = triangulate(places, *shape[1:])
     corners, doubled = (

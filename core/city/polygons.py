@@ -138,6 +138,7 @@ def triangulate(points, ring_start, polygon_start):
     InputError
         Rings are not consecutive, or a point is not finite.
     """
+    # Size of each polygon: rings, corners, first corner.
     check_rings(points, ring_start, polygon_start)
     area, normal = measure_polygons(points, ring_start, polygon_start)
     ring_count = np.diff(polygon_start)
@@ -149,6 +150,7 @@ def triangulate(points, ring_start, polygon_start):
     plane = np.column_stack(
         [np.einsum("ij,ij->i", local, axes[owner]) for axes in plane_axes(normal)]
     )
+    # Triangles and quadrilaterals first, all at once;
     done_triangles = (ring_count == 1) & (point_count == 3)
     triangles = [first[done_triangles, None] + np.arange(3)]
     owners = [np.flatnonzero(done_triangles)]
@@ -156,6 +158,7 @@ def triangulate(points, ring_start, polygon_start):
     halves, cut = _cut_quads(plane, first[quads])
     triangles.append(halves[cut].reshape(-1, 3))
     owners.append(np.repeat(quads[cut], 2))
+    # the others one by one, by ears, or by Delaunay's rule where they have many corners.
     rest = (ring_count > 1) | (point_count > 4)
     rest[quads[~cut]] = True
     for polygon in np.flatnonzero(rest):
@@ -180,6 +183,7 @@ def triangulate(points, ring_start, polygon_start):
             clipped = _clip_touching_holes(plane, rings, area[polygon], clipped)
         triangles.append(clipped)
         owners.append(np.full(len(clipped), polygon))
+    # All face the way of their polygon; those without area are left out.
     triangles, owners = np.concatenate(triangles), np.concatenate(owners)
     signed = _signed_area(plane, triangles)
     triangles = np.where(

@@ -63,6 +63,8 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
     InputError
         Vertices, triangles or a length are invalid, or there would be too many pieces.
     """
+    # Lengths by triangle, and a guess of the number of pieces, so that a slip of the coordinates is
+    # told before memory ends.
     if not np.ndim(patch_size):
         check_patch_size(patch_size)
     vertices, triangles = check_triangles(vertices, triangles)
@@ -86,9 +88,11 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
     thin = np.zeros(
         surface.max(initial=-1) + 1, bool
     )  # surfaces that had elongated triangles to split
+    # Each pass cuts every edge that is too long, until none is.
     while True:
         length, height = measures = _measure_triangles(vertices, triangles)
         long = length > (1 + TIE) * patch_size[parent, None]
+        # Surfaces with slivers get their diagonals flipped first, once; the pass begins anew.
         elongated = long.any(axis=1) & (length.max(axis=1, initial=0) > ELONGATED * height)
         new = np.unique(surface[parent[elongated]])
         if not thin[new].all():
@@ -98,6 +102,7 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
             continue
         if not long.any():
             break
+        # Diagonals of these wait until the outline is cut.
         rows = thin[surface[parent]]
         long &= ~_find_waiting(vertices, triangles, surface[parent], (long, rows), measures)
         # Ends of the edges ab, bc and ca, triangle by triangle, the smaller number first.
@@ -105,6 +110,8 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
             np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2),
             np.flatnonzero(long),
         )
+        # Each edge once, though two triangles share it, and into as many parts as either asks for;
+        # its new vertices get numbers behind the others.
         key = pair_keys(ends)
         halved, first, number = np.unique(key[chosen], return_index=True, return_inverse=True)
         parts = np.zeros(len(halved), np.int64)
@@ -112,10 +119,12 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
         place = np.minimum(np.searchsorted(halved, key), len(halved) - 1)
         middle = np.where(halved[place] == key, len(vertices) + place, -1).reshape(-1, 3)
         vertices = np.concatenate([vertices, _cut_edges(vertices[ends[chosen[first]]], parts)])
+        # Triangles are cut along these vertices, and the surfaces of slivers flipped again.
         cut = np.zeros(len(thin), bool)
         cut[surface[parent[(middle >= 0).any(axis=1)]]] = True
         triangles, parent = split(vertices, triangles, parent, middle)
         triangles = _flip_edges(vertices, triangles, surface[parent], (thin & cut)[surface[parent]])
+    # Pieces in the order of the triangles that they come from.
     order = np.argsort(parent, kind="stable")
     return vertices, triangles[order], parent[order]
 

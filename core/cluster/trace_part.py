@@ -76,9 +76,11 @@ def trace_part(run_path, part_path, result_path, threads):
     str
         `result_path`.
     """
+    # A tile that is finished is not traced again.
     if read_told(Path(result_path)) is not None:
         return result_path
     started = time.monotonic(), time.process_time()
+    # What the whole city decided, on horizon and suns, holds for the tile as well.
     run, part = read_task(run_path), read_task(part_path)
     request, scene = replace(run.request, threads=threads), part.scene
     prepared = prepare_scene(scene, request, suns=run.suns, materials=part.materials)
@@ -90,10 +92,12 @@ def trace_part(run_path, part_path, result_path, threads):
         prepared.plan, effects=effects, terrain=terrain.terrain, hidden_suns=terrain.hidden_suns
     )
     prepared = build_tree(replace(prepared, plan=plan), request)
+    # Surroundings far from the tile are thinned once it is known how much they matter.
     halo = _measure_halo(prepared, request.seed, part, run.city)
     few = thin_surroundings(scene, prepared, part.own)
     triangles = len(scene.triangles), int((scene.halo == OWN).sum())
     del scene, prepared, plan
+    # Light of the tile, and what the choice of suns does to it, if this tile measures it.
     transfer = trace_scene(
         few.scene, run.weather, request, silent, Path(result_path).parent, prepared=few.prepared
     )
@@ -102,6 +106,7 @@ def trace_part(run_path, part_path, result_path, threads):
         sampling = measure_sun_sampling(
             few.scene, run.weather, transfer, request, prepared=few.prepared
         )
+    # Only the tile's own surfaces are written; figures beside them.
     own = np.searchsorted(few.surfaces, part.own)
     surfaces = few.scene.surfaces
     told = {

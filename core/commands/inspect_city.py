@@ -112,6 +112,7 @@ def _group_areas(names, area, chosen=None):
 
 def describe_city(found):
     """The description as lines of text."""
+    # Where it lies, and which levels of detail were found and used.
     report, site = found["report"], found["site"]
     place = "unknown: given neither in the files nor by options"
     if site["latitude"] is not None and site["longitude"] is not None:
@@ -121,6 +122,7 @@ def describe_city(found):
         ", ".join(f"{name or '(none)'}: {count:,}" for name, count in report[key].items()) or "none"
         for key in ("lods_met", "lods_chosen")
     )
+    # Files, sizes, place; then counts and areas by kind, class and eligibility.
     lines = [
         *(f"file         {path}" for path in report["files"]),
         f"buildings    {report['building_count']:,}, parts {report['part_count']:,}",
@@ -137,6 +139,7 @@ def describe_city(found):
             f"  {name or '(none)':<22} {row['count']:>8,}  {row['area']:>14,.1f} m²"
             for name, row in found[title].items()
         ]
+    # Trees, materials, and faults with the ids that have them.
     if found["trees"]["count"]:
         trees = found["trees"]
         low, mean, high = trees["height"]

@@ -64,6 +64,7 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
         Before anything is written.
     """
     log = log or RunLog(None)
+    # Settings are checked and filled in; modules alone count, without losses.
     check_settings(request)
     settings = replace(settings, years=tuple(sorted(set(settings.years))))
     _check_world_settings(request, settings)
@@ -74,6 +75,7 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
     if cluster:
         run_tasks.check_cluster(cluster.cluster)
     system = build_system(request)
+    # Environments: traced cities and open planes, merged into fewer surfaces where asked for.
     with whole_folder(folder, overwrite) as work, ExitStack() as stack:
         environments, sky = read_environments(texts, system, request.sky)
         if settings.surfaces:
@@ -81,10 +83,12 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
         names = [one.name for one in environments]
         weights = None if settings.mix is None else parse_mix(settings.mix, names)
         log.clock.lap("read environments")
+        # Weather of each place on Earth, from a grid, a model or files.
         source = find_source(request, settings, stack)
         log.write(f"Modules: DC without losses, {request.mounting}")
         log.write("\n".join(_describe_world(environments, source, sky)))
         log.clock.lap("open weather")
+        # Capacity factors of each environment at each place, here or in tasks of a cluster.
         if cluster:
             asked, told = (
                 replace(request, sky=sky),
@@ -100,6 +104,7 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
             )
         world = add_mix(world, weights) if weights else world
         log.clock.lap("world")
+        # The world as netCDF, then pictures and a summary.
         write_world(work / "world.nc", world)
         if settings.pictures and importlib.util.find_spec("matplotlib") is None:
             log.write("No pictures: they need matplotlib (pip install matplotlib)")

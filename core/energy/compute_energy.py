@@ -68,6 +68,7 @@ def compute_energy(
     InputError
         If the Transfer or the weather is invalid.
     """
+    # A Transfer for each state of the trees, and which surfaces count, by group.
     check_hours(weather)
     states = states_of_year(transfer, weather.data.index, weather.interval)
     for state, _ in states:
@@ -79,6 +80,7 @@ def compute_energy(
     electric = (
         ~np.isin(np.asarray(transfer.surfaces.kind), ("ground", "downward")) | counted.eligible
     )
+    # Where sums over hours, groups and single surfaces are collected.
     rows, years, count = np.asarray(series, int), count_years(weather), len(weather.data)
     capacity_factor, found = (
         np.zeros((count, len(groups.names))),
@@ -94,10 +96,14 @@ def compute_energy(
         sunny.append(float(task.hours.sunny.sum()))
         if len(rows):
             _add_series(task, found)
+    # From sums of power over intervals to hours a year, by month and by year, with and without
+    # losses.
     hour = weather.interval / pd.Timedelta(hours=1)
     by_month = np.where(electric[:, None], sums["by_month"] * hour / years, np.nan)
     dc, poa = sums["dc"] * hour / years, sums["poa_global"] * hour / years / 1000.0
     full_load_hours = by_month.sum(axis=1)
+    # Errors of direct light in both states hold for the hours of each; those of hours follow from
+    # it.
     direct_errors = [
         share * one.direct_annual_standard_error
         for share, (one, _) in zip(sunny, states, strict=True)

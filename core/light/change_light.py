@@ -164,6 +164,7 @@ def _continue_gather(context, old):
 
 def _trace_rows(old, context, change, scene, progress):
     """What the rays of the edited city met: Edit."""
+    # Rows to trace anew: what is new, near the change, or asks for more rays than it had.
     patches, first, states = context.patches, change.first, context.ray_scene.states
     before = [old.states[min(state, len(old.states) - 1)].traced for state in range(states)]
     count, sent = len(patches), before[0].samples
@@ -176,11 +177,14 @@ def _trace_rows(old, context, change, scene, progress):
     reached = find_changed_rows(old.context, context.ray_scene, patches, (rest, sent[rest]), change)
     progress(STAGE, 1, 3, "steps")
     todo[reached] = True
+    # Changes of the room for modules and of cover are found on these rows only.
     cramped = _find_cramped(old, context, scene, todo & patches.receives)
     context.left_out = choose_left_out(scene, context.patch_to_surface, context.request, cramped)
     todo[:first] |= context.left_out[:first] != old.context.left_out
     todo &= patches.receives
     covered = _find_cover(context, before[0].covered, todo)
+    # Rows of patches that are gone become dark; their entries of the matrix fall out, all others
+    # are kept.
     dead = np.flatnonzero(~patches.receives)
     lost = todo.copy()
     lost[dead] = True
@@ -202,11 +206,13 @@ def _trace_rows(old, context, change, scene, progress):
         new.far_ground[dead], new.element_far_ground[dead], new.open_share[dead] = 0, 0, 0
         new.covered[dead], new.samples[dead] = True, 0
         traced.append(new)
+    # Rows with as many rays as each other are traced together.
     for number in np.unique(samples[todo & (samples > 0)]):
         rows = np.flatnonzero(todo & (samples == number))
         for parts in trace_rows(replace(context, covered=covered), rows, int(number)):
             for one, part in zip(traced, parts, strict=True):
                 one.put(part)
+    # What a closed form gives is filled in, as in any run.
     for one in traced:
         fill_closed_forms(context, one)
         if context.reflections:

@@ -154,12 +154,14 @@ def _visible_share(edit, state):
 
 def _first_reflections(edit, state):
     """Reflected light of surfaces with the first reflection of the change: (n, s) float32."""
+    # Without reflections nothing is to be changed but the size.
     old, context, task, before = edit.before, edit.context, edit.task, edit.state_before(state)
     to_surface, todo, traced = context.patch_to_surface, edit.anew, edit.traced[state]
     found = _grow(before.direct.reflected, to_surface.shape[0])
     if not context.bounces:
         return found
     first, ff, old_ff = len(old.context.patches), traced.form_factors, before.traced.form_factors
+    # weight  of each patch in its surface's mean; bits  points that see each sun, now and before.
     weight = np.zeros(len(context.patches), np.float32)
     flat = to_surface.tocoo()
     weight[flat.col] = flat.data

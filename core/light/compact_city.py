@@ -27,9 +27,11 @@ def compact_city(base):
     scene = old.prepared.scene
     if len(rows) == len(scene.surfaces) and (np.diff(rows) > 0).all():
         return base
+    # Triangles that are still there, and their new numbers.
     kept = live_triangles(scene, rows)
     number = np.full(len(scene.triangles), -1)
     number[kept] = np.arange(len(kept))
+    # The scene without the others is prepared by the decisions of the base, not decided anew.
     prepared = build_tree(
         prepare_decided(base.decisions, written_scene(scene, rows), base.request), base.request
     )
@@ -37,6 +39,7 @@ def compact_city(base):
     context = prepare_gather(prepared, base.request, silent)
     same = {"elements": old.context.elements, "starts": old.context.starts}
     context = replace(context, left_out=old.context.left_out[kept], **same)
+    # In each state of trees: rows of patches, matrix, light and errors, of what is left.
     states = []
     for one in old.states:
         traced = _take(one.traced, kept)
@@ -60,6 +63,7 @@ def compact_city(base):
             one.direct, annual=_take(one.direct.annual, kept), specular=0.0, **matrices
         )
         states.append(TracedState(traced, lights, direct, take_rows(one.transfer, rows)))
+    # The suns, and what their rays met, likewise.
     task = prepare_suns(
         context, [one.traced for one in states], without_hidden(base.suns, prepared.plan.terrain)
     )

@@ -184,6 +184,8 @@ def solve_suns(context, traced, task, hooks, *, folder=None):
     CancelledError
         Before any usable set of suns was finished.
     """
+    # Where blocks are collected: matrices of surfaces by suns for each state of the trees, and the
+    # light of points summed over suns.
     suns, progress, done = task.suns, task.progress, []
     sums = np.zeros((len(traced), len(context.patches), context.points), np.float32)
     shape = context.patch_to_surface.shape[0], len(suns)
@@ -197,6 +199,7 @@ def solve_suns(context, traced, task, hooks, *, folder=None):
         for _ in traced
     ]
     progress.bounces = len(traced) * context.bounces * task.reflects
+    # A block of suns at a time: shadows by rays, then reflections by the matrix of form factors.
     try:
         for block in task.blocks:
             progress.begin(block)
@@ -209,6 +212,7 @@ def solve_suns(context, traced, task, hooks, *, folder=None):
                         context, traced[state], shadows, task, block, specular=hook, found=light
                     )
                 )
+            # Light of the year at each point, by the weights of the suns.
             part = block_of_suns(suns, block)
             sums += [
                 shadows.light_of_points(context.patches.normal, part, context.threads)
@@ -219,6 +223,7 @@ def solve_suns(context, traced, task, hooks, *, folder=None):
             found[0].ray_count += states[0].ray_count
             done.append(block)
             progress.end()
+    # Interrupted: the finished suns are spread over the year, so they may stand for it.
     except CancelledError:
         kept = count_kept(suns, done)
         if not kept or task.whole:
@@ -228,6 +233,7 @@ def solve_suns(context, traced, task, hooks, *, folder=None):
             light.visible_share, light.reflected = (
                 keep_columns(matrix, kept) for matrix in (light.visible_share, light.reflected)
             )
+    # Their weights are scaled to a whole year; then the year's light of each state with its errors.
     directions, weights = block_of_suns(suns, slice(done[-1].stop if done else 0))
     if found[0].kept < len(suns):  # the sums contain only these suns
         whole = weights.sum() or np.float32(np.nan)

@@ -124,6 +124,7 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
 def trace_light(prepared, suns, request, progress, folder=None, *, specular=None):
     """Trace a prepared scene under unchecked suns, as `trace_gather` does: TracedCity."""
     clock = Clock()
+    # Patches, tree, and where modules have no room.
     check_room(prepared, suns, request)
     context = prepare_gather(prepared, request, progress)
     plan, ray_scene = context.plan, context.ray_scene
@@ -133,14 +134,17 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     cramped = find_cramped(ray_scene, context.patches, prepared.scene, **how)
     context.left_out = choose_left_out(prepared.scene, context.patch_to_surface, request, cramped)
     clock.lap("room for modules")
+    # Rays from all patches: what they meet gives sky light and the matrix of form factors.
     traced = trace_all(context)
     clock.lap("sky and reflections")
     # Every sun is traced, since open hours lie between them; errors are about the light that
     # counts.
     task, left = prepare_suns(context, traced, without_hidden(suns, plan.terrain)), None
+    # As many reflections as it takes until what is left is small.
     if plan.reflections and not context.bounces:
         context.bounces, left = choose_bounces(prepared, context, traced[0], task)
         clock.lap("number of reflections")
+    # Light of sky and of suns with reflections, and by mirrors where there are any.
     hooks = [specular and specular(context, one, state) for state, one in enumerate(traced)]
     lights = [
         solve_skies(context, one, hook, clock) for one, hook in zip(traced, hooks, strict=True)
@@ -151,6 +155,7 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
         if hook:
             light[SUNS].error.own = light[SUNS].error.own + variance_of_mean(suns_light.specular.T)
     clock.lap("suns")
+    # What was traced, and with what: statistics, then a Transfer for each state of trees.
     found = TracedCity(prepared, context, task, [], cramped)
     common = trace_statistics(
         context, (traced[0].ray_count, direct[0].ray_count), clock, traced_before

@@ -109,6 +109,7 @@ def name_brdfs(scene, request):
     list of Found
         n + 1.
     """
+    # Lines of the albedo file by what they name; one that names nothing in the city is an error.
     specs = read_albedo(request.albedo_file) if request.albedo_file else {}
     of_key = {key: (spec.material, spec.brdf()) for key, spec in specs.items()}
     surfaces = scene.surfaces
@@ -128,6 +129,7 @@ def name_brdfs(scene, request):
             "use surface_id or kind as in faces.csv, or a material as `citypv inspect` lists them"
         )
         raise InputError(request.albedo_file, problem, cure)
+    # Materials by name, from files or settings; a line of the albedo file goes before.
     of_name = {}
     if request.file_materials:
         if not scene.colours:
@@ -143,11 +145,13 @@ def name_brdfs(scene, request):
         for name, spec in of_name.items()
     }
     of_material |= {name: Found(FILE, name, name, of_key[name][1]) for name in named & set(of_key)}
+    # What kinds have without any of these.
     plain = dict.fromkeys(kinds, Found("--albedo", "", "", Lambertian(request.albedo)))
     plain["ground"] = Found("--ground-albedo", "", "", Lambertian(request.ground_albedo))
     of_kind = plain | {
         kind: Found(FILE, kind, *of_key[kind]) for kind in {*kinds, "ground"} & set(of_key)
     }
+    # From the surface's own line to its kind, whichever comes first.
     found = []
     for name, parent, material, kind in zip(names, whole, materials, kinds, strict=True):
         own = of_key.get(name) or of_key.get(parent)

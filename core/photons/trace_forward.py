@@ -79,6 +79,8 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
     """
     check_tracing(scene, suns, request)
     clock = Clock()
+    # Surfaces are averages over their patches; light of patches without room for modules may be
+    # left out of them.
     prepared = prepared or prepare_scene(scene, request, suns=suns)
     traced, patches, plan = prepared.scene, prepared.patches, prepared.plan
     patch_to_surface = sun_matrix.area_means(
@@ -96,10 +98,13 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
     )
     clock.lap("plan, tree and cover")
 
+    # Reflections go on until what is left is lost in noise, by the brightest surface.
     brightest = max(
         float(patches.albedo.max(initial=0)), request.ground_albedo if plan.far_ground else 0.0
     )
     bounces = count_surely(brightest) if plan.max_bounces is None else plan.max_bounces
+    # Photons from sky and far ground, then a source for each sun: parallel light that enters the
+    # box around the scene through the sides that face it.
     sky, far, parts = _trace_surroundings(run, plan, request.seed, bounces)
     clock.lap("sky and far ground")
     weighed = without_hidden(suns, plan.terrain)
@@ -113,10 +118,13 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
     how = {"patch_to_surface": patch_to_surface, "folder": folder}
     direct = _trace_direct(run, lit, weighed, far, request.ground_albedo, **how)
     clock.lap("suns")
+    # Diffuse light is what the sky gives directly and what the far ground reflects of it; direct
+    # light is that of all suns of the year.
     diffuse = sky.whole + request.ground_albedo * far.whole
     photons = sky.photon**2 + (request.ground_albedo * far.photon) ** 2
     covered_share = sun_matrix.cover_of_surfaces(patch_to_surface, covered_share)
     annual = direct.annual
+    # What the last reflection brought says how much all later ones would, as a geometric series.
     traced = {"sky": sky, "far ground": far, "suns": annual} | parts
     last = max(sky.last_share, annual.last_share)
     beyond = last * brightest / (1 - brightest) if brightest < 1 else None

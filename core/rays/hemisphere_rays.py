@@ -93,6 +93,8 @@ def _make_rays(places, shift, sequence, made):
         for replicate in range(shift.shape[1]):
             first = replicate * samples
             mask = shift[patch, replicate]
+            # Where each ray starts: from the unit square to the triangle, by a fold that keeps
+            # areas.
             for sample in range(samples):
                 s, t = (
                     fraction(sequence[0, sample] ^ mask[0]),
@@ -104,6 +106,8 @@ def _make_rays(places, shift, sequence, made):
             # entries alike.
             rest = TURN * fraction(mask[3] & ((1 << last) - 1))
             cosine_rest, sine_rest = np.cos(rest), np.sin(rest)
+            # Direction by the cosine law: radius √u on the disc below, height √(1 - u); its angle
+            # by the sum formulas of cosine and sine.
             for sample in range(samples):
                 u, entry = (
                     fraction(sequence[2, sample] ^ mask[2]),
@@ -113,6 +117,7 @@ def _make_rays(places, shift, sequence, made):
                 along[sample] = radius * (cosine[entry] * cosine_rest - sine[entry] * sine_rest)
                 across[sample] = radius * (sine[entry] * cosine_rest + cosine[entry] * sine_rest)
                 height[sample] = np.sqrt(ONE - u)
+            # From the frame of the triangle to the world.
             for axis in range(3):
                 corner, first_edge, second_edge = (
                     start[patch, axis],
@@ -130,6 +135,7 @@ def _make_rays(places, shift, sequence, made):
                     towards[sample] = (
                         along[sample] * one + across[sample] * other + height[sample] * up
                     )
+            # The cell of the patch in which each ray starts.
             for sample in range(samples):
                 cells[patch, first + sample] = cell_at(
                     b1[sample], b2[sample], np.int64(CELL_DIVISIONS)

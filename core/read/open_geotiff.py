@@ -133,12 +133,16 @@ def open_geotiff(path, file):
         rows, columns = map(int, page.chunks[:2])
         across, down = -(-page.imagewidth // columns), -(-page.imagelength // rows)
         counts = len(page.dataoffsets), len(page.databytecounts)
+    # Only what is read rightly is taken: plain compressions, and whole numbers or floats of whole
+    # bytes.
     if page.compression not in KNOWN or page.predictor not in (1, 2, 3) or page.fillorder != 1:
         raise NotImplementedError(
             f"is compressed by {getattr(page.compression, 'name', page.compression)}"
         )
     if kind is None or kind.kind not in "iuf" or page.bitspersample != 8 * kind.itemsize:
         raise NotImplementedError(f"has values of {page.bitspersample} bits")
+    # Where the raster lies, from its keys; what its numbers mean, from GDAL's words; which one
+    # means none.
     crs, unit = _crs_of_keys(keys)
     # Scale, offset and unit of the first band, as GDAL writes them.
     words = str(page.tags[METADATA].value) if METADATA in page.tags else ""
@@ -152,6 +156,7 @@ def open_geotiff(path, file):
     if min(counts) < across * down:
         raise ValueError(f"{min(counts)} of {across * down} strips or tiles")
 
+    # A window of cells, put together from the strips or tiles that it meets.
     def read_cells(first, last, west, east):
         values = np.empty((last - first, east - west))
         for row, column in product(
@@ -171,6 +176,7 @@ def open_geotiff(path, file):
             values[values == gap] = np.nan
         return values * scale + offset
 
+    # Largest piece that is held at once, and the matrix from cells to coordinates.
     size = int(np.prod(page.chunks)) * kind.itemsize
     matrix = matrix_of_page(places, keys, Path(path))
     unit = told["unittype"] or unit

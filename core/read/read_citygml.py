@@ -49,6 +49,7 @@ def read_citygml(path, report_share=silent):
 
 
 def _read_declared(path, declared, report_share):
+    # The root says whether it is CityGML at all.
     root, namespaces = read_root(path, declared)
     if CITYGML not in " ".join([root, *filter(None, namespaces.values())]) and not _is_named_later(
         path
@@ -57,6 +58,8 @@ def _read_declared(path, declared, report_share):
         raise InputError(
             path, f"line 1: <{name}> is not CityGML", "give a CityGML, CityJSON or OBJ file"
         )
+    # Elements one by one, so that the file is never whole in memory: buildings, terrain, plants,
+    # envelopes, and other members, which are counted.
     content, others, extended = FileContent(path), Counter(), Counter()
     content.plants = FileContent(path, srs_names=content.srs_names)
     enveloped = {}  # systems that envelopes name: they count where no geometry names one
@@ -80,6 +83,7 @@ def _read_declared(path, declared, report_share):
             known = {"Building", *PLANTS, *(RELIEFS if content.relief.count() > before else ())}
             before = content.relief.count()
             _read_member(element, content, known, (extended, others))
+    # What was taken from extensions and what was left out is told; nothing to trace is an error.
     for name, count in sorted(extended.items()):
         content.notes.append(f"{count} {name} (of an extension) read as buildings.")
     for name, count in sorted(others.items()):
@@ -93,6 +97,7 @@ def _read_declared(path, declared, report_share):
         held = {**others, "terrain triangles": content.relief.count(), **left_out}
         words = ", ".join([f"{count} {name}" for name, count in sorted(held.items()) if count][:5])
         raise InputError(path, f"contains no buildings{f' (but {words})' if words else ''}", cure)
+    # Only now all ids are known: references are followed.
     content.srs_names = content.srs_names or enveloped or dict(content.relief.srs_names)
     resolve_references(content)
     leave_out_demolished(content)

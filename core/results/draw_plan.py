@@ -90,6 +90,7 @@ def _draw_surfaces(faces, outlines, values, show, look):
     """Draw some surfaces in the colours of their values, a Series by row, roofs as areas, facades
     as lines.
     """
+    # A picture as wide as high as the city, roofs from the lowest to the highest.
     lower, upper = outlines.points[:, :2].min(axis=0), outlines.points[:, :2].max(axis=0)
     size, (low, high) = upper - lower, look["clim"]
     figure = make_figure(
@@ -102,6 +103,8 @@ def _draw_surfaces(faces, outlines, values, show, look):
     axes.add_collection(
         _shade_areas(outlines, grey, facecolor=PLAIN, edgecolor=EDGE, linewidth=0.3)
     )
+    # Facades are lines beside their outline, in metres as wide as they can be told; roofs are
+    # areas.
     if show == "facade":
         drawn = _rows_by_height(outlines, values.index)
         lines = [
@@ -123,6 +126,7 @@ def _draw_surfaces(faces, outlines, values, show, look):
             **look,
         )
     axes.add_collection(coloured)
+    # The scale of colours says where values lie beyond it.
     beyond = {(1, 0): "min", (0, 1): "max", (1, 1): "both"}.get(
         ((values < low).any(), (values > high).any())
     )

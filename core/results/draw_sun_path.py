@@ -86,6 +86,7 @@ def draw_sun_path(times, interval, latitude, longitude, suns):
     low = 0 if latitude >= 0 else -180  # the middle of the picture looks to the equator
     figure = make_figure(10, 4.6)
     axes = figure.subplots()
+    # Curves of each hour through the year, with its name at the top.
     for name, (azimuth, elevation) in hour_curves(times, interval, latitude, longitude).items():
         x, y = _break_at_edge((azimuth - low) % 360 + low, elevation)
         axes.plot(x, y, color=CURVES, linewidth=1.2)
@@ -101,11 +102,13 @@ def draw_sun_path(times, interval, latitude, longitude, suns):
                 ha="center",
                 fontsize=7,
             )
+    # Paths of the longest, shortest and equal days.
     year = times[len(times) // 2].year
     for (month, day), (name, colour) in DAYS.items():
         azimuth, elevation = day_path(year, month, day, latitude, longitude)
         x, y = _break_at_edge((azimuth - low) % 360 + low, elevation)
         axes.plot(x, y, color=colour, linewidth=1.6, label=name)
+    # The traced suns as points on them.
     east, north, up = np.asarray(suns, float).T
     azimuth, elevation = (
         np.degrees(np.arctan2(east, north)),
@@ -121,6 +124,7 @@ def draw_sun_path(times, interval, latitude, longitude, suns):
         label=f"traced: {len(suns):,} suns",
         zorder=3,
     )
+    # Compass below, elevation beside.
     ticks, compass = np.arange(low, low + 361, 45), ["N", "NE", "E", "SE", "S", "SW", "W", "NW"]
     axes.set_xticks(ticks, [f"{compass[tick // 45 % 8]}\n{tick % 360}°" for tick in ticks])
     axes.set(xlim=(low, low + 360), ylim=(0, min(axes.get_ylim()[1] + 4, 93)))

@@ -44,12 +44,14 @@ def sum_buildings(transfer, energy, weather, *, monthly=False):
     surfaces; columns of parts count modules that lie flat on flat roofs, too. Unknown values are
     NaN.
     """
+    # Surfaces by building, and kWp that full load hours are of.
     surfaces, area = transfer.surfaces, np.asarray(transfer.surfaces.area, float)
     names, building = np.unique(
         np.array(surfaces.building_id, dtype=object).astype(str), return_inverse=True
     )
     kwp = kwp_of_hours(area, energy)
     eligible = energy.eligible & (kwp > 0)
+    # Which surfaces belong to all, to roofs and to facades.
     parts = {"": eligible} | {
         f"{part}_": np.isin(energy.kind, kinds) & (kwp > 0) for part, kinds in PARTS.items()
     }
@@ -60,6 +62,7 @@ def sum_buildings(transfer, energy, weather, *, monthly=False):
             float
         )  # of none it has integers
 
+    # Where the building stands, and how many surfaces it has.
     table = {"building_id": names}
     places = ("easting", "northing", "latitude", "longitude")
     table |= dict(zip(places, _find_middles(transfer, building, len(names)).T, strict=True))
@@ -69,6 +72,7 @@ def sum_buildings(transfer, energy, weather, *, monthly=False):
         "eligible": add(every, energy.eligible).astype(int),
     }
     table["eligible_area"] = add(energy.counted_area, eligible)
+    # Modules, power and energy of each part; errors of sums as of light that surfaces share.
     for part, own in parts.items():
         rows = np.flatnonzero(own)
         table[f"{part}module_area"] = add(energy.module_area, own)
@@ -78,6 +82,8 @@ def sum_buildings(transfer, energy, weather, *, monthly=False):
             add_errors(errors, rows, kwp[rows], building[rows], len(names)) / 1000
         )
     table["mwh_dc_per_year"] = add(kwp * energy.full_load_hours_dc, eligible) / 1000
+    # Energy of each year tells what is exceeded in 9 of 10 and in half; hours are energy over
+    # power.
     by_year = np.array(
         [add(kwp * year, eligible) / 1000 for year in energy.full_load_hours_by_year.T]
     )  # (y, b) [MWh]

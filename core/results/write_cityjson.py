@@ -60,7 +60,8 @@ def write_cityjson(path, run, progress=silent):
     city, _, transfer, energy, weather = run
     # Coordinates stay as in the files: their system, their units, their order.
     points = grid_of(city).to_files(np.concatenate([city.points, list_points(city)]))
-    # Whole numbers of a unit or, where that is 111 km long, of a thousandth.
+    # Vertices are whole steps from the lowest corner, `translate`: this is a whole number of a unit
+    # or, where a unit is 111 km long, of a thousandth. A step has as few decimals as the span lets.
     coarse = np.array([1e3, 1e3, 1.0]) if _in_degrees(city.crs) else np.ones(3)
     translate = np.floor(points.min(axis=0) * coarse) / coarse
     local = points - translate
@@ -74,17 +75,20 @@ def write_cityjson(path, run, progress=silent):
     ]
     if not any(finer):
         decimals = [min(decimals)] * 3
+    # Places that are the same step are one vertex, to which boundaries refer by index.
     whole = np.round(local * 10.0 ** np.array(decimals)).astype(np.int64)
     scale = [round(10.0**-places, places) for places in decimals]
     vertices, index = np.unique(whole, axis=0, return_inverse=True)
     index = index.reshape(-1).tolist()
     boundaries, surfaces = _list_boundaries(city, index), _describe_surfaces(city, transfer, energy)
+    # Polygons by building, part of it, and level of detail.
     members = {}
     for polygon, building in enumerate(city.building_id):
         lod = (city.lod[polygon] if city.lod else "") or "2"
         lod = HIGHEST_LOD if lod.startswith("4") else lod
         part = city.part[polygon] if city.part else ""
         members.setdefault(building, {}).setdefault(part, {}).setdefault(lod, []).append(polygon)
+    # Energy of each building becomes its attributes.
     sums, objects = (
         sum_buildings(transfer, energy, weather, monthly=True).set_index("building_id"),
         {},
@@ -107,6 +111,7 @@ def write_cityjson(path, run, progress=silent):
             for lod, own in sorted(levels.items())
         ]
 
+    # A city object for each building, with its parts as children.
     taken = dict.fromkeys(members, 1)
     for number, (building, parts) in enumerate(members.items()):
         progress(STAGE, number, len(members), "buildings")
@@ -126,6 +131,7 @@ def write_cityjson(path, run, progress=silent):
         }
         objects[building] |= {"children": list(own)} if own else {}
         objects |= own
+    # Trees and terrain follow, and what readers of the file need to place it on Earth.
     objects |= list_objects(city, index[len(city.points) :], objects)
     low, high = points.min(axis=0), points.max(axis=0)
     metadata = {

@@ -41,6 +41,8 @@ def write_gltf(path, run, progress=silent):
     """
     _, scene, _, energy, weather = run
     progress(STAGE, 0, 2, "steps")
+    # Colours are full load hours between the limits of the scale; corners are not shared, so that
+    # each face has its own.
     level = choose_range(energy.full_load_hours, scene.surfaces.area)
     names, node = _group_triangles(scene)
     corners = np.asarray(scene.vertices, float)[scene.triangles]  # (t, 3, 3) [m]
@@ -51,6 +53,7 @@ def write_gltf(path, run, progress=silent):
     colours = colour_hours(hours, level, np.isfinite(hours))
     colours[surface_of_triangles(scene) < 0] = linear_light(srgb_colour(GROUND))
     looks = np.round(65535 * np.column_stack([colours, np.ones(len(colours))])).astype("<u2")
+    # A mesh for each building: places, normals and colours of its triangles, one buffer for all.
     buffer, meshes = Buffer(), []
     members = np.split(np.argsort(node, kind="stable"), np.cumsum(np.bincount(node))[:-1])
     for name, own in zip(names, members, strict=True):
@@ -70,6 +73,7 @@ def write_gltf(path, run, progress=silent):
             }
         )
     progress(STAGE, 1, 2, "steps")
+    # What the colours mean, and where on Earth the model lies.
     extras = {
         "shows": "full load hours",
         "unit": "h per year",

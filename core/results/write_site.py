@@ -75,6 +75,7 @@ def write_site(folders, out, *, attribution="", private=False, overwrite=False):
     InputError
         A folder holds no results, or they do not belong together.
     """
+    # Only folders with results; a folder that holds something else is never overwritten.
     folders = [Path(folder) for folder in folders]
     for folder in folders:
         if not (folder / "summary.json").is_file():
@@ -89,11 +90,14 @@ def write_site(folders, out, *, attribution="", private=False, overwrite=False):
     summary = _join_summaries(folders)
     site = summary["input"]["site"]
     frame = frame_of(site["latitude"], site["longitude"])
+    # Surfaces of all folders are sorted by place in a database on disk, so that no city is too
+    # large.
     with whole_folder(out, overwrite, SITE_NAMES) as work, ExitStack() as stack:
         scratch = stack.enter_context(tempfile.TemporaryDirectory(dir=work))
         store = Store(Path(scratch) / "city.sqlite")
         stack.callback(store.base.close)
         count, view = _sort_surfaces(store, folders, frame, summary)
+        # Tiles by level of detail, then what the map searches and shows, then the page.
         look = {
             "level": next(layer["range"] for layer in view["layers"] if layer["name"] == "hours"),
             "enums": {
@@ -108,6 +112,7 @@ def write_site(folders, out, *, attribution="", private=False, overwrite=False):
         header = {"frame": frame.ravel().tolist(), "box": box.round(2).tolist(), "buildings": total}
         _write_index(work, store, header | view, private)
         _write_page(work, summary, attribution)
+        # Names of what was written, so that the next run may replace just these.
         paths = [path.relative_to(work) for path in work.rglob("*") if path.is_file()]
         listed = sorted(path.as_posix() for path in paths if path.parts[0] in SITE_NAMES)
         (work / SITE_FILES).write_text("\n".join([*listed, SITE_FILES]), "utf-8", newline="\n")

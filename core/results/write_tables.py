@@ -164,11 +164,14 @@ def write_timeseries(path, energy, weather, system, buildings=None):
     buildings : callable, optional
         `compute_building_power` of a run whose buildings get series, too.
     """
+    # Start and end of each interval in seconds of the epoch, as CF asks for.
     ends = energy.times.append(energy.times + energy.interval) - pd.Timestamp(0, tz="UTC")
     bounds = (ends // pd.Timedelta(seconds=1)).to_numpy().reshape(2, -1).T
     names = np.array([*(name_group(*group) for group in energy.groups), WHOLE], dtype=object)
+    # The whole is the mean of the groups, by the share of their modules.
     modules = energy.group_area * [system.usable.get(kind, 1.0) for kind, _ in energy.groups]
     share = modules / max(modules.sum(), np.finfo(float).tiny)
+    # Axes first, then sizes of groups, their factors, and the power of buildings where asked for.
     found = {
         "time": (
             "time",
@@ -215,6 +218,7 @@ def write_timeseries(path, energy, weather, system, buildings=None):
             {"long_name": "identifier of the top-level building"},
         )
         found["building_power"] = ("time", "building"), power, words, dict(PACKED)
+    # One netCDF file with titles that tell what it holds.
     hours = energy.interval / pd.Timedelta(hours=1)
     with netcdf_file(path) as stream, h5netcdf.File(stream, "w") as file:
         file.attrs.update(

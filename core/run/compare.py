@@ -117,6 +117,8 @@ def _compose_page(found):
     """The page: sums, the later state in 3D, maps, and the buildings whose change is beyond two
     standard errors.
     """
+    # Sums of what was built, stays and went; then the buildings that changed for certain, from loss
+    # to gain.
     summary, buildings = found.summary, found.buildings
     sums = [
         (words, f"{one['buildings']:,}", *_numbers_of(one))
@@ -133,6 +135,7 @@ def _compose_page(found):
     ]
     listed = zip(listed.to_dict("records"), percent, strict=True)
     rows = [(one["building_id"], one["state"], *_numbers_of(one), share) for one, share in listed]
+    # Maps of gain and loss, where a drawing library is installed.
     maps = []
     if importlib.util.find_spec("matplotlib") is not None:
         from ..results.draw_plan import draw_change
@@ -149,6 +152,7 @@ def _compose_page(found):
                         caption,
                     )
                 )
+    # The later state in 3D, and one sentence on what happens to neighbours.
     city, data = write_report.compose_city(found.later, found.surfaces)
     kept = summary["sums"][EXISTING]
     lead = (

@@ -66,6 +66,7 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
     KeyboardInterrupt, CancelledError
         Ctrl-C at any other time: nothing is written.
     """
+    # What cannot be done is refused before anything is read.
     log, output = log or RunLog(None), output or Output()
     log.clock.lap("start")
     study.check_tracing(request)
@@ -80,6 +81,7 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
             "an editable run has one round",
             "leave out --target-error and --time-budget",
         )
+    # City and weather are read and checked; what takes long comes after.
     with whole_folder(folder, output.overwrite) as work:
         log.write(f"Reading {', '.join(str(path) for path in paths)}")
         city = study.read_buildings(paths, request, log.progress)
@@ -94,6 +96,7 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
         weather = study.read_year(scene.site, request, keep=(work / ASKED, Path(folder) / ASKED))
         log.write(describe_weather(weather, scene.site))
         log.clock.lap("read weather")
+        # What will be simulated and left out, decided for this scene.
         if request.wants_rounds:
             check_goal(scene, weather, request, log)
         log.write("Effects included for this scene:")
@@ -107,6 +110,7 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
             if is_compiled()
             else "Tracing; compiling first, which this machine needs once"
         )
+        # Light: in tiles on a cluster, or all at once; then its rays may be kept for edits.
         tiles = None
         if cluster:
             with run_tasks.keeping(kept := run_tasks.kept_beside(folder), log.write):
@@ -124,12 +128,14 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
             )
             if base is not None:
                 write_rays(work / RAYS, base, city)
+        # Energy from light and weather, and the files of the run.
         log.clock.lap("trace")
         results = write_results(
             work, RunResults(city, scene, transfer, None, weather), request, output, log
         )
         totals = write_run(work, results, request, log, tiles)
         write_exports(work, results, output.exports, log.progress)
+    # After the folder is complete: sums, remarks, and what would make it more accurate.
     transfer, energy = results.transfer, results.energy
     run_tasks.drop_kept(folder, cluster)
     report_outcome(log, folder, energy, totals, scene.report)

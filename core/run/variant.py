@@ -65,6 +65,7 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
     """
     log, output = log or RunLog(), output or Output()
     with whole_folder(folder, output.overwrite) as work, TemporaryDirectory() as place:
+        # The base as it was traced, from its files, and the weather of its year.
         kept = read_rays(base_folder)
         known = {
             "decisions": kept.decisions,
@@ -79,6 +80,8 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
         )
         log.write(describe_weather(weather, kept.scene.site))
         log.clock.lap("read base")
+        # The edited city, with new albedos where they were given: only what the edit changes is
+        # traced.
         city, request = (
             edit_city(kept.city, _read_change(wish, kept), kept.scene.site.convergence),
             kept.request,
@@ -109,6 +112,7 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
             log.write(
                 "  The light of the base is solved with these too; compare takes it as before"
             )
+        # Results as of any run, and the rays for a further edit.
         if "editable" in output.exports:
             write_rays(work / NAME, edited, city, kept.names)
         found = write_results(

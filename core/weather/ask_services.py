@@ -80,6 +80,7 @@ def address_of(question):
     """
     asked, place = question.asked, (question.latitude, question.longitude)
     first, last = asked.first, asked.last
+    # PVGIS: a typical year, or the hours of years on a level plane, by parts.
     if asked.service.key == "pvgis":
         words = {"lat": place[0], "lon": place[1], "outputformat": "json"}
         if not asked.typical:
@@ -99,6 +100,7 @@ def address_of(question):
             }
             words |= {"loss": 0, "startyear": first, "endyear": last}
         base = pvlib.iotools.pvgis.URL + ("tmy" if asked.typical else "seriescalc")
+    # NASA POWER: parameters by their names there, in UTC.
     elif asked.service.key == "nasa-power":
         words = {
             "latitude": place[0],
@@ -114,6 +116,7 @@ def address_of(question):
         }
         words |= {"time-standard": "utc"}
         base = pvlib.iotools.nasa_power.URL
+    # Open-Meteo: hourly variables, metres per second, UTC.
     elif asked.service.key == "open-meteo":
         words = {"latitude": place[0], "longitude": place[1], "start_date": f"{first}-01-01"}
         words |= {
@@ -123,6 +126,7 @@ def address_of(question):
             "timezone": "GMT",
         }
         base = OPEN_METEO_URL
+    # ERA5 of the Copernicus store has one address for all places.
     else:
         process = "processes/reanalysis-era5-single-levels-timeseries/execution"
         return f"{_read_cds_configuration()[0]}/retrieve/v1/{process}"

@@ -62,6 +62,7 @@ def check_faults(year, days, source):
     InputError
         Names the first day and a cure.
     """
+    # Warmer than any place at its latitude: Fahrenheit or kelvin, if that would fit.
     temp_air = year.data["temp_air"]
     mean, most = float(temp_air.mean()), float(np.interp(abs(year.latitude), *WARMEST))
     if mean > most and temp_air.std() > LEAST_SPREAD:
@@ -304,6 +305,7 @@ def check_irradiance(year, source):
     :doi:`10.1016/0038-092X(82)90302-4`: with a clearness below 0.22 the diffuse fraction is at
     least 0.98.
     """
+    # The sun in the middle and at both ends of each interval; the highest of the three counts.
     data, interval = year.data, year.interval
     middle = data.index + interval / 2
     sun, half = (
@@ -317,6 +319,8 @@ def check_irradiance(year, source):
     normal = np.asarray(
         pvlib.irradiance.get_extra_radiation(middle.day_of_year, SOLAR_CONSTANT)
     )  # (t,) [Wm⁻²]
+    # No more than a share of the sun's light outside the atmosphere, by a power of its height (Long
+    # and Shi).
     ghi, outside, day = data["ghi"].to_numpy(), normal * cos_zenith, highest > 0
     for name, (factor, exponent, offset) in POSSIBLE.items():
         above = (data[name].to_numpy() > factor * normal * highest**exponent + offset) & day
@@ -328,6 +332,7 @@ def check_irradiance(year, source):
                 f"possible ({limit})"
             )
             raise InputError(source, problem, _cure_of_factor(ghi, highest, interval))
+    # The whole year against what arrives outside the atmosphere: its clearness.
     found, most = (values.sum() * (interval / HOUR) / 1000.0 for values in (ghi, outside))
     if most and not DARKEST_YEAR <= found / most <= BRIGHTEST_YEAR:
         plausible = f"{DARKEST_YEAR * most:.0f} to {BRIGHTEST_YEAR * most:.0f}"

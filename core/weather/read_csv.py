@@ -39,6 +39,7 @@ def read_weather_csv(path, own):
     """
     path = Path(path)
     text = read_text(path)
+    # The header is the first line that is no remark; commas separate.
     header = next(
         (line for line in text.splitlines() if line.strip() and not line.startswith("#")), ""
     )
@@ -49,6 +50,7 @@ def read_weather_csv(path, own):
         table = pd.read_csv(
             io.StringIO(text), comment="#", skipinitialspace=True, dtype=str, header=None
         )
+    # Names are taken as pvlib's, whatever their capitals, and each once.
     given = [str(name).strip() for name in table.iloc[0]]
     names = [name.lower() if name.lower() in NAMES else name for name in given]
     twice = [name for name in NAMES if names.count(name) > 1]
@@ -66,6 +68,7 @@ def read_weather_csv(path, own):
         raise InputError(
             path, problem, "name the columns ghi, dhi, dni, temp_air, wind_speed, pressure"
         )
+    # Times are those of the first column; numbers of the others by name.
     times = _read_times(path, table.iloc[:, 0])
     data = pd.DataFrame({name: read_numbers(path, table[name]) for name in names}).set_axis(
         times, axis=0
@@ -76,10 +79,12 @@ def read_weather_csv(path, own):
         notes.append("pressure is in hPa, by its size")
     if table.empty:
         raise InputError(path, "has no rows below its header", DAMAGED)
+    # A typical year by its months is put into one calendar year.
     local = times.tz_convert(_zone_of(str(table.iloc[0, 0])))
     if typical := _is_typical(local):
         data, _ = coerce_year(data.set_axis(local, axis=0))
         notes.append("months of different years, put into one")
+    # The place as the file says, or as it was given.
     head = dict(
         re.findall(r"^# *(latitude|longitude|altitude): *(-?[\d.]+)\s*$", text, re.MULTILINE)
     )

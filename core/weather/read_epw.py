@@ -59,6 +59,7 @@ def read_epw(path):
     # them in one row.
     if len(lines) > HEADER_LINES:
         lines[HEADER_LINES] += "," * (EPW_COLUMNS - 1 - lines[HEADER_LINES].count(","))
+    # pvlib reads the table; its names become ours, and hours become starts of intervals.
     with parsing(path, "cannot be read as epw", DAMAGED):
         table, place = pvlib.iotools.read_epw(io.StringIO("\n".join(lines)))
     table = table.rename(
@@ -68,6 +69,7 @@ def read_epw(path):
         raise InputError(path, "has no hours", DAMAGED)
     starts, parts = _split_hours(path, table)
     data = take_columns(path, table, EPW).set_axis(starts, axis=0)
+    # Temperatures in kelvin or Fahrenheit are told by their size.
     if 150.0 < data["temp_air"].median() < 350.0:
         kelvin = data["temp_air"].median()
         problem = f"the median of {EPW['temp_air']} is {kelvin:.0f}: kelvin, as it seems"
@@ -78,18 +80,21 @@ def read_epw(path):
             f"{EPW['temp_air']} is {data['temp_air'][hot].iloc[0]:g}, which no place has in °C"
         )
         raise InputError(path, problem, "give °C, which are (°F − 32) / 1.8")
+    # Marks for missing values become gaps.
     for name, mark in EPW_MISSING.items():
         data[name] = data[name].mask(data[name] >= mark)
     # Pressure can be computed from the altitude of the station; the other variables have no
     # substitute.
     if data["pressure"].isna().any():
         data["pressure"] = data["pressure"].fillna(pvlib.atmosphere.alt2pres(place["altitude"]))
+    # A typical year becomes one calendar year; parts of an hour in Wh become W.
     (data, typical), notes = coerce_year(data), []
     if parts > 1:
         factor = _factor_of_unit(path, data, parts, place)
         data[list(IRRADIANCES)] *= factor
         unit = "W/m²" if factor == 1 else "Wh/m² per interval"
         notes.append(f"{parts} records an hour; its clear days fit the sun in {unit}")
+    # Images of PVGIS were taken at another time than the hour says: the intervals are moved there.
     found = OFFSET.search("\n".join(lines[:HEADER_LINES]))
     if found:
         offset = float(found[1])

@@ -214,6 +214,7 @@ def grid_source(grid, places, picked, request, years=None):
     """
     rows, columns = picked
     width = len(columns)
+    # Stamps of all files; only the years asked for are kept.
     suns, checked, nearest = [], [], max(CHECKED, np.abs(places.latitude).min())
     stamps = pd.DatetimeIndex(
         np.unique(np.concatenate([one["time"].to_numpy() for one, _ in grid.files]))
@@ -224,6 +225,8 @@ def grid_source(grid, places, picked, request, years=None):
         )
     kept = np.flatnonzero(stamps.year.isin(years)) if years else slice(None)
 
+    # A few neighbouring places at a time: one read of the file, then each place by itself. The sun
+    # is computed once for all, and turned to each place.
     def read(chunk):
         row = chunk[0] // width
         block = read_block(grid, rows[[row]], columns[[one % width for one in chunk]]).isel(
@@ -257,6 +260,7 @@ def grid_source(grid, places, picked, request, years=None):
             found.append((add_sun(record, interval, request.horizon_cut, own), FILES))
         return found
 
+    # As many places at a time as fit into the memory that is allowed.
     together = int(max(1, min(360, MOST // (8 * 6 * len(stamps)))))
     chunks = [row * width + part for row in range(len(rows)) for part in cut(width, together)]
     label = f"ERA5 {grid.source}" + (f", years {', '.join(map(str, years))}" if years else "")

@@ -76,6 +76,8 @@ def _loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
     first, area = groups
     count, group_count = len(diffuse), len(first) - 1
     direct, scattered, beam, low, caught_low, effective, total = np.zeros((7, count), np.float32)
+    # Hour by hour: direct light of the traced suns around the hour, with what they reflect, and its
+    # loss by the angle of incidence.
     for hour in range(len(light)):
         sunward, dome = light[hour, 0], light[hour, 1]
         direct[:], beam[:], scattered[:], low[:], caught_low[:] = NONE, NONE, NONE, NONE, NONE
@@ -106,6 +108,8 @@ def _loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
                 low[i] += bright * view[i]
                 caught_low[i] += bright * view[i] * passed[i]
                 scattered[i] += bright * back[i]
+        # Light on a surface in its surroundings: from the dome, reflected, from the far ground, and
+        # of sources in the sky; then through its glass, and to power by groups.
         ground, hot, cold, passing = level[hour], heating[hour, 0], heating[hour, 1], spectral[hour]
         for i in range(count):
             straight = dome * sky[i]
@@ -119,6 +123,7 @@ def _loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
             total[i] = (direct[i] + rest) * hot + cold
         _convert(effective, total, efficiency)
         _add_groups(effective, area, first, found[hour, :group_count])
+        # The same surface without surroundings' reflections: what comes directly from sun and sky.
         for i in range(count):
             straight = dome * sky[i]
             effective[i] = passing * (

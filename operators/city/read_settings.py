@@ -50,6 +50,7 @@ def read_settings(settings):
     """Read the panel's settings, `scene.citypv`: core.settings.request.Request; answers of services
     will be kept beside it.
     """
+    # Settings of the panel in the words of a Request: threads, suns, place.
     _note_folder()
     preferred = getattr(find_preferences(), "threads", 0)
     number = getattr(settings, settings.suns.replace("-", "_"), None)  # of days or directions
@@ -64,6 +65,7 @@ def read_settings(settings):
             "0° N, 0° E lies in the sea",
             "give latitude and longitude in step Classify",
         )
+    # Files take the place of choices where these ask for one.
     ground, terrain, weather, albedo_file = settings.ground, None, settings.weather, None
     if ground == "terrain":
         ground, terrain = (
@@ -72,6 +74,7 @@ def read_settings(settings):
         )
     if weather in ASKED_BY_KEY and settings.weather_years.strip():
         weather = f"{weather}:{settings.weather_years.strip()}"
+    # Services are asked only if Blender may use the network.
     online = {"Weather": settings.weather in ASKED_BY_KEY, "Horizon": settings.horizon == "pvgis"}
     for title in [title for title, asks in online.items() if asks and not bpy.app.online_access]:
         raise InputError(

@@ -106,10 +106,13 @@ def read_meshes(name, items, context, *, named=None, frame=None):
     InputError
         There is no face.
     """
+    # World coordinates become metres.
     if frame is None:
         frame = np.diag([*3 * [context.scene.unit_settings.scale_length], 1.0])
     content, chosen, met, drawn = FileContent(name), set(items), set(), set()
     names, own = Counter(), {}
+    # Everything that Blender would show of the objects, with its modifiers applied and instances
+    # spread.
     for instance in context.evaluated_depsgraph_get().object_instances if items else ():
         item = instance.object.original
         owner = instance.parent.original if instance.is_instance else item
@@ -120,6 +123,7 @@ def read_meshes(name, items, context, *, named=None, frame=None):
             continue
         drawn.add(owner)
         matrix = frame @ np.array(instance.matrix_world)
+        # A tree becomes a crown; all else is a building, with a name of its own for each instance.
         if _is_tree(item) or _is_tree(owner):
             _add_tree(content, item.name, instance.object, matrix)
             continue
@@ -140,6 +144,7 @@ def read_meshes(name, items, context, *, named=None, frame=None):
         own[owner] = building if same and owner not in own else ""
         ids = name_faces(owner, building) if own[owner] else None
         _add_building(content, building, instance.object, matrix, ids)
+    # What has no faces to show is told.
     for item in sorted(chosen - drawn, key=lambda item: item.name):
         if item.type == "MESH":
             content.skip(

@@ -41,6 +41,7 @@ def compare_with_before(stage, city, ground):
     city, ground : bpy.types.Object or None
         With results.
     """
+    # The result before, in the same scene: surfaces are matched by shape.
     before, match = find_before(stage, city), None
     if before is not None and Key.KWP in before and Key.KWP in city:
         from ...core.results import compare_runs
@@ -50,6 +51,7 @@ def compare_with_before(stage, city, ground):
             _read_state(city, city),
         )
         match = compare_runs.match_shapes(old_shapes, shapes)  # (n,) row of `olds`, -1 for new ones
+    # Nothing to compare: what an earlier comparison left on the faces goes.
     if match is None or not (match >= 0).any():
         for key in (Key.COMPARED, Key.MATCHED):
             city.pop(key, None)
@@ -57,6 +59,7 @@ def compare_with_before(stage, city, ground):
             city, ground, CHANGE_ERROR, *(CHANGE + name for name in COMPARED)
         )
         return False
+    # Changes of each surface, with their errors, on its faces.
     known = _errors_of_surfaces(before, city, rows)
     table, count, matched = (
         compare_runs.compare_surfaces(olds, news, match, known),
@@ -71,6 +74,7 @@ def compare_with_before(stage, city, ground):
     errors = np.full(count, np.nan)
     errors[rows] = table["full_load_hours_change_standard_error"][: len(rows)]
     attributes.write_surface_values(city, ground, CHANGE_ERROR, errors)
+    # Changes of buildings and of the whole, for the panel.
     buildings = compare_runs.sum_buildings(table)
     sums = compare_runs.sum_states(buildings)
     tables = {
