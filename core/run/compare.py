@@ -13,7 +13,6 @@ from ..results.output_folder import whole_folder
 from ..results.write_summary import write_summary
 from ..settings.errors import show_number
 
-MOST_ROWS = 200  # of the page's table
 CAPTIONS = {
     "roof": "Roofs from above: change of the full load hours. Blue loses, brown gains; grey: below two standard "
     "errors, or without modules; outlined in black: new. North is up.",
@@ -126,7 +125,8 @@ def _compose_page(found):
         if (one := summary["sums"][state])["buildings"]
     ]
     sure = buildings[buildings["mwh_change"].abs() > 2 * buildings["mwh_change_standard_error"]]
-    listed = sure.reindex(sure["mwh_change"].abs().sort_values(ascending=False).index[:MOST_ROWS])
+    # The page's table has 200 rows at most.
+    listed = sure.reindex(sure["mwh_change"].abs().sort_values(ascending=False).index[:200])
     listed = listed.sort_values("mwh_change")
     # "–" of what was not there.
     percent = [

@@ -7,9 +7,6 @@ import time
 from ..settings.errors import count_of, list_some, show_number, show_signs
 from ..settings.progress import Clock, TerminalProgress, describe_duration, silent
 
-WIDE = 30.0  # [km] across, from which a run says so before its ground is laid
-NAMED = 5  # buildings that are named in one line
-
 
 class RunLog:
     """Prints messages, and measures the seconds of each stage.
@@ -96,7 +93,7 @@ def report_outcome(log, folder, energy, totals, report=None):
         )
     for reason, names in report.skipped.items() if report else ():
         if reason.startswith(SHAPELESS):
-            told = list_some(names, NAMED)
+            told = list_some(names, 5)
             log.write(
                 f"  {count_of(len(names), 'building')}, {reason.removeprefix('building ')}: {told}"
             )
@@ -149,7 +146,8 @@ def describe_extent(city):
     """A line on a city so wide that its ground and rays take long, before they do: list of str."""
     plan = city.points[:, :2]
     width = (plan.max(axis=0) - plan.min(axis=0)) / 1000  # [km]
-    if width.max() < WIDE:
+    # A run of 30 km across or more says so before its ground is laid.
+    if width.max() < 30.0:
         return []
     hints = [note for note in city.report.notes if "--unit" in note or "--up" in note]
     words = f"{width[0]:,.0f} × {width[1]:,.0f} km: a scene this wide takes minutes."

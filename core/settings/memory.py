@@ -9,7 +9,6 @@ from pathlib import Path
 from .errors import InputError
 
 GB = 1e9  # [bytes]
-UNLIMITED = 1 << 60  # [bytes] more than any machine has
 
 
 def free_memory():
@@ -78,7 +77,8 @@ def _free_on_linux():
         groups = [Path(top + path), *Path(top + path).parents]
         for group in [one for one in groups if one.is_relative_to(top)]:
             most, used = (_read(group / name).strip() for name in names[:2])
-            if most.isdigit() and used.isdigit() and int(most) < UNLIMITED:
+            # A limit above 2⁶⁰ bytes, more than any machine has, is none.
+            if most.isdigit() and used.isdigit() and int(most) < 1 << 60:
                 # Pages of files count as used, and give way.
                 cache = re.search(rf"^{names[2]} (\d+)", _read(group / "memory.stat"), re.MULTILINE)
                 yield int(most) - int(used) + (int(cache[1]) if cache else 0)

@@ -28,10 +28,8 @@ AT_ONCE = (
 )  # triangles of ground that are looked at together, so that they need little memory
 # [m] terrain further away is left out: a peak of 2,000 m rises by less than 2.1° beyond it
 REACH = 50_000.0
-MESHES = (*RELIEFS, ".obj")
 CURE = "give lines of azimuth,elevation in degrees, or a horizon file of PVGIS"
 LARGEST = 4_000_000  # bytes of a file of angles
-HIGHEST = 90.0  # [°]
 ELEVATION_FIRST = re.compile(r"\W*(elev|height|h_hor|horizon|altitude)\w*\W.*\bazi", re.IGNORECASE)
 OF_PVGIS = re.compile(r"\s*A\W+H_hor\b")  # header of its columns
 
@@ -61,7 +59,7 @@ def _is_raster(path):
         It cannot be opened, or it is a mesh.
     """
     open_input(path).close()
-    if suffix_of(path) in MESHES:
+    if suffix_of(path) in (*RELIEFS, ".obj"):
         cure = (
             f"give heights around the city as {', '.join(RASTERS)}, or lines of azimuth,elevation "
             "in degrees"
@@ -254,7 +252,7 @@ def _horizon_of_angles(path, azimuth, elevation):
     if len(azimuth) < 3:
         raise InputError(path, f"has {len(azimuth)} angles", "give at least three around the site")
     # Compared so that NaN fails too.
-    if (row := first_true(~(np.abs(azimuth) <= 540) | ~(np.abs(elevation) < HIGHEST))) is not None:
+    if (row := first_true(~(np.abs(azimuth) <= 540) | ~(np.abs(elevation) < 90.0))) is not None:
         problem = (
             f"azimuth {azimuth[row]:g}°, elevation {elevation[row]:g}° (entry {row + 1}) is out of "
             "range"

@@ -21,12 +21,7 @@ from .horizon_band import HORIZON
 MODELS = ("isotropic", "perez")
 # hemisphere rays for each ray towards the horizon, which is a small part of the light
 RAYS_SHARE = 4
-MOST_SHARE = 16  # where the horizon gives next to nothing
-NOISE_SHARE = 0.1  # of the variance of the dome's light: what the horizon's noise may add to it
-# [°] zenith angle from which on the circumsolar disc is taken as if it stood there (Eq. 9)
-LOWEST = 85.0
 SMALL_TILT = 1.0  # [°] of the plane that tells the parts apart: each is positive on it
-NO_CAP = 1e6  # of a horizon that is never darker than the dome
 
 
 @dataclass
@@ -53,7 +48,8 @@ class SkyParts:
         black: (k,).
         """
         dark = [(self.dome[light < 0], -light[light < 0]) for light in self.sources.values()]
-        return np.array([float((dome / less).min(initial=NO_CAP)) for dome, less in dark])
+        # A horizon that is never darker than the dome has a cap beyond all rays.
+        return np.array([float((dome / less).min(initial=1e6)) for dome, less in dark])
 
 
 def split_sky(weather, model):
@@ -102,7 +98,8 @@ def split_sky(weather, model):
     around = np.maximum(dhi - dome, 0.0)
     # F₁ DHI is what level ground has from the sun's place; normal to it there is 1/b times as much,
     # b = max(cos 85°, cos z).
-    height = np.maximum(np.cos(np.radians(zenith)), np.cos(np.radians(LOWEST)))
+    # From a zenith angle of 85° on the circumsolar disc is taken as if it stood there (Eq. 9).
+    height = np.maximum(np.cos(np.radians(zenith)), np.cos(np.radians(85.0)))
     horizon = np.where(defined, parts["poa_horizon"] / np.sin(tilt), 0.0)
     return SkyParts(dome, around / height, around, {HORIZON.name: horizon})
 
@@ -156,6 +153,8 @@ def choose_share(parts):
     # ratio  H/D, light of the horizon over light of the dome [–].
     dome, share = float(parts.dome.sum()), RAYS_SHARE
     ratio = float(np.abs(parts.of_sources).sum()) / dome if dome > 0 else 1.0
-    while 2 * share <= MOST_SHARE and 2 * share * ratio**2 <= NOISE_SHARE:
+    # A horizon that gives next to nothing has a ray for 16 of the hemisphere; the horizon's noise
+    # may add a tenth to the variance of the dome's light.
+    while 2 * share <= 16 and 2 * share * ratio**2 <= 0.1:
         share *= 2
     return share

@@ -14,13 +14,7 @@ from scipy.spatial import KDTree
 from .solar_position import DAY, solar_days, solar_position, sun_direction, whole_solar_days
 from .suns import TROPICAL_YEAR, Suns
 
-SHORTEST_STEP = pd.Timedelta(minutes=15)  # between traced suns, in which the sun moves by 3.75°
 EPOCH = 719_163  # 1970-01-01 as datetime.date.toordinal counts days
-WIDEST_GAP = 60.0  # days; over wider gaps the sun's path is not a smooth function of the season
-ON_STEP = 0.05  # of a step: closer than this, the sun of the traced step itself is taken
-FINE_STEP = np.cos(
-    np.radians(6.0)
-)  # between steps closer than this linear interpolation is good enough
 CHUNK = 4096  # intervals at a time
 AROUND = np.array([-1, 0, 1, 2])
 
@@ -50,7 +44,8 @@ def days_of_year_suns(times, interval, latitude, longitude, *, count):
         local solar time.
     """
     # Intervals per step of traced suns, such that the steps divide the day.
-    every = max(1, -(-SHORTEST_STEP // interval))
+    # In a quarter of an hour, the least between traced suns, the sun moves by 3.75°.
+    every = max(1, -(-pd.Timedelta(minutes=15) // interval))
     while DAY % (interval * every) != pd.Timedelta(0) and interval * every < DAY:
         every += 1
     axis = whole_solar_days(times[::every], interval * every, longitude)
@@ -153,7 +148,8 @@ def _join_days(table, phase, place):
         np.searchsorted(phase, place, side="right")[:, None] - 1 + AROUND
     )  # (d, 4), cyclic over the year
     nodes = phase[around % len(phase)] + TROPICAL_YEAR * (around // len(phase))
-    near = np.diff(nodes, axis=1) <= WIDEST_GAP  # (d, 3)
+    # Over gaps of more than 60 days the sun's path is not a smooth function of the season.
+    near = np.diff(nodes, axis=1) <= 60.0  # (d, 3)
     joined = np.stack(
         [near[:, 0] & near[:, 1], near[:, 1], near[:, 1], near[:, 1] & near[:, 2]], axis=1
     )
@@ -198,8 +194,10 @@ def _join_steps(path, known, direction):
     length = np.einsum("tx,tx->t", chord, chord)
     share = np.einsum("tx,tx->t", direction - left, chord) / np.where(length > 0, length, 1.0)
     share = np.clip(np.where(have[:, 1] & have[:, 2], share, have[:, 2]), 0.0, 1.0)
-    share = np.where(np.abs(share - np.round(share)) < ON_STEP, np.round(share), share)
-    fine = np.einsum("tx,tx->t", left, right) > FINE_STEP
+    # Closer than a twentieth of a step, the sun of the traced step itself is taken.
+    share = np.where(np.abs(share - np.round(share)) < 0.05, np.round(share), share)
+    # Between suns less than 6° apart linear interpolation is good enough.
+    fine = np.einsum("tx,tx->t", left, right) > np.cos(np.radians(6.0))
     have[:, [0, 3]] &= ~fine[:, None]
     return steps, cubic_weights(share, np.broadcast_to(AROUND.astype(float), steps.shape), have)
 

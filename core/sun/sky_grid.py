@@ -16,9 +16,6 @@ from ..settings.errors import InputError
 from .suns import Suns
 
 GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))
-SLACK = (
-    -1e-12
-)  # weight down to which a direction counts as inside a triangle: it may lie on an edge
 
 
 def sky_grid_suns(count):
@@ -152,7 +149,8 @@ def _find_triangles(neighbours, inverse, direction):
                 )
                 if weight < least:
                     side, least = corner, weight
-            if least >= SLACK:
+            # A direction may lie on an edge: rounding gives it a weight just below 0.
+            if least >= -1e-12:
                 break
             here = neighbours[here, side]
         found[row] = here

@@ -19,9 +19,7 @@ from ..settings.errors import InputError, check_array, first_true
 
 POSITION = ["solar_zenith", "apparent_zenith", "solar_azimuth"]  # columns of `solar_position`
 MINIMUM_ELEVATION = 2.0  # [°] apparent; below it direct light is not traced (paper, section 2.2)
-BOUNDS = {"latitude": 90, "longitude": 360}  # [°]
 SECOND, DAY = pd.Timedelta(seconds=1), pd.Timedelta(days=1)
-INSTANT = pd.Timedelta(0)
 
 # Settings of pvlib.solarposition.get_solarposition: a standard atmosphere at sea level.
 DELTA_T = 67.0  # [s] terrestrial time minus UT1
@@ -73,7 +71,7 @@ def check_place(latitude, longitude):
     ------
     InputError
     """
-    for (name, bound), value in zip(BOUNDS.items(), (latitude, longitude), strict=True):
+    for name, bound, value in (("latitude", 90, latitude), ("longitude", 360, longitude)):
         if not (
             isinstance(value, int | float | np.number) and abs(value) <= bound
         ):  # also true for NaN
@@ -108,7 +106,7 @@ def geocentric_sun(times, interval):
     -------
     GeocentricSun
     """
-    check_times(times, interval, INSTANT)
+    check_times(times, interval, pd.Timedelta(0))
     seconds = ((times + interval / 2) - pd.Timestamp(0, tz="UTC")) / SECOND
     common = (seconds.to_numpy(float), 0, 0, 0, PRESSURE, TEMPERATURE, DELTA_T, REFRACTION, 1)
     sidereal, ascension, declination = pvlib.spa.solar_position_numpy(*common, sst=True)

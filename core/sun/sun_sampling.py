@@ -24,8 +24,7 @@ from .suns import Suns, TimeAxis, check_suns
 from .typical_days import typical_day_suns
 
 SAMPLINGS = ("hourly", "days", "typical-days", "sky-grid")
-CURE = "give hourly, days:N, typical-days:N or sky-grid:N"
-FEWEST_DIRECTIONS, MOST_DIRECTIONS = 16, 1_000_000
+MOST_DIRECTIONS = 1_000_000
 
 
 def choose_suns(sampling, times, interval, latitude, longitude, *, position=None):
@@ -93,8 +92,13 @@ def parse_sampling(sampling):
     if sampling == "hourly":
         return name, 0
     if name not in SAMPLINGS[1:] or not (number.isascii() and number.isdigit()):
-        raise InputError("--suns", f"{sampling!r} is unknown", CURE)
-    count, least = int(number), FEWEST_DIRECTIONS if name == "sky-grid" else 1
+        raise InputError(
+            "--suns",
+            f"{sampling!r} is unknown",
+            "give hourly, days:N, typical-days:N or sky-grid:N",
+        )
+    # A sky grid needs 16 directions to interpolate over the whole sky.
+    count, least = int(number), 16 if name == "sky-grid" else 1
     if count < least:
         raise InputError("--suns", f"{sampling!r} is too few", f"give {name}:{least} or more")
     if count > MOST_DIRECTIONS:

@@ -14,14 +14,9 @@ from scipy.spatial import KDTree
 from ..settings.errors import UNIT, InputError, check_array, check_unit, first_true
 
 TROPICAL_YEAR = 365.2422  # days: period of the sun's declination and the equation of time
-BELOW_HORIZON = (
-    -1e-6
-)  # sine of the elevation down to which a sun counts as on the horizon (rounding)
 BY_DAYS = ("days:", "typical-days:")  # sun samplings whose number counts days
-FEWEST_OF_SKY = 16  # directions of a sky grid needed to interpolate over the whole sky
 GOLDEN = (np.sqrt(5) - 1) / 2
 PLASTIC = 1.324717957244746  # the root of x³ = x + 1
-WALK_DAYS, WALK_SKY = 64, 4  # steps per day or direction; those never visited come last
 
 
 class TimeAxis(NamedTuple):
@@ -72,7 +67,8 @@ def check_suns(suns):
         most=1 + UNIT,
     )
     direction = check_unit(name, suns.direction)
-    if (first := first_true(direction[:, 2] < BELOW_HORIZON)) is not None:
+    # Down to a sine of -1e-6 a sun counts as on the horizon: rounding.
+    if (first := first_true(direction[:, 2] < -1e-6)) is not None:
         problem = f"row {first} is {direction[first]}, below the horizon"
         raise InputError(name, problem, "leave out suns below the horizon")
 
@@ -106,7 +102,7 @@ def progressive_order(suns):
     if not len(suns):
         return suns
     if suns.day[0] < 0:  # a walk through equal areas of the sky
-        count = WALK_SKY * len(suns)
+        count = 4 * len(suns)
         height, turn = ((0.5 + np.arange(count) / PLASTIC**power) % 1 for power in (1, 2))
         radius, azimuth = np.sqrt(1 - height**2), 2 * np.pi * turn
         walk = np.stack([radius * np.sin(azimuth), radius * np.cos(azimuth), height], axis=1)
@@ -122,7 +118,8 @@ def progressive_order(suns):
             )
         line = np.argsort(place, kind="stable")
         end = np.cumsum(share[line] if share.any() else np.ones(len(line)))
-        steps = (0.5 + GOLDEN * np.arange(WALK_DAYS * len(line))) % 1 * end[-1]
+        # 64 steps a day; suns that are never visited come last.
+        steps = (0.5 + GOLDEN * np.arange(64 * len(line))) % 1 * end[-1]
         visited = np.minimum(np.searchsorted(end, steps, side="right"), len(line) - 1)
         rank = np.empty(len(line), int)
         rank[line[pd.unique(np.append(visited, np.arange(len(line))))]] = np.arange(len(line))
@@ -141,7 +138,8 @@ def end_of_days(suns):
     """
     if suns.sampling.startswith(BY_DAYS):
         return np.append(np.flatnonzero(np.diff(suns.day)) + 1, len(suns))
-    first = min(FEWEST_OF_SKY, len(suns)) if suns.sampling.startswith("sky-grid") else 1
+    # To interpolate over the whole sky, a sky grid needs 16 directions.
+    first = min(16, len(suns)) if suns.sampling.startswith("sky-grid") else 1
     return np.arange(first, len(suns) + 1)
 
 

@@ -7,9 +7,6 @@ from threadpoolctl import threadpool_limits
 from .solar_position import DAY, is_sunny, solar_position, sun_direction, whole_solar_days
 from .suns import Suns
 
-RESTARTS = 10  # of the k-means, from different initial centres; the best is kept
-SEED = 0  # of these centres, fixed: two runs differ by tracing alone
-
 
 def typical_day_suns(times, interval, latitude, longitude, *, count):
     """Suns of typical days, found by k-means over the days' sun positions.
@@ -82,7 +79,9 @@ def _cluster_days(sun, steps, count):
     table = pd.DataFrame(
         features, index=pd.date_range("2021-01-01", periods=len(sun), freq=DAY / steps)
     )
-    method = tsam.KMeans(n_init=RESTARTS, random_state=SEED)
+    # The best of ten k-means from different initial centres; these are fixed, so that two runs
+    # differ by tracing alone.
+    method = tsam.KMeans(n_init=10, random_state=0)
     cluster = tsam.ClusterConfig(method=method, representation="mean")
     with threadpool_limits(
         1

@@ -28,11 +28,7 @@ from .sources import Asked
 from .weather import Record
 
 OPEN_METEO_URL = "https://archive-api.open-meteo.com/v1/archive"
-CDS_URL = "https://cds.climate.copernicus.eu/api"
 TIMEOUT = (5.0, 120.0)  # [s] to reach a server, and for its answer
-LONGEST = 900.0  # [s] that ERA5 may wait in its queue
-NOT_REACHED = ("ConnectionError", "ConnectTimeout", "ProxyError", "SSLError")
-OFFLINE = "give a file, or --weather climate, which needs no network"
 LATER = "ask again later or for fewer years, give a file, or --weather climate"
 POINT = (
     "ssrd",
@@ -50,7 +46,6 @@ POINT_NAMES = (
     "10m_v_component_of_wind",
     "surface_pressure",
 )
-HOURLY = "temperature_2m,wind_speed_10m,surface_pressure,shortwave_radiation,diffuse_radiation,direct_normal_irradiance"
 POWER_NAMES = ("ALLSKY_SFC_SW_DWN", "ALLSKY_SFC_SW_DIFF", "ALLSKY_SFC_SW_DNI", "T2M", "WS10M", "PS")
 
 
@@ -121,7 +116,8 @@ def address_of(question):
         words = {"latitude": place[0], "longitude": place[1], "start_date": f"{first}-01-01"}
         words |= {
             "end_date": f"{last}-12-31",
-            "hourly": HOURLY,
+            "hourly": "temperature_2m,wind_speed_10m,surface_pressure,"
+            "shortwave_radiation,diffuse_radiation,direct_normal_irradiance",
             "wind_speed_unit": "ms",
             "timezone": "GMT",
         }
@@ -187,8 +183,12 @@ def _ask(question, altitude):
         OSError
     ) as error:  # what requests raises, from a missing network to a service's own refusal
         name = type(error).__name__
-        if name in NOT_REACHED:
-            raise InputError(option, f"cannot reach {where} ({name})", OFFLINE) from error
+        if name in ("ConnectionError", "ConnectTimeout", "ProxyError", "SSLError"):
+            raise InputError(
+                option,
+                f"cannot reach {where} ({name})",
+                "give a file, or --weather climate, which needs no network",
+            ) from error
         if isinstance(error, TimeoutError | requests.Timeout):
             raise InputError(option, f"{where} did not answer in time", LATER) from error
         raise InputError(option, f"{where} refused ({_words_of(error)})", LATER) from error
@@ -276,7 +276,8 @@ def _ask_era5(question):
         raise InputError("", "needs a key", f"{cure}, or ask pvgis, nasa-power or open-meteo")
     asked, place = question.asked, (question.latitude, question.longitude)
     ends = f"{asked.first}-01-01", f"{asked.last}-12-31"
-    options = {"map_variables": False, "timeout": LONGEST, "url": f"{url}/retrieve/v1/"}
+    # ERA5 may wait in its queue for a quarter of an hour.
+    options = {"map_variables": False, "timeout": 900.0, "url": f"{url}/retrieve/v1/"}
     try:
         table, _ = pvlib.iotools.get_era5(*place, *ends, list(POINT_NAMES), key, **options)
     except (OSError, ValueError, KeyError, TypeError, IndexError, AttributeError):
@@ -294,7 +295,7 @@ def _read_cds_configuration():
     path = Path(os.environ.get("CDSAPI_RC", Path.home() / ".cdsapirc"))
     text = path.read_text("utf-8") if path.is_file() else ""
     lines = dict(re.findall(r"^\s*(url|key)\s*:\s*(\S+)\s*$", text, re.MULTILINE))
-    url = os.environ.get("CDSAPI_URL", lines.get("url", CDS_URL))
+    url = os.environ.get("CDSAPI_URL", lines.get("url", "https://cds.climate.copernicus.eu/api"))
     return url.rstrip("/"), os.environ.get("CDSAPI_KEY", lines.get("key", ""))
 
 

@@ -19,24 +19,18 @@ DAY, HOUR = pd.Timedelta(days=1), pd.Timedelta(hours=1)
 # Days on which the sun would give this [Wh/m²] outside the atmosphere have light: of 23 years of 17
 # real records the darkest had a clearness of 0.028. Up to three days of zeros a year are in records
 # of weather services.
-LIT_DAY, LEAST_CLEARNESS, MOST_DARK_DAYS = 1500.0, 0.01, 5
+LIT_DAY = 1500.0
 # Light [Wm⁻²] while the sun is below civil twilight; none in real records.
-TWILIGHT, NIGHT_LIGHT, MOST_LIT_NIGHTS = np.cos(np.radians(96.0)), 5.0, 2
-FLAT = pd.Timedelta(hours=8)  # of the same light; in real records less than 4 h
+NIGHT_LIGHT = 5.0
 # Daily GHI over GHI under a very clean, dry sky, of the clearest 2 % of days: 0.87 to 1.03, over
 # snow too.
-CLEAN_TURBIDITY, CLEAR_DAY, CLEAREST, NAMED_BRIGHT, REFUSED_BRIGHT = 2.0, 2000.0, 0.98, 1.06, 1.15
-# Share of DHI in GHI while DNI is strong, median: 0.13 to 0.25.
-HIGH_SUN, STRONG, MOST_DIFFUSE, FEWEST = np.sin(np.radians(20.0)), 600.0, 0.45, 50
+CLEAR_DAY = 2000.0
+STRONG, FEWEST = 600.0, 50
 # DNI of the clearest tenth over DNI of a clear sky: under a low sun 0.60 to 1.6 times as much as
 # under a high one.
-LOW_SUN, LEAST_LOW = np.sin(np.radians([12.0, 20.0])), 0.5
-# Minutes by which the middle of the light moves from winter to summer: −8 to +12.
-SUMMER_TIME, FEWEST_DAYS = 35.0, 15  # of each half-year, whose median is then known to some 9 min
+LOW_SUN = np.sin(np.radians([12.0, 20.0]))
 # Mean air temperature of a year [°C] by latitude [°], 4 K above the warmest places (Dallol, Ahvaz,
 # Athens, Scilly, Shetland, the Norwegian coast, Svalbard).
-# [K] standard deviation over a year; tables that are made up may have one temperature
-LEAST_SPREAD = 1.0
 WARMEST = (0, 25, 30, 40, 50, 60, 70, 80, 90), (39, 39, 32, 25, 17, 13, 8, 0, -8)
 
 
@@ -65,7 +59,9 @@ def check_faults(year, days, source):
     # Warmer than any place at its latitude: Fahrenheit or kelvin, if that would fit.
     temp_air = year.data["temp_air"]
     mean, most = float(temp_air.mean()), float(np.interp(abs(year.latitude), *WARMEST))
-    if mean > most and temp_air.std() > LEAST_SPREAD:
+    # Tables that are made up may have one temperature all year: their standard deviation is below 1
+    # K.
+    if mean > most and temp_air.std() > 1.0:
         problem = (
             f"the mean air temperature is {mean:.0f} °C, above {most:.0f}, the most at "
             f"{year.latitude:.0f}°"
@@ -81,13 +77,14 @@ def check_faults(year, days, source):
         raise InputError(source, problem, "give °C")
     notes = []
     # Days without light under a sun that rises.
-    dark = days.index[(days["extra"] > LIT_DAY) & (days["ghi"] < LEAST_CLEARNESS * days["extra"])]
+    dark = days.index[(days["extra"] > LIT_DAY) & (days["ghi"] < 0.01 * days["extra"])]
     if len(dark):
         notes.append(
             f"no light on {count_of(len(dark), 'day')}, the first {dark[0].date()}: a gap filled "
             "with zeros"
         )
-    if len(dark) > MOST_DARK_DAYS:
+    # Records of weather services have up to three days of zeros a year.
+    if len(dark) > 5:
         raise InputError(
             source, notes[0], "fill the gap with measured values, or give another year"
         )
@@ -96,16 +93,18 @@ def check_faults(year, days, source):
     # More light than the cleanest air lets through.
     bright = days["clean"] > CLEAR_DAY
     found = (
-        float((days["ghi"] / days["clean"])[bright].quantile(CLEAREST))
+        # The clearest 2 % of days.
+        float((days["ghi"] / days["clean"])[bright].quantile(0.98))
         if bright.sum() >= FEWEST
         else 0.0
     )
-    if found >= NAMED_BRIGHT:
+    # Real records reach 1.03, over snow too: 1.06 is named, 1.15 refused.
+    if found >= 1.06:
         notes.append(
             f"its clear days have {100 * found - 100:.0f} % more light than the cleanest air lets "
             "through"
         )
-    if found > REFUSED_BRIGHT:
+    if found > 1.15:
         raise InputError(source, notes[-1], "check unit and calibration of the irradiance")
     return notes
 
@@ -126,7 +125,8 @@ def cut_days(year):
     columns = {
         "ghi": data["ghi"],
         "extra": pvlib.irradiance.get_extra_radiation(middle).to_numpy() * sine,
-        "clean": clear_sky_of(year, CLEAN_TURBIDITY)["ghi"].to_numpy(),
+        # A very clean, dry sky has a Linke turbidity of 2.
+        "clean": clear_sky_of(year, 2.0)["ghi"].to_numpy(),
         "moment": data["ghi"] * noon,
     }
     local = (middle + pd.Timedelta(hours=year.longitude / 15)).normalize()
@@ -156,11 +156,13 @@ def clear_sky_of(year, turbidity):
 
 def _check_nights(year, source):
     """Refuse light at night."""
-    night = np.cos(np.radians(year.data["solar_zenith"].to_numpy())) < TWILIGHT
+    # Below civil twilight, real records have no light; two lit nights may be faults of an
+    # instrument.
+    night = np.cos(np.radians(year.data["solar_zenith"].to_numpy())) < np.cos(np.radians(96.0))
     night &= np.roll(night, 1) & np.roll(night, -1)  # all of the interval
     lit = year.data.index[night & (year.data["ghi"].to_numpy() > NIGHT_LIGHT)]
     nights = (lit + pd.Timedelta(hours=year.longitude / 15 - 12)).normalize().unique()
-    if len(nights) > MOST_LIT_NIGHTS:
+    if len(nights) > 2:
         problem = (
             f"light in {len(nights)} nights, first at {lit[0]} with the sun far below the horizon"
         )
@@ -172,7 +174,8 @@ def _check_flat(year, source):
     not set.
     """
     ghi = year.data["ghi"].to_numpy()
-    width = int(FLAT / year.interval)
+    # The same light lasts for less than 4 h in real records: 8 h are a fault.
+    width = int(pd.Timedelta(hours=8) / year.interval)
     changes = np.flatnonzero(np.diff(ghi)) + 1
     starts, ends = np.append(0, changes), np.append(changes, len(ghi))
     flat = np.flatnonzero((ends - starts >= width) & (ghi[starts] > NIGHT_LIGHT))
@@ -211,10 +214,13 @@ def check_summer_time(days, source):
     month, lit = days.index.month, days["ghi"] > LIT_DAY / 3
     northern = days["middle"][month.isin([5, 6, 7, 8, 9]) & lit]
     southern = days["middle"][month.isin([11, 12, 1, 2]) & lit]
-    if min(len(northern), len(southern)) < FEWEST_DAYS:
+    # With 15 days of each half-year its median is known to some 9 minutes.
+    if min(len(northern), len(southern)) < 15:
         return
     moved = float(northern.median() - southern.median())
-    if abs(moved) > SUMMER_TIME:
+    # The middle of the light moves from winter to summer by −8 to +12 minutes; a change of the
+    # clock, by 60.
+    if abs(moved) > 35.0:
         when = "May to September" if moved > 0 else "November to February"
         problem = (
             f"light comes {abs(moved):.0f} min later from {when} than in the other half-year: "
@@ -228,11 +234,15 @@ def check_summer_time(days, source):
 def check_diffuse(year, source):
     """Refuse global irradiance in place of DHI."""
     data = year.data
-    strong = (data["dni"] > STRONG) & (np.cos(np.radians(data["apparent_zenith"])) > HIGH_SUN)
+    # Hours of strong DNI from a sun above 20°.
+    strong = (data["dni"] > STRONG) & (
+        np.cos(np.radians(data["apparent_zenith"])) > np.sin(np.radians(20.0))
+    )
     if strong.sum() <= FEWEST:
         return
     share = float((data["dhi"] / data["ghi"])[strong].median())
-    if share > MOST_DIFFUSE:
+    # The share's median is 0.13 to 0.25 in real records.
+    if share > 0.45:
         problem = (
             f"{100 * share:.0f} % of the light is diffuse where {year.columns['dni']} is above "
             f"{STRONG:.0f} Wm⁻²"
@@ -254,7 +264,8 @@ def check_direct(year, source):
     if min(low.sum(), high.sum()) < FEWEST:
         return
     below, above = (float(np.quantile(ratio[chosen], 0.9)) for chosen in (low, high))
-    if below < LEAST_LOW * above:
+    # Real records have at least 0.60 times as much.
+    if below < 0.5 * above:
         light = f"{below:.2f} of a clear sky's under a low sun, {above:.2f} under a high one"
         problem = f"{year.columns['dni']} of clear hours is {light}"
         raise InputError(
@@ -262,21 +273,12 @@ def check_direct(year, source):
         )
 
 
-SOLAR_CONSTANT = 1361.0  # [Wm⁻²]
-
 # Physically possible limits of BSRN, a S cos(z)^b + c: factor a, exponent b, offset c.
 POSSIBLE = {"ghi": (1.5, 1.2, 100.0), "dhi": (0.95, 1.2, 50.0)}
-MOST_ABOVE = 0.01  # share of daytime values that may exceed them, as cloud edges do for minutes
 DARKEST_YEAR, BRIGHTEST_YEAR = 0.2, 0.85  # of a year: GHI per irradiation outside of the atmosphere
 BRIGHT = 0.99  # quantile of daytime GHI that is compared with the clear sky to find a factor
 NO_FACTOR = (0.6, 1.7)  # for ratios in this range the unit is right
 NEAR = 1.3  # a known factor is suggested if it explains the values to within this ratio
-OVERCAST, HIGH = (
-    0.25,
-    np.sin(np.radians(10.0)),
-)  # clearness below, and sine of elevation above which it is overcast
-LEAST_DIFFUSE = 0.6  # share of diffuse light under an overcast sky, median
-FEWEST_DULL = 24  # overcast hours needed for the check
 
 
 def check_irradiance(year, source):
@@ -317,14 +319,16 @@ def check_irradiance(year, source):
     )
     highest = np.maximum(cos_zenith, np.maximum(*ends))
     normal = np.asarray(
-        pvlib.irradiance.get_extra_radiation(middle.day_of_year, SOLAR_CONSTANT)
+        # The solar constant [Wm⁻²].
+        pvlib.irradiance.get_extra_radiation(middle.day_of_year, 1361.0)
     )  # (t,) [Wm⁻²]
     # No more than a share of the sun's light outside the atmosphere, by a power of its height (Long
     # and Shi).
     ghi, outside, day = data["ghi"].to_numpy(), normal * cos_zenith, highest > 0
     for name, (factor, exponent, offset) in POSSIBLE.items():
         above = (data[name].to_numpy() > factor * normal * highest**exponent + offset) & day
-        if above.sum() > MOST_ABOVE * max(day.sum(), 1):
+        # Cloud edges exceed the limits for minutes: at most 1 % of daytime values may.
+        if above.sum() > 0.01 * max(day.sum(), 1):
             limit = f"{factor:g} S cos(z)^{exponent:g} + {offset:g} Wm⁻²"
             share = 100 * above.sum() / day.sum()
             problem = (
@@ -343,10 +347,13 @@ def check_irradiance(year, source):
         raise InputError(source, problem, _cure_of_factor(ghi, cos_zenith, interval))
     # A direct column that contains GHI gives one half under skies whose diffuse fraction is at
     # least 0.98.
-    dull = (cos_zenith > HIGH) & (ghi < OVERCAST * outside) & (ghi > 0)
-    if dull.sum() * (interval / HOUR) >= FEWEST_DULL:
+    # Overcast is a clearness below 0.25 with the sun above 10°.
+    dull = (cos_zenith > np.sin(np.radians(10.0))) & (ghi < 0.25 * outside) & (ghi > 0)
+    # The check needs 24 overcast hours.
+    if dull.sum() * (interval / HOUR) >= 24:
         share = float(np.median(data["dhi"].to_numpy()[dull] / ghi[dull]))
-        if share < LEAST_DIFFUSE:
+        # The median share of diffuse light under an overcast sky is near 1.
+        if share < 0.6:
             problem = (
                 f"under overcast skies only {100 * share:.0f} % of the light is diffuse, but "
                 "nearly all should be"

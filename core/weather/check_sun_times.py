@@ -17,23 +17,12 @@ import pandas as pd
 from ..settings.errors import InputError
 from ..sun.solar_position import sun_direction
 
-DAY, MINUTE = pd.Timedelta(days=1), pd.Timedelta(minutes=1)
-STEP = 10.0  # [min] the clear sky is averaged over an interval in steps of at most this
+MINUTE = pd.Timedelta(minutes=1)
 COARSE = 30  # [min] steps in which shifts are tried first, then minutes
-WINDOW, BRIGHT = (
-    20,
-    0.9,
-)  # days whose brightest hours represent a clear day, and the quantile of these
 
-# Limits. Sources and the values of real files: docs/reference/weather.md.
-RESIDUAL = 0.01  # of GHI; below this the times are right
 WORST_RESIDUAL = 0.08  # of GHI; Long and Shi (2008) flag GHI / (DHI + DNI cos z) beyond 8 %
 CLOSURE_SHIFT, DAYLIGHT_SHIFT = 10, 20  # [min]
-# [min] away from the sun of the daylight most direct light falls into the night, and GHI = DHI
-# closes.
-NIGHT_SHIFT = 360
 CURE_OF_TIMES = "check its time zone and stamps"
-CURE_OF_PLACE = "check the place (--weather-place) and the time zone of the weather"
 GAIN = 0.8  # a shift must reduce the residual to less than this share
 
 
@@ -199,17 +188,19 @@ def _compare_daylight(given, interval, sun, latitude):
     callable
         Shift [min] to residual, a share of the irradiance.
     """
-    count, steps = len(sun), DAY // interval
-    windows = max(count // (WINDOW * steps), 1)
+    count, steps = len(sun), pd.Timedelta(days=1) // interval
+    # The brightest hours of 20 days represent a clear day.
+    windows = max(count // (20 * steps), 1)
     shape = windows, count // steps // windows, steps
 
     def clear_days(ghi):
-        return np.quantile(ghi[: np.prod(shape)].reshape(shape), BRIGHT, axis=1)  # (windows, steps)
+        return np.quantile(ghi[: np.prod(shape)].reshape(shape), 0.9, axis=1)  # (windows, steps)
 
     always = clear_days(given["ghi"]) if "ghi" in given else None
     # The sun of the middle day represents the window.
     middle = np.arange(np.prod(shape)).reshape(shape)[:, shape[1] // 2].ravel()
-    parts = max(int(np.ceil(interval / MINUTE / STEP)), 1)
+    # The clear sky is averaged over an interval in steps of at most 10 minutes.
+    parts = max(int(np.ceil(interval / MINUTE / 10.0)), 1)
     offsets = ((np.arange(parts) + 0.5) / parts - 0.5) * (interval / MINUTE)
 
     def residual(shift):
@@ -255,7 +246,8 @@ def check_shift(times, source):
     if daylight is None:
         return
     own = _describe_shift(daylight)
-    if residual is not None and residual <= RESIDUAL:
+    # Where three columns close to within 1 % of GHI, the times are right.
+    if residual is not None and residual <= 0.01:
         # Three columns close with the sun that one of them was computed with, which need not be the
         # sun of the light.
         if times.of_another_sun and abs(shift) < CLOSURE_SHIFT and _clear_days_agree(times):
@@ -267,7 +259,9 @@ def check_shift(times, source):
                 source, f"{problem} wrong time", CURE_OF_TIMES, _round_shift(daylight, 3), "dni"
             )
         return
-    closes = residual is not None and abs(shift - daylight) < NIGHT_SHIFT
+    # Six hours away from the sun of the daylight most direct light falls into the night, and GHI =
+    # DHI closes.
+    closes = residual is not None and abs(shift - daylight) < 360
     if closes and abs(shift) >= CLOSURE_SHIFT and shifted < min(GAIN * residual, WORST_RESIDUAL):
         problem = (
             f"GHI differs from DHI + DNI cos z by {100 * residual:.1f} % of GHI, by "
@@ -282,7 +276,11 @@ def check_shift(times, source):
     # GHI, DHI and DNI that no shift reconciles may belong to another place.
     if (residual is None or residual > WORST_RESIDUAL) and times.of_another_sun:
         problem = f"its irradiance fits the sun {own} than its time stamps"
-        cure = CURE_OF_TIMES if abs(daylight) <= 90 else CURE_OF_PLACE
+        cure = (
+            CURE_OF_TIMES
+            if abs(daylight) <= 90
+            else "check the place (--weather-place) and the time zone of the weather"
+        )
         raise TimesError(source, problem, cure, _round_shift(daylight, 3))
 
 

@@ -38,11 +38,6 @@ from .weather import IRRADIANCES
 DAY = pd.Timedelta(days=1)
 HOUR = pd.Timedelta(hours=1)
 SHORTEST_YEAR = pd.Timedelta(days=350)
-# [min] beyond which light lies in other hours than the sun, and its middle tells nothing
-MOST_SHIFT = 90
-LONGEST_REST = pd.Timedelta(
-    days=2
-)  # of an adjacent year, when the record's year is counted in another time zone
 
 # Values outside are impossible on Earth: another unit, or a marker for missing values.
 LIMITS = {
@@ -53,10 +48,7 @@ LIMITS = {
 }
 # Instruments lose heat to the night sky (Dutton et al. 2001); by day BSRN allows -4 Wm⁻² (Long and
 # Shi 2008).
-LEAST_BY_DAY, PACKED = (
-    -4.0,
-    -1.0,
-)  # [Wm⁻²]; down to the latter files are imprecise by packing, which no note says
+LEAST_BY_DAY = -4.0  # [Wm⁻²]
 
 
 def check_weather(record):
@@ -221,7 +213,8 @@ def _check_negative(given, year, source):
         if (first := first_true(day & (values < LEAST_BY_DAY))) is not None:
             problem = f"{words} is {values[first]:g} Wm⁻² at {given.index[first]}, by day"
             raise InputError(source, problem, f"give values from {LEAST_BY_DAY:g} Wm⁻²")
-        small = values < PACKED
+        # Down to −1 Wm⁻² files are imprecise by packing, which no note says.
+        small = values < -1.0
         if small.any():
             notes.append(
                 f"{small.sum():,} values of {words} below zero, down to {values.min():.1f} Wm⁻², "
@@ -285,7 +278,8 @@ def check_years(record, interval, position):
         # Before the shift that would fit on average: none mends summer time.
         days = cut_days(complete)
         times.clear_shift = middle_of_clear_days(days)
-        if abs(times.daylight_shift or 0) <= MOST_SHIFT:
+        # Beyond 90 minutes light lies in other hours than the sun, and its middle tells nothing.
+        if abs(times.daylight_shift or 0) <= 90:
             check_summer_time(days, source)
         check_shift(times, source)
         share = None if usual is None else compare_with_climate(complete, days, usual)
@@ -323,7 +317,8 @@ def cut_years(record, interval):
     years = (times + interval / 2 + pd.Timedelta(hours=record.longitude / 15)).year.to_numpy()
     names, first, count = np.unique(years, return_index=True, return_counts=True)
     spans = count * interval
-    if not all(span >= SHORTEST_YEAR or span <= LONGEST_REST for span in spans):
+    # Two days of an adjacent year are left when the record's year is counted in another time zone.
+    if not all(span >= SHORTEST_YEAR or span <= pd.Timedelta(days=2) for span in spans):
         return {f"{years[0]}-{years[-1]}": slice(None)}
     kept = [number for number, span in enumerate(spans) if span >= SHORTEST_YEAR]
     return {

@@ -18,18 +18,8 @@ from .weather import IRRADIANCES, Record
 
 INTERVAL = pd.Timedelta(hours=1)
 LABEL = "built-in climate (climatology: long-term monthly means, synthetic days)"
-TEMP_AIR = 15.0  # [°C] of the clear sky
-WIND_SPEED = 1.0  # [ms⁻¹] of the clear sky
-CLEAN_TURBIDITY = 2.0  # Linke turbidity of very clean, dry air
 CLOSEST = 0.97  # largest monthly sum as a share of the cleanest sky's
 ROUNDING = 3  # decimals of the irradiance [Wm⁻²]: processors differ far below that
-# decimals of the sine of the sun's elevation for splitting it, for the same reason
-SINE_ROUNDING = 9
-RAYLEIGH = np.sqrt(np.pi / 4)  # mean over root mean square of wind speeds
-# First annual harmonic of air temperature over the first one of GHI [K/Wm⁻²], for air from the sea
-# and from land.
-GAIN_SEA, GAIN_LAND = 0.03, 0.19
-LAG = 29.0  # [days] of land temperature behind irradiance (Stine et al. 2009)
 
 
 def climate(latitude, longitude, year=2021, seed=0):
@@ -91,7 +81,8 @@ def clear_sky(latitude, longitude, altitude, year, sun=None):
     data = clear_irradiance(zenith, times + INTERVAL / 2, turbidity, altitude, pressure).set_axis(
         times
     )
-    data = data.assign(temp_air=TEMP_AIR, wind_speed=WIND_SPEED, pressure=pressure)
+    # A clear sky has air of 15 °C and a wind of 1 ms⁻¹.
+    data = data.assign(temp_air=15.0, wind_speed=1.0, pressure=pressure)
     label = f"clear sky {year} (upper bound)"
     return Record(data, latitude, longitude, altitude, "clear-sky", label)
 
@@ -152,7 +143,8 @@ def make_climates(latitudes, longitudes, year=2021, seed=0, zenith=None):
             index=times,
         )
         wind_speed, pressure = (
-            round(RAYLEIGH * found.wind_speed, 2),
+            # Wind speeds follow Rayleigh's distribution: mean over root mean square is √(π/4).
+            round(np.sqrt(np.pi / 4) * found.wind_speed, 2),
             sky["pressure"][row, 0].round(1),
         )
         data = data.assign(temp_air=temp_air[row], wind_speed=wind_speed, pressure=pressure)
@@ -209,7 +201,8 @@ def cleanest_sky(places, times, altitude, annual, zenith=None):
     airmass = pvlib.atmosphere.get_absolute_airmass(
         pvlib.atmosphere.get_relative_airmass(risen), pressure
     )
-    clean = pvlib.clearsky.ineichen(risen, airmass, CLEAN_TURBIDITY, altitude, extra)
+    # Very clean, dry air has a Linke turbidity of 2.
+    clean = pvlib.clearsky.ineichen(risen, airmass, 2.0, altitude, extra)
     ghi, dni = (np.where(zenith < 90, clean[name], 0.0) for name in ("ghi", "dni"))
     # factor  by which this sky is scaled up where the climate has more light in a year than it
     # gives.
@@ -291,7 +284,9 @@ def draw_irradiance(places, times, sky, monthly, seed):
     )
     dni = np.minimum(dni, np.minimum(sky["dni"], 0.97 * ghi / np.maximum(sky["sine"], 1e-3)))
     dni = np.where(is_sunny(sky["zenith"]), dni, 0.0).round(ROUNDING)
-    return ghi, ghi - dni * sky["sine"].round(SINE_ROUNDING), dni
+    # Processors differ in the last digits of the sine: nine decimals split the light the same
+    # everywhere.
+    return ghi, ghi - dni * sky["sine"].round(9), dni
 
 
 def _air_temperature(places, times, normals, outside, ghi):
@@ -323,8 +318,11 @@ def _air_temperature(places, times, normals, outside, ghi):
     phase = 2j * np.pi * (np.arange(len(times)) + 0.5) / len(times)
     harmonic = 2 * (ghi * np.exp(-phase)).mean(axis=1)  # (p,) [Wm⁻²]
     influence = np.array([found.land_influence for found in normals])
-    gain = GAIN_SEA + (GAIN_LAND - GAIN_SEA) * influence  # (p,) [K/Wm⁻²]
-    lag = 2j * np.pi * LAG / (len(times) / 24)
+    # First annual harmonic of air temperature over the first one of GHI: 0.03 for air from the sea,
+    # 0.19 for air from land.
+    gain = 0.03 + (0.19 - 0.03) * influence  # (p,) [K/Wm⁻²]
+    # Land temperature follows irradiance after 29 days (Stine et al. 2009).
+    lag = 2j * np.pi * 29.0 / (len(times) / 24)
     yearly = ((gain * harmonic)[:, None] * np.exp(phase - lag)).real
     # Daily cycle (Erbs et al.): swing  range of a day from its clearness [K].
     around = {"size": 24, "axis": 1, "mode": "wrap", "origin": -1}

@@ -16,19 +16,12 @@ FILE = Path(__file__).with_name("climate_grid.npz")  # made by tools/make_climat
 # rows and columns.
 CELL, SOUTH, WEST, SHAPE = 0.25, -59.875, -179.875, (576, 1440)
 STEPS = {"temp_air": 0.1, "wind_speed": 0.1}
-GHI_STEP, SHARE_STEP, SEA_STEP = 0.01, 0.002, 0.1
 LEAST_LATITUDE = -60.0  # [°], of the climate; farther south no source tells the temperature
 EARTH_RADIUS = 6371.0  # [km]
-REACH = 100.0  # [km] to the nearest cell on land; the grid lacks many coastal cells
 WINDOW = 4  # cells searched to the north and to the south of a place
 LAPSE = 0.0065  # [K/m] of air temperature with height, ISO 2533
 
-# The share of land that air has passed over: along the parallel, from the west poleward of 30° and
-# from the east equatorward (westerlies and trade winds), with an exponential memory of 2,000 km, in
-# a band of ±3°.
-TRADE_WINDS = 30.0  # [°]
-MEMORY = 2000.0  # [km]
-BAND = 12  # cells
+BAND = 12  # cells: land is averaged over ±3° of latitude
 
 
 @dataclass
@@ -105,9 +98,9 @@ def _read_grid():
     for name, step in STEPS.items():
         grid[name] = np.cumsum(_join_bytes(packed[name]), dtype=np.int32) * step
     ghi = _join_bytes(packed["ghi"]).reshape(360, 720)
-    grid["ghi"] = np.cumsum(ghi, axis=1, dtype=np.int32) * GHI_STEP
-    grid["clearness"] = _join_bytes(packed["clearness"]).reshape(60, 120, 12) * SHARE_STEP
-    grid["sea"] = _join_bytes(packed["sea"]).reshape(60, 120, 2) * SEA_STEP
+    grid["ghi"] = np.cumsum(ghi, axis=1, dtype=np.int32) * 0.01
+    grid["clearness"] = _join_bytes(packed["clearness"]).reshape(60, 120, 12) * 0.002
+    grid["sea"] = _join_bytes(packed["sea"]).reshape(60, 120, 2) * 0.1
     return grid
 
 
@@ -141,7 +134,8 @@ def _find_cell(land, latitude, longitude):
         window, 2 * EARTH_RADIUS * np.arcsin(np.sqrt(np.minimum(chord, 1.0))), np.inf
     )
     row, column = np.unravel_index(distance.argmin(), distance.shape)
-    return (int(rows[row]), int(columns[column])) if distance[row, column] <= REACH else None
+    # The grid lacks many coastal cells: a cell on land within 100 km will do.
+    return (int(rows[row]), int(columns[column])) if distance[row, column] <= 100.0 else None
 
 
 def _interpolate_grid(values, latitude, longitude):
@@ -198,8 +192,10 @@ def measure_land_influence(land, latitude, longitude):
     )
     # Columns upwind, from the place outwards, up to half round the Earth.
     steps = np.arange(SHAPE[1] // 2)
-    upwind = column - steps if abs(latitude) >= TRADE_WINDS else column + steps
+    # Air comes from the west poleward of 30° and from the east equatorward (westerlies and trade
+    # winds), and forgets what it passed over with an exponential memory of 2,000 km.
+    upwind = column - steps if abs(latitude) >= 30.0 else column + steps
     # width  of a column along the parallel [km]; land counts less with its distance.
     width = np.radians(CELL) * EARTH_RADIUS * max(np.cos(np.radians(latitude)), 0.02)
-    weight = np.exp(-steps * width / MEMORY)
+    weight = np.exp(-steps * width / 2000.0)
     return float((weight * band[upwind % SHAPE[1]]).sum() / weight.sum())

@@ -12,7 +12,6 @@ from scipy.special import ndtr, ndtri
 
 LEAST_DAY = 0.05  # clearness index of the cloudiest day (Bendt et al. 1981)
 DAY_MEMORY = 0.29  # correlation of a day with the day before (Graham et al. 1988)
-BISECTIONS = 60
 
 
 def draw_normals(seed, shape):
@@ -119,7 +118,7 @@ def bisect(is_low, low, high):
     """Numbers between two ends, arrays, below which `is_low` of such numbers is true, and above
     which it is false.
     """
-    for _ in range(BISECTIONS):
+    for _ in range(60):
         middle = (low + high) / 2
         below = is_low(middle)
         low, high = np.where(below, middle, low), np.where(below, high, middle)

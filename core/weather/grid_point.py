@@ -6,9 +6,6 @@ import pandas as pd
 from ..settings.errors import InputError
 
 AXES = ("time", "latitude", "longitude")
-NO_LEAP_DAYS = ("noleap", "365_day")
-SLACK = 1e-3  # [°] of coordinates beyond the poles
-CELL = 0.25  # [°] of ERA5; used where a grid has a single row or column
 
 
 def name_axes(source, dataset, cure):
@@ -61,7 +58,7 @@ def name_axes(source, dataset, cure):
             "valid_time"
         )
     _check_axes(source, dataset)
-    if getattr(dataset["time"].dt, "calendar", None) in NO_LEAP_DAYS:
+    if getattr(dataset["time"].dt, "calendar", None) in ("noleap", "365_day"):
         dataset = dataset.convert_calendar("standard", use_cftime=False)
     if not np.issubdtype(dataset["time"].dtype, np.datetime64):
         raise InputError(source, "its times are not in a standard calendar", cure)
@@ -74,7 +71,8 @@ def _check_axes(source, dataset):
     """
     for name, most in (("latitude", 90.0), ("longitude", 360.0)):
         values = dataset[name].to_numpy().astype(float)
-        outside = values[~(np.abs(values) <= most + SLACK)]
+        # Coordinates may lie 0.001° beyond the poles.
+        outside = values[~(np.abs(values) <= most + 1e-3)]
         if len(outside):
             raise InputError(
                 source,
@@ -106,7 +104,8 @@ def weigh_lines(distance, point):
         than half a cell.
     """
     lines, away = np.unique(distance), np.abs(distance)
-    cell = np.diff(lines).min() if len(lines) > 1 else CELL
+    # A grid with a single row or column has ERA5's cell of 0.25°.
+    cell = np.diff(lines).min() if len(lines) > 1 else 0.25
     if away.min() > 0.5 * cell + 1e-6:
         return None
     weight = np.zeros(len(away))

@@ -13,8 +13,6 @@ from ..settings.errors import InputError, first_true, parsing
 from .weather import DAMAGED, Record, coerce_year, read_numbers
 
 NAMES = ["ghi", "dhi", "dni", "temp_air", "wind_speed", "pressure"]
-PLACE = ("latitude", "longitude", "altitude")
-UTC_OFFSET = r"(?:Z|UTC|[+-]\d{2}(?::?\d{2})?)\s*$"
 
 
 def read_weather_csv(path, own):
@@ -88,7 +86,10 @@ def read_weather_csv(path, own):
     head = dict(
         re.findall(r"^# *(latitude|longitude|altitude): *(-?[\d.]+)\s*$", text, re.MULTILINE)
     )
-    place = [float(head.get(name, value)) for name, value in zip(PLACE, own, strict=True)]
+    place = [
+        float(head.get(name, value))
+        for name, value in zip(("latitude", "longitude", "altitude"), own, strict=True)
+    ]
     label = f"csv {path.name}{' (typical year)' if typical else ''}"
     return Record(data, *place, str(path), label, notes, columns)
 
@@ -110,7 +111,7 @@ def _read_times(path, column):
     """
     column = column.fillna("")
     times = pd.to_datetime(column, utc=True, errors="coerce", format="ISO8601")
-    zoned = column.str.contains(UTC_OFFSET)
+    zoned = column.str.contains(r"(?:Z|UTC|[+-]\d{2}(?::?\d{2})?)\s*$")
     if (row := first_true(times.isna() | ~zoned)) is not None:
         what = "is not a time" if zoned.iloc[row] else "has no time zone"
         problem = f"the time {column.iloc[row]!r} (row {row + 1}, column {column.name!r}) {what}"

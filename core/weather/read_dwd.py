@@ -20,9 +20,6 @@ ZONE = pd.Timedelta(hours=1)  # Central European Time throughout the year
 GERMANY = {"latitude": (46.0, 56.0), "longitude": (5.0, 16.0)}  # [°]
 TABLE_COLUMNS = {"ghi": "G_Bh + G_Dh", "dhi": "G_Dh", "temp_air": "Ta", "wind_speed": "FF"}
 TRY_COLUMNS = {"ghi": "B + D", "dhi": "D", "temp_air": "t", "wind_speed": "WG"}
-TRY_PLANE = "EPSG:3034"  # Lambert's conformal conic of Europe, of Rechtswert and Hochwert
-MOST_MISSING = 3  # hours at the end of a year that are filled in, at night
-YEAR = r"(?<!\d)(19|20)\d\d(?!\d)"
 NUMBER = r"[-+]?\d+(?:[.,]\d+)?"
 
 
@@ -59,12 +56,20 @@ def read_dwd(path, place=None):
             f"row {first + 1} is of hour {hours[first]}",
             "give every hour of the year in order",
         )
-    year = next((found for text in (*head, path.name) if (found := re.search(YEAR, text))), None)
+    year = next(
+        (
+            found
+            for text in (*head, path.name)
+            if (found := re.search(r"(?<!\d)(19|20)\d\d(?!\d)", text))
+        ),
+        None,
+    )
     if year is None:
         raise InputError(path, "no year in its header or name", "put the year into the file's name")
     year = int(year[0])
     missing, notes = (8784 if pd.Timestamp(year, 1, 1).is_leap_year else 8760) - len(table), []
-    if 0 < missing <= MOST_MISSING:
+    # Up to three hours are filled in at the end of a year, at night.
+    if 0 < missing <= 3:
         if table["ghi"].iloc[-1] > 0:
             raise InputError(
                 path, f"the last {missing} hours of {year} are missing", "give the whole year"
@@ -153,7 +158,8 @@ def read_try(path, place=None):
                     path, f"no line {name} in its header", "give --weather-place LATITUDE LONGITUDE"
                 )
             values.append(float(found[1].replace(",", ".")))
-        globe = pyproj.Transformer.from_crs(TRY_PLANE, "EPSG:4326", always_xy=True)
+        # Rechtswert and Hochwert stand in Lambert's conformal conic of Europe.
+        globe = pyproj.Transformer.from_crs("EPSG:3034", "EPSG:4326", always_xy=True)
         longitude, latitude = globe.transform(*values[:2])
         place = round(latitude, 5), round(longitude, 5), values[2]
     return _lay_try(path, table, place)

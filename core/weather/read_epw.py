@@ -35,9 +35,7 @@ EPW_MISSING = {
     "wind_speed": 999,
     "pressure": 999999,
 }
-HOTTEST = 140.0  # [°F] above which a temperature is another mark of a missing value
-HOUR = pd.Timedelta(hours=1)
-HEADER_LINES, EPW_COLUMNS = 8, 35
+HEADER_LINES = 8
 OFFSET = re.compile(r"irradiance time offset \(h\)\s*:\s*([-+]?\d*\.?\d+)", re.IGNORECASE)
 
 
@@ -58,7 +56,8 @@ def read_epw(path):
     # EnergyPlus does without the last columns (albedo, rain), which are not used here; pvlib wants
     # them in one row.
     if len(lines) > HEADER_LINES:
-        lines[HEADER_LINES] += "," * (EPW_COLUMNS - 1 - lines[HEADER_LINES].count(","))
+        # A row has 35 columns, with 34 commas between them.
+        lines[HEADER_LINES] += "," * (34 - lines[HEADER_LINES].count(","))
     # pvlib reads the table; its names become ours, and hours become starts of intervals.
     with parsing(path, "cannot be read as epw", DAMAGED):
         table, place = pvlib.iotools.read_epw(io.StringIO("\n".join(lines)))
@@ -74,7 +73,8 @@ def read_epw(path):
         kelvin = data["temp_air"].median()
         problem = f"the median of {EPW['temp_air']} is {kelvin:.0f}: kelvin, as it seems"
         raise InputError(path, problem, f"give °C, which are K − 273.15 ({kelvin - 273.15:.0f} °C)")
-    hot = data["temp_air"].between(EPW_MISSING["temp_air"], HOTTEST, inclusive="neither")
+    # Above 140 °F a temperature is another mark of a missing value.
+    hot = data["temp_air"].between(EPW_MISSING["temp_air"], 140.0, inclusive="neither")
     if hot.any():
         problem = (
             f"{EPW['temp_air']} is {data['temp_air'][hot].iloc[0]:g}, which no place has in °C"
@@ -156,7 +156,9 @@ def _factor_of_unit(path, data, parts, place):
     -------
     int
     """
-    sun = solar_position(data.index, HOUR / parts, place["latitude"], place["longitude"])
+    sun = solar_position(
+        data.index, pd.Timedelta(hours=1) / parts, place["latitude"], place["longitude"]
+    )
     clear = haurwitz(np.maximum(np.cos(np.radians(sun["apparent_zenith"].to_numpy())), 0.0))
     # Whole days, the brightest fiftieth of them; days of a low sun say little.
     days = (

@@ -30,7 +30,6 @@ NAMES = {
     "ws10": ("ws10", "si10", "10si", "10m_wind_speed"),
     "sp": ("sp", "surface_pressure"),
 }
-RATES = ("msdwswrf", "avg_sdswrf", "msdrswrf", "avg_sdirswrf")  # in Wm⁻² where no unit is given
 # J m**-2, J m-2, J/m^2 and J m⁻² become Jm-2.
 SPELLINGS = {"⁻": "-", "²": "2", "¹": "1", "**": "", "^": "", " ": "", ".": "", "·": ""}
 SPELLINGS |= {"/m2": "m-2", "/s": "s-1", "°C": "degC"}
@@ -44,9 +43,7 @@ UNITS = {
 UNITS |= {"fdir": UNITS["ssrd"], "v10": UNITS["u10"], "ws10": UNITS["u10"]}
 ACCUMULATED = ("ssrd", "fdir")
 NEEDED = ("ssrd", "fdir", "t2m")
-WIND = {"u10", "v10"}
 HOUR = pd.Timedelta(hours=1)
-SAME_PLACE = 0.01  # [°]
 ROUNDING = 6  # decimals of coordinates [°]
 COLUMNS = {
     "ghi": "ssrd",
@@ -159,7 +156,8 @@ def open_era5_grid(paths, stack, needed=NEEDED):
             own = [found[0][name].to_numpy().astype(float) for name in AXES[1:]]
             axes = axes or own
             for name, values, expected in zip(AXES[1:], own, axes, strict=True):
-                if values.shape != expected.shape or np.abs(values - expected).max() > SAME_PLACE:
+                # Coordinates may differ by 0.01°.
+                if values.shape != expected.shape or np.abs(values - expected).max() > 0.01:
                     problem = f"its {name}s are not those of the other files"
                     raise InputError(path, problem, "download all on the same grid")
     if not files:
@@ -167,7 +165,7 @@ def open_era5_grid(paths, stack, needed=NEEDED):
     names = {name for _, scales in files for name in scales}
     missing = [name for name in needed if name not in names]
     if "ws10" not in names:
-        missing += sorted(WIND - names)
+        missing += sorted({"u10", "v10"} - names)
     if missing:
         raise InputError(source, f"the variables {', '.join(missing)} are missing", CURE)
     latitude, longitude = axes[0], np.round((axes[1] + 180.0) % 360.0 - 180.0, ROUNDING)
@@ -285,7 +283,11 @@ def _open_file(path, file, stack):
     # A file may hold one stamp, or one hour of each day; ERA5 has every hour.
     interval = min(pd.Series(steps).mode().iloc[0], HOUR) if len(steps) else HOUR
     for ours, name in names.items():
-        default = next(iter(UNITS[ours])) if name not in RATES else "Wm-2"
+        default = (
+            next(iter(UNITS[ours]))
+            if name not in ("msdwswrf", "avg_sdswrf", "msdrswrf", "avg_sdirswrf")
+            else "Wm-2"
+        )
         unit = dataset[name].attrs.get("units", default)
         for other, own in SPELLINGS.items():
             unit = unit.replace(other, own)

@@ -32,7 +32,6 @@ PLACE = (
     "Irradiance Time Offset (h)",
 )
 HALF_HOUR = pd.Timedelta(minutes=30)
-LEVEL = 0.01  # [°] slope up to which a plane counts as horizontal
 TYPICAL_HOURS = 8760
 CURE = (
     "download from PVGIS the typical meteorological year (TMY), or hourly data with slope 0 and "
@@ -156,7 +155,8 @@ def _read_hourly(path, text, file_format):
         )
         slope = re.search(r"^slope:\s*(-?[\d.]+)", text, re.IGNORECASE | re.MULTILINE)
         slope = slope and float(slope[1])
-    if not isinstance(slope, int | float) or abs(slope) > LEVEL:
+    # A plane counts as horizontal up to a slope of 0.01°.
+    if not isinstance(slope, int | float) or abs(slope) > 0.01:
         raise InputError(path, f"the plane has a slope of {slope}° instead of 0", CURE)
     if not {"poa_direct", "poa_sky_diffuse"} <= set(table):
         raise InputError(path, "direct and diffuse radiation, Gb(i) and Gd(i), are missing", CURE)

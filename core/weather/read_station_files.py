@@ -32,24 +32,11 @@ PSM = {
 }
 PSM |= {"pressure": "Pressure"}
 
-# Missing values are at or below these numbers.
-TMY3_MISSING, PSM_MISSING = -9000.0, -990.0
 
 HOUR = pd.Timedelta(hours=1)
 DATE, TIME = "Date (MM/DD/YYYY)", "Time (HH:MM)"  # of TMY3
 PASCALS = {"mbar": 100.0, "millibar": 100.0, "hpa": 100.0, "pa": 1.0}
-HEADER = (
-    "Time Zone",
-    "Local Time Zone",
-    "Latitude",
-    "Longitude",
-    "Elevation",
-)  # fields of the first line of PSM
 STAMP = ("Year", "Month", "Day", "Hour", "Minute")
-CURE = (
-    "give a csv of NSRDB, or one with times, ghi, dhi, dni, temp_air and wind_speed "
-    "(docs/reference/weather.md)"
-)
 
 
 def take_columns(path, table, names, missing=None):
@@ -88,7 +75,8 @@ def read_tmy3(path):
         raise InputError(path, f"has no column {missing[0]}", DAMAGED)
     copies = table.duplicated().to_numpy()
     table = table[~copies]
-    data = take_columns(path, table, TMY3, TMY3_MISSING)
+    # Values at or below -9000 are missing.
+    data = take_columns(path, table, TMY3, -9000.0)
     if "pressure" in data:
         data["pressure"] *= 100.0  # mbar to Pa
     data.index = _read_starts(path, table).tz_localize(int(3600 * zone))
@@ -142,11 +130,18 @@ def read_psm(path):
         head = [next(csv.reader([file.readline()]), []) for _ in range(3)]
         place = dict(zip((name.strip() for name in head[0]), head[1], strict=False))
         names = [name.strip() for name in head[2]]
-        missing = [name for name in HEADER if name not in place] + [
-            name for name in STAMP if name not in names
-        ]
+        missing = [
+            name
+            for name in ("Time Zone", "Local Time Zone", "Latitude", "Longitude", "Elevation")
+            if name not in place
+        ] + [name for name in STAMP if name not in names]
         if missing:
-            raise InputError(path, f"is not of NSRDB: its header has no {', '.join(missing)}", CURE)
+            raise InputError(
+                path,
+                f"is not of NSRDB: its header has no {', '.join(missing)}",
+                "give a csv of NSRDB, or one with times, ghi, dhi, dni, temp_air and wind_speed "
+                "(docs/reference/weather.md)",
+            )
         # Programs that save the file fill its rows up with empty fields.
         with parsing(path, "cannot be read as psm", DAMAGED):
             table = pd.read_csv(file, header=None, dtype=str).iloc[:, : len(names)]
@@ -154,7 +149,8 @@ def read_psm(path):
     missing = [name for name in STAMP if name not in table]
     if missing:
         raise InputError(path, f"its rows have no {', '.join(missing)}", DAMAGED)
-    data = take_columns(path, table, PSM, PSM_MISSING)
+    # Values at or below -990 are missing.
+    data = take_columns(path, table, PSM, -990.0)
     if "pressure" in data:
         unit = place.get("Pressure Units", "mbar").strip().lower()
         if unit not in PASCALS:

@@ -10,8 +10,6 @@ from datetime import UTC, datetime
 
 from ..settings.errors import InputError
 
-MODELS = ("climate", "clear-sky")
-
 
 @dataclass(frozen=True)
 class _Service:
@@ -116,4 +114,4 @@ def parse_asked(text):
 
 def is_source(text):
     """Whether a word of --weather names a model or a service; files do not count."""
-    return str(text) in MODELS or str(text).partition(":")[0] in ASKED_BY_KEY
+    return str(text) in ("climate", "clear-sky") or str(text).partition(":")[0] in ASKED_BY_KEY

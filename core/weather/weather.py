@@ -13,11 +13,7 @@ from ..settings.errors import InputError, first_true
 from ..sun.suns import TimeAxis
 
 IRRADIANCES = ("ghi", "dhi", "dni")
-SAME_PLACE = 0.05  # [°] by which the places of joined files may differ
 TYPICAL_YEAR = 2021  # a year without a leap day
-TYPICAL_LEAP_YEAR = 2020
-FARTHEST = 150.0  # [km] from the city to the place of the weather, unless the user allows more
-KM_PER_DEGREE = 111.2  # along a meridian
 
 
 @dataclass
@@ -87,10 +83,8 @@ def join_records(records):
     if len(records) == 1:
         return first
     for other in records[1:]:
-        if (
-            max(abs(other.latitude - first.latitude), abs(other.longitude - first.longitude))
-            > SAME_PLACE
-        ):
+        # The places of joined files may differ by 0.05°.
+        if max(abs(other.latitude - first.latitude), abs(other.longitude - first.longitude)) > 0.05:
             problem = (
                 f"its place {other.latitude:g}°, {other.longitude:g}° is not that of {first.source}"
             )
@@ -186,7 +180,7 @@ def coerce_year(data):
     steps = times[1:] - times[:-1]
     if len(set(times.year)) == 1 or len(set(steps)) == 1:
         return data.tz_convert("UTC"), False
-    year = TYPICAL_LEAP_YEAR if leap_day else TYPICAL_YEAR
+    year = 2020 if leap_day else TYPICAL_YEAR
     days = pd.to_datetime(pd.DataFrame({"year": year, "month": times.month, "day": times.day}))
     moved = pd.DatetimeIndex(days).tz_localize(times.tz) + (times - times.normalize())
     return data.set_axis(moved, axis=0).sort_index(kind="stable").tz_convert("UTC"), True
@@ -219,13 +213,15 @@ def check_distance(weather, site, allowed=None, suns=None):
         )
         cure = "give weather of the city's own place"
     else:
+        # A degree along a meridian has 111.2 km.
         away, words = (
-            KM_PER_DEGREE * abs(weather.latitude - site.latitude),
+            111.2 * abs(weather.latitude - site.latitude),
             f"latitude {site.latitude:.2f}°",
         )
         words += " that was traced"
         cure = "give weather of that latitude, trace --suns sky-grid:N"
-    if away > (FARTHEST if allowed is None else allowed):
+    # Unless the user allows more, the weather lies within 150 km of the city.
+    if away > (150.0 if allowed is None else allowed):
         problem = (
             f"its place ({weather.latitude:.2f}°, {weather.longitude:.2f}°) is {away:,.0f} km from "
             f"the {words}"

@@ -33,15 +33,12 @@ PARTS = ("by_month", "by_solar_hour", "without_reflections")
 CURE = "compute it again: citypv world … --overwrite"
 SHOWN = ("weather", "full_load_hours", *(f"full_load_hours_{part}" for part in PARTS))
 KINDS = ("facade", "roof")
-SIDES = ("east", "south")
-DAY_LATITUDES = (20.0, 60.0)
 DAY_GROUPS = {
     "roof_east": "-",
     "roof_west": "-",
     "facade_east": (0, (5, 2)),
     "facade_west": (0, (5, 2)),
 }
-FURTHEST = 4.0  # [°] of latitude between a picture and the place it shows
 
 
 def _draw_world_months(dataset):
@@ -68,7 +65,10 @@ def _draw_world_months(dataset):
         "latitude": dataset["latitude"].to_numpy() >= 0,
     }
     values, clear = values.isel(along), (dataset["weather"].isel(along) == CLEAR).to_numpy()
-    wanted = [[f"{kind}_{side}" for side in SIDES if f"{kind}_{side}" in there] for kind in KINDS]
+    wanted = [
+        [f"{kind}_{side}" for side in ("east", "south") if f"{kind}_{side}" in there]
+        for kind in KINDS
+    ]
     if len(clear) < 2 or not any(wanted) or not np.isfinite(values).any():
         return None
     count = sum(map(len, wanted))
@@ -126,11 +126,10 @@ def _draw_world_day(dataset):
         None where there is no place with weather near the latitudes.
     """
     values = dataset["full_load_hours_by_solar_hour"]
-    near = [(latitude, nearest_place(values, latitude, MERIDIAN)) for latitude in DAY_LATITUDES]
+    near = [(latitude, nearest_place(values, latitude, MERIDIAN)) for latitude in (20.0, 60.0)]
+    # A picture shows a place within 4° of latitude.
     places = [
-        values[at]
-        for wanted, at in near
-        if at and abs(values["latitude"][at[0]] - wanted) <= FURTHEST
+        values[at] for wanted, at in near if at and abs(values["latitude"][at[0]] - wanted) <= 4.0
     ]
     names = [name for name in dataset["environment"].to_numpy() if name != UNSHADED] or [UNSHADED]
     if not places:
@@ -175,7 +174,6 @@ PICTURES = {
     "world_months.png": _draw_world_months,
     "world_day.png": _draw_world_day,
 }
-MAPS = ("world_map.png", "world_gain.png")
 
 
 def draw_world(path, folder):
@@ -209,7 +207,9 @@ def draw_world(path, folder):
     area = min(dataset.sizes["latitude"], dataset.sizes["longitude"]) > 1
     with picture.plain_style():
         for name, draw in PICTURES.items():
-            figure = draw(dataset) if area or name not in MAPS else None
+            figure = (
+                draw(dataset) if area or name not in ("world_map.png", "world_gain.png") else None
+            )
             if figure is not None:
                 look = {"dpi": DOTS, "format": "png", "metadata": {"Software": None}}
                 write_whole(folder / name, partial(figure.savefig, **look))

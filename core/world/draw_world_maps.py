@@ -14,18 +14,11 @@ from matplotlib.collections import LineCollection
 from ..results.colour_map import choose_range
 from ..results.picture import LINES, colour_scale, make_figure
 
-COAST = Path(__file__).with_name("coast_lines.npz")  # made by tools/make_coast_lines.py
-COAST_STEP = 0.01  # [°]
-LAND_LINE = {"colors": "#333333", "linewidths": 0.45}
-SEA = "#f3f4f6"
 UNSHADED = "unshaded"
 CLEAR = 2  # of the variable `weather`
 WIDE = 10.0  # [inch] of a picture of the world
 MERIDIAN = 10.0  # [°] of the paper's figures 8 and 9
 
-TOWARDS_EQUATOR = ("facade_south", "facade_north")  # in the north, in the south
-GAIN_GROUPS = ("facade_south", "facade_east")
-STYLES = ("-", (0, (5, 2)), (0, (3, 1, 1, 1)), (0, (1, 1)))
 COLOURS = [look["color"] for look in LINES.values()]
 
 
@@ -54,7 +47,10 @@ def map_of(values, environment):
     names = own.dropna("group", how="all")["group"].to_numpy().tolist()
     sides = [
         side
-        for side, there in zip(TOWARDS_EQUATOR, (north.any(), not north.all()), strict=True)
+        # North of the equator facades face it in the south, south of it in the north.
+        for side, there in zip(
+            ("facade_south", "facade_north"), (north.any(), not north.all()), strict=True
+        )
         if there
     ]
     if not set(sides) <= set(names):
@@ -95,8 +91,9 @@ def nearest_place(values, latitude, longitude):
 
 def read_coast():
     """Coast lines: list of (k, 2) longitude and latitude [°]."""
-    with np.load(COAST) as file:
-        return np.split(file["points"] * COAST_STEP, np.cumsum(file["length"])[:-1])
+    # The file is made by tools/make_coast_lines.py.
+    with np.load(Path(__file__).with_name("coast_lines.npz")) as file:
+        return np.split(file["points"] * 0.01, np.cumsum(file["length"])[:-1])
 
 
 def _draw_map(axes, values, **style):
@@ -115,13 +112,13 @@ def _draw_map(axes, values, **style):
     matplotlib.collections.QuadMesh
     """
     places = values["longitude"], values["latitude"]
-    axes.set_facecolor(SEA)
+    axes.set_facecolor("#f3f4f6")
     mesh = axes.pcolormesh(*places, values.to_numpy(), shading="nearest", rasterized=True, **style)
     west, east = axes.get_xlim()
     axes.set(xlim=(west, east), ylim=np.clip(axes.get_ylim(), -90, 90), aspect="equal")
     coast = read_coast()
     further = [np.add(line, (360.0, 0.0)) for line in coast] if east > 180.5 else []
-    axes.add_collection(LineCollection(coast + further, **LAND_LINE))
+    axes.add_collection(LineCollection(coast + further, colors="#333333", linewidths=0.45))
     axes.grid(visible=False)
     axes.xaxis.set_major_formatter(lambda value, _: write_longitude(value))
     mark_latitudes(axes)
@@ -267,9 +264,13 @@ def draw_world_gain(dataset):
     gain = find_gain(
         dataset[["full_load_hours", "full_load_hours_without_reflections"]].mean("longitude")
     )
-    groups = [group for group in GAIN_GROUPS if group in gain["group"].to_numpy()]
+    groups = [
+        group for group in ("facade_south", "facade_east") if group in gain["group"].to_numpy()
+    ]
     for number, name in enumerate(gain["environment"].to_numpy()):
-        for group, style in zip(groups, STYLES, strict=False):
+        for group, style in zip(
+            groups, ("-", (0, (5, 2)), (0, (3, 1, 1, 1)), (0, (1, 1))), strict=False
+        ):
             line, look = gain.sel(environment=name, group=group), COLOURS[number % len(COLOURS)]
             label = f"{name}, {title_of_group(group).split()[0].lower()}"
             profile.plot(line, gain["latitude"], linestyle=style, color=look, label=label)

@@ -24,10 +24,7 @@ from ..sun.solar_position import sun_direction
 from .group_errors import GroupErrors, find_group_errors
 
 SINGLE = np.float32
-ROOF_TILT = 35.0  # [°]; the paper's roofs have mean tilts of 28 to 42°
 SIDES = {"north": 0.0, "east": 90.0, "south": 180.0, "west": 270.0}
-FEWEST = 16  # directions of the sky grid: the visible share is 1 in all of them
-UNSHADED = "unshaded"
 CURE = "give NAME=transfer.nc, a result folder, or unshaded"
 
 
@@ -151,12 +148,14 @@ def unshaded_transfer(ground_albedo=0.25):
     Transfer
         Facades and roofs of 35° towards north, east, south and west (paper, Eq. 9 and 11).
     """
-    tilt = np.repeat([90.0, ROOF_TILT], 4)
+    # The paper's roofs have mean tilts of 28 to 42°.
+    tilt = np.repeat([90.0, 35.0], 4)
     azimuth = np.tile(list(SIDES.values()), 2)
     normal = sun_direction(tilt, azimuth)  # a normal stands above its plane as a sun does
     kind, orientation = np.repeat(["facade", "roof"], 4), np.tile(list(SIDES), 2)
     names = ["_".join(pair) for pair in zip(kind, orientation, strict=True)]
-    suns, count = sky_grid_suns(FEWEST), len(tilt)
+    # The visible share is 1 in all directions of the sky grid: 16 will do.
+    suns, count = sky_grid_suns(16), len(tilt)
     sky, ground = sky_view_of_tilt(normal), ground_view_of_tilt(normal)
     zero, no_id = np.zeros(count), [""] * count
     surfaces = Surfaces(
@@ -213,7 +212,7 @@ def read_environments(texts, system, sky="isotropic"):
             path, place = text, Path(text).absolute()
             name = (place.parent if place.name == "transfer.nc" else place).name.removesuffix(".nc")
         file = Path(path) / "transfer.nc" if Path(path).is_dir() else Path(path)
-        if path == UNSHADED:
+        if path == "unshaded":
             transfers.append((name, "closed form", unshaded_transfer()))
         elif file.exists():
             transfers.append((name, str(file), read_transfer(file)))

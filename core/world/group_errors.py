@@ -19,11 +19,8 @@ from ..light.transfer import no_parts, own_diffuse, own_direct, variance_of_mean
 from ..settings.errors import InputError
 from .place_hours import MONTHS
 
-KILO = 1000.0
 OPTION = "--mix"
 NAME = "mix"
-EXACT = 1e-6
-BRIGHTEST = 0.9  # of what rays meet that miss the sky, over the sky
 
 
 @dataclass
@@ -89,7 +86,8 @@ def find_group_errors(transfer, environment, rows, traced=()):
     return GroupErrors(
         own=_mean_of_groups(np.stack(own) * of_whole, first, of_whole),
         points=_mean_of_groups(points * of_whole, first, of_whole),
-        brightness=np.clip((diffuse - sky) / np.maximum(1 - sky, 1e-9), 0, BRIGHTEST),
+        # What rays meet that miss the sky, over the sky.
+        brightness=np.clip((diffuse - sky) / np.maximum(1 - sky, 1e-9), 0, 0.9),
         direct_passed_on=_mean_of_groups(parts.direct_passed_on[rows].T, first, of_whole).T,
         diffuse_passed_on=_mean_of_groups(parts.diffuse_passed_on[rows].T, first, of_whole).T,
         discretisation=_mean_of_groups(np.stack(discretisation), first, of_whole),
@@ -171,7 +169,7 @@ def _sum_light(errors, hours, sunlight):
     spread : numpy.ndarray, (13,)
         Number of directions from which as much light would come from each: (Σ u)² / Σ u².
     """
-    scale, count, months = hours.length / KILO, len(errors.direct), hours.share[: 1 + MONTHS]
+    scale, count, months = hours.length / 1000.0, len(errors.direct), hours.share[: 1 + MONTHS]
     weight = sunlight.weight * hours.light[:, :1, None]  # (h, m, 3) [Wm⁻²]
     cell = months[1:].argmax(axis=0)[:, None, None] * count + sunlight.index
     suns = np.bincount(cell.ravel(), weight.ravel(), minlength=MONTHS * count).reshape(
@@ -223,7 +221,7 @@ def parse_mix(text, names):
                 f"the weight {number!r} of {name} is not above 0 and at most 1",
                 "give NAME=SHARE",
             )
-    if abs(sum(weights.values()) - 1.0) > EXACT:
+    if abs(sum(weights.values()) - 1.0) > 1e-6:
         raise InputError(
             OPTION, f"the weights add up to {sum(weights.values()):g}", "let them add up to 1"
         )

@@ -10,10 +10,7 @@ import numpy as np
 
 from .environment import SINGLE
 
-FEATURES = 16  # random projections of what a surface gets from each direction
-TURN = 2.0  # weight of the normal beside them, in units of the mean light
 GRAZING = 0.05  # cosine of incidence below which the visible share is the plain mean
-SEED = 0
 
 
 def merge_surfaces(environment, most):
@@ -38,15 +35,15 @@ def merge_surfaces(environment, most):
     block, weight = environment.block, environment.weight
     # What decides on the light of each surface, in few numbers: (n, k).
     count = len(block.visible_share)
-    mixer = np.random.default_rng(SEED).normal(size=(count, FEATURES)).astype(SINGLE) / np.sqrt(
-        count
-    )
+    # Sixteen random projections of what a surface gets from each direction.
+    mixer = np.random.default_rng(0).normal(size=(count, 16)).astype(SINGLE) / np.sqrt(count)
     light = [
         block.visible_share.T @ mixer,
         block.diffuse[:, None],
         block.reflected.mean(axis=0)[:, None],
     ]
-    features = np.concatenate([*light, TURN * block.normal.T], axis=1)
+    # The normal counts beside them, twice as much as the mean light.
+    features = np.concatenate([*light, 2.0 * block.normal.T], axis=1)
     pieces = _split_surfaces(features, weight, environment.first, most)
     group = np.array(
         [np.searchsorted(environment.first, rows[0], side="right") - 1 for rows in pieces]

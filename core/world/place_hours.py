@@ -16,7 +16,6 @@ from ..sun.sky_grid import match_triangles
 from .sum_groups import Sunlight
 
 MONTHS, HOURS = 12, 24  # of `PlaceHours.share`, behind the year; hours twice
-DEGREES_PER_HOUR = 15.0
 SINGLE = np.float32
 
 
@@ -136,7 +135,7 @@ def match_shifted(sky, hours, weather):
         sky, direction, solar_position.is_sunny(greenwich["apparent_zenith"])
     )
     step = (sun.times[1] - sun.times[0]) / pd.Timedelta(hours=1)
-    later = weather.longitude / DEGREES_PER_HOUR / step
+    later = weather.longitude / 15.0 / step
     middle = int(np.floor(later + 0.5))
     nodes = (hours.interval[:, None] + middle + np.array([-1, 0, 1])) % len(direction)  # (h, 3)
     place = later - middle  # between -0.5 and 0.5

@@ -15,18 +15,12 @@ from ..weather.climate_grid import LEAST_LATITUDE, is_land
 from ..weather.read_era5 import NEEDED, convert_era5, read_block
 from ..weather.weather import Record
 
-SOUTH, NORTH, WEST, EAST = -60.0, 90.0, -180.0, 180.0  # the paper's band
 NOTHING, CLIMATE, CLEAR, FILES = 0, 1, 2, 3  # what the weather of a place is
 MEANINGS = {NOTHING: "none", CLIMATE: "built_in_climate", CLEAR: "clear_sky", FILES: "files"}
 STAMPS = (
     "check latitudes and longitudes, and that times are UTC and end the interval of each sum, as "
     "in ERA5"
 )
-AT_ONCE = 8  # places of a task
-MOST = 100e6  # [bytes] of a grid that are read at once, about
-# [°] of latitude up to which a place stands for its files in the check against the sun, if there is
-# one
-CHECKED = 60.0
 
 
 @dataclass
@@ -75,8 +69,9 @@ def regular_axes(step, latitudes=None, longitudes=None):
         Ascending; -180° stands for 180° too.
     """
     check_region(latitudes, longitudes)
-    south, north = latitudes or (SOUTH, NORTH)
-    west, east = longitudes or (WEST, EAST)
+    # Without limits, the paper's band.
+    south, north = latitudes or (-60.0, 90.0)
+    west, east = longitudes or (-180.0, 180.0)
     rows, columns = (
         first + step * np.arange(int(np.floor((last - first) / step + 1e-9)) + 1)
         for first, last in ((south, north), (west, east + 360.0 * (east < west)))
@@ -191,7 +186,8 @@ def model_source(places, name, request, off_land="blank"):
     label = LABEL if name == "climate" else f"clear sky {request.year} (upper bound)"
     if name == "climate" and off_land == "clear-sky":
         label += f"; where there is no land, clear sky {request.year} (upper bound)"
-    return _Source(places, label, cut(len(places), AT_ONCE), read, [])
+    # Eight places a task.
+    return _Source(places, label, cut(len(places), 8), read, [])
 
 
 def grid_source(grid, places, picked, request, years=None):
@@ -215,7 +211,9 @@ def grid_source(grid, places, picked, request, years=None):
     rows, columns = picked
     width = len(columns)
     # Stamps of all files; only the years asked for are kept.
-    suns, checked, nearest = [], [], max(CHECKED, np.abs(places.latitude).min())
+    # A place up to 60° of latitude, if there is one, stands for its files in the check against the
+    # sun.
+    suns, checked, nearest = [], [], max(60.0, np.abs(places.latitude).min())
     stamps = pd.DatetimeIndex(
         np.unique(np.concatenate([one["time"].to_numpy() for one, _ in grid.files]))
     )
@@ -261,7 +259,8 @@ def grid_source(grid, places, picked, request, years=None):
         return found
 
     # As many places at a time as fit into the memory that is allowed.
-    together = int(max(1, min(360, MOST // (8 * 6 * len(stamps)))))
+    # About 100 MB of a grid are read at once.
+    together = int(max(1, min(360, 100e6 // (8 * 6 * len(stamps)))))
     chunks = [row * width + part for row in range(len(rows)) for part in cut(width, together)]
     label = f"ERA5 {grid.source}" + (f", years {', '.join(map(str, years))}" if years else "")
     return _Source(places, label, chunks, read, [])

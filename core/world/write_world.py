@@ -10,7 +10,6 @@ from ..settings.version import __version__
 from .place_hours import HOURS, MONTHS
 from .sources import MEANINGS
 
-FILL = {"zlib": True, "complevel": 1, "_FillValue": np.float32(np.nan)}
 BY_MONTH = slice(1, 1 + MONTHS)
 BY_HOUR, BY_SOLAR_HOUR = (
     slice(BY_MONTH.stop + HOURS * day, BY_MONTH.stop + HOURS * (day + 1)) for day in (0, 1)
@@ -181,7 +180,9 @@ def write_world(path, world):
     """
     dataset = _dataset_of_world(world)
     encoding = {
-        name: FILL for name, values in dataset.data_vars.items() if values.dtype == np.float32
+        name: {"zlib": True, "complevel": 1, "_FillValue": np.float32(np.nan)}
+        for name, values in dataset.data_vars.items()
+        if values.dtype == np.float32
     }
     # Coordinates and areas have no missing values.
     encoding |= {name: {"_FillValue": None} for name in ("latitude", "longitude", "area")}
