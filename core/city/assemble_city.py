@@ -45,6 +45,7 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
     InputError
         If no building has a usable polygon, or none has the requested level of detail.
     """
+    # Options are checked before anything is joined.
     if orient not in ORIENTS:
         raise InputError("--orient", f"{orient!r} is unknown", f"give {' or '.join(ORIENTS)}")
     lod = None if lod is None else str(lod).strip()
@@ -52,6 +53,7 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
         raise InputError(
             "--lod", f"{lod!r} is not a level of detail", "give 1, 2, 3, or for example 2.2"
         )
+    # What the files said already: counts, levels of detail met, what was skipped.
     report = ImportReport(
         files=[str(content.path) for content in contents],
         part_count=sum(content.part_count for content in contents),
@@ -67,6 +69,7 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
         for reason, identifiers in content.skipped.items():
             report.skip(reason, identifiers)
     report_share(0.1)
+    # Levels of detail are chosen, polygons mended, strays left out, and faces turned outwards.
     chosen = choose_levels(contents, lod, report)
     report_share(0.2)
     city, sources = _flatten(contents, chosen, crs, report)
@@ -104,6 +107,8 @@ def _tell_buildings_apart(contents, report):
     """Leave out a building that is identical, point by point, to an earlier one, as of a
     neighbouring tile; others of one name in a file get a number."""
     seen = set()
+    # Buildings of a file in order: the polygons of each, and a number that stands for all its
+    # points.
     for content in contents:
         drawn, kept, taken, used = defaultdict(list), {}, dict.fromkeys(content.buildings, 1), set()
         for polygon in content.polygons:
@@ -116,6 +121,8 @@ def _tell_buildings_apart(contents, report):
                     for polygon in drawn[building]
                 )
             )
+            # Same name and same points: the neighbour's tile had it. Same name alone: it gets a
+            # number.
             if name and (name, shape) in seen:
                 starts = starts_of([len(polygon.rings) for polygon in drawn[building]])
                 points = np.concatenate([np.empty((0, 3)), *rings])
@@ -129,6 +136,7 @@ def _tell_buildings_apart(contents, report):
         report.note(
             f"buildings of {content.path} have the name of an earlier one, number added", again
         )
+        # Those that are left are counted anew.
         number = {building: k for k, building in enumerate(kept)}
         content.buildings = list(kept.values())
         content.polygons = [polygon for polygon in content.polygons if polygon.building in number]
@@ -139,12 +147,15 @@ def _tell_buildings_apart(contents, report):
 def _flatten(contents, chosen, crs, report):
     """City of the polygons to keep, and the geometry that each belongs to."""
     first, buildings = {}, []
+    # Names of all buildings, one list for all files; those without a name are numbered.
     for content in contents:
         first[id(content)] = len(buildings)
         buildings += [
             name or f"building_{len(buildings) + k}"
             for k, name in enumerate(content.buildings, start=1)
         ]
+    # Rings one after the other, reversed where their surface says so; starts tell where each
+    # begins.
     polygons = [polygon for _, polygon in chosen]
     rings = [
         ring[::-1] if polygon.flipped else ring for polygon in polygons for ring in polygon.rings
@@ -165,6 +176,7 @@ def _flatten(contents, chosen, crs, report):
         material=[polygon.material for polygon in polygons],
         part=[str(polygon.part or "") for polygon in polygons],
     )
+    # What was mended is told by the ids of the surfaces.
     for reason, indices in changed.items():
         report.repair(reason, [city.surface_id[i] for i in indices])
     flipped = "flipped, as specified by its OrientableSurface"

@@ -224,6 +224,7 @@ def _find_redrawn(together, units, levels, taken):
     after all, beside the others.
     """
     again = set()
+    # Parts with walls and of the higher level come first: those after them are held against them.
     drawn = {unit: _extent(units[unit], taken[unit]) for unit in together}
     order = sorted(
         together,
@@ -236,6 +237,8 @@ def _find_redrawn(together, units, levels, taken):
         ]
         if not others or not own.plan.area:
             continue
+        # Drawn again if most of its plan is covered by parts of other levels, and most of its
+        # height too, where it has any.
         covered = (
             own.plan.intersection(shapely.union_all([other.plan for other in others])).area
             > 0.5 * own.plan.area
@@ -244,6 +247,7 @@ def _find_redrawn(together, units, levels, taken):
         shared = max(
             (min(own.high, other.high) - max(own.low, other.low) for other in near), default=0.0
         )
+        # Left out if this was its best level; else it is drawn in that one.
         if covered and (not own.walls or shared > 0.5 * (own.high - own.low)):
             if taken[unit] == levels[unit][0]:
                 again.add(unit)

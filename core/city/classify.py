@@ -82,6 +82,7 @@ def classify(area, surface_tilt, surface_azimuth, thematic, sectors="8"):
     tilt = check_array("surface_tilt", surface_tilt, (count,), least=0, most=180)
     surface_azimuth = check_array("surface_azimuth", surface_azimuth, (count,), least=0, most=360)
     thematic = np.asarray(thematic, dtype=str)
+    # Kind by the file's class or by tilt: ground, beyond upright, upright, steep, inclined, level.
     kind = np.select(
         [
             (thematic == "TINRelief") | ((thematic == "GroundSurface") & (tilt <= 91 + TOLERANCE)),
@@ -93,11 +94,13 @@ def classify(area, surface_tilt, surface_azimuth, thematic, sectors="8"):
         ["ground", "downward", "facade", "steep", "roof"],
         default="flat",
     )
+    # Orientation: the nearest sector's middle; a bound belongs to the sector before it.
     step = 2 * SECTOR if sectors == PAPER else SECTOR
     sector = np.ceil((surface_azimuth - TOLERANCE) / step - 0.5)
     orientation = np.array(ORIENTATIONS)[(sector * step / SECTOR).astype(int) % len(ORIENTATIONS)]
     facing, eligible = np.isin(kind, INCLINED), np.isin(kind, BEARING)
     if sectors == PAPER:
+        # The paper counts facades and roofs alone, near the middle of a sector.
         facing &= np.abs(surface_azimuth - sector * step) <= WINDOW + TOLERANCE
         eligible = np.isin(kind, ["facade", "roof"]) & facing
     orientation[~facing] = "none"

@@ -41,6 +41,7 @@ def build_hierarchy(corners, body):
     order : (l, LEAF) int64
         Triangles of each leaf, followed by -1.
     """
+    # Boxes of triangles, and the middle of the body that each belongs to.
     low, high, centre = corners.min(axis=1), corners.max(axis=1), corners.mean(axis=1)
     body = np.unique(body, return_inverse=True)[1]
     sums = np.column_stack([np.bincount(body, centre[:, axis]) for axis in range(3)])
@@ -50,8 +51,10 @@ def build_hierarchy(corners, body):
         np.zeros(1, np.int64),
         np.ones(1, bool),
     )  # nodes of one level
+    # Level by level: every node that is too large for a leaf is halved into two of the next level.
     boxes, links, leaves, nodes = [], [], [], 1
     while len(first):
+        # Number of triangles and box of each node, and whether it still holds several bodies.
         size = np.diff(np.append(first, len(order)))
         box = (
             function.reduceat(part[order], first)
@@ -60,12 +63,15 @@ def build_hierarchy(corners, body):
         boxes.append(np.concatenate(list(box), axis=1))
         several = np.minimum.reduceat(body[order], first) < np.maximum.reduceat(body[order], first)
         several &= whole
+        # Leaves get the next numbers of leaves, nodes that are halved the numbers of their
+        # children.
         done = (size <= LEAF) & ~several
         link = np.stack([np.zeros_like(size), size, whole], axis=1)
         link[done, 0] = sum(map(len, leaves)) + np.arange(done.sum())
         link[~done, 0] = nodes + 2 * np.arange((~done).sum())
         link[~done, 1] = 0
         links.append(link)
+        # Triangles of leaves leave the list; the rest is sorted into halves.
         place = first[done, None] + np.arange(LEAF)
         filled = np.arange(LEAF) < size[done, None]
         leaves.append(np.where(filled, order[np.minimum(place, len(order) - 1)], -1))
@@ -147,6 +153,8 @@ def sum_crossings(hierarchy, corners, costs, rays, depth):
     waiting, inverse, shear = np.empty(DEEPEST, np.int64), np.empty(3), np.empty(3)
     added = np.empty(LEAF)
     for ray in range(depth.shape[1]):
+        # A ray moved aside by a hair, so that it never runs exactly along an edge; nodes that wait
+        # to be visited, the root first.
         axes = _prepare_ray(directions[ray], inverse, shear)
         x, y, z = origins[ray, 0] + ASIDE[0], origins[ray, 1] + ASIDE[1], origins[ray, 2] + ASIDE[2]
         total, least, count = 0.0, 0.0, 1
@@ -156,11 +164,13 @@ def sum_crossings(hierarchy, corners, costs, rays, depth):
             count -= 1
             node = waiting[count]
             first, size, whole = links[node, 0], links[node, 1], links[node, 2]
+            # Enough already, or out of reach: no need to look inside.
             if whole and least > enough[ray]:
                 break
             near = _enter_box(boxes, node, (x, y, z), inverse)
             if near == np.inf or (whole and near > reach[ray]):
                 continue
+            # A node has two children; a leaf adds exits less entries of its triangles.
             if size == 0:
                 waiting[count], waiting[count + 1] = first, first + 1
                 count += 2

@@ -48,6 +48,7 @@ def edit_city(city, change, convergence=0.0):
     InputError
         An id is unknown, an added city is in another system, or no building is left.
     """
+    # Ids must exist before anything changes.
     trees = {tree.name for tree in city.trees}
     buildings, known = np.array(city.building_id), {*city.building_id, *trees}
     for name in (*change.removed, *change.moved, *change.raised):
@@ -56,6 +57,7 @@ def edit_city(city, change, convergence=0.0):
             raise InputError(name, "no building of the city has this id", cure)
     points = city.points.copy()
     polygon = np.repeat(np.arange(len(city)), np.diff(city.ring_start[city.polygon_start]))
+    # Raised: corners above the foot of the building go up, but may not pass its foot.
     for name, rise in change.raised.items():
         rows = np.flatnonzero(buildings[polygon] == name)
         above = _above_foot(city, points, rows)
@@ -67,6 +69,7 @@ def edit_city(city, change, convergence=0.0):
             )
             raise InputError("--raise", problem, f"give more than {-least:g}, or --remove {name}")
         points[above, 2] += rise
+    # Moved: metres of true east and north, turned to the grid of the city.
     shifts = {}
     for name, (east, north) in change.moved.items():
         shifts[name] = turn_to_true_north(np.array([east, north, 0.0]), -convergence)
@@ -75,6 +78,7 @@ def edit_city(city, change, convergence=0.0):
         _move_tree(tree, shifts[tree.name].__add__) if tree.name in shifts else tree
         for tree in city.trees
     ]
+    # Removed and added last.
     left = replace(
         city, points=points, trees=[tree for tree in moved if tree.name not in change.removed]
     )

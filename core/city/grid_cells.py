@@ -41,6 +41,7 @@ def split_into_cells(city, grid_size):
             "--grid-size", f"{grid_size} is not positive", "give the side of a cell in metres"
         )
     check_city(city)
+    # Axes in the plane of each polygon, level and up the slope, along which it is cut.
     _, normal = measure_polygons(*city.shape)
     axes = np.stack([*plane_axes(normal), normal], axis=1)  # (n, 3, 3), rows right, upward, outward
     pieces, parent, names = [], [], []
@@ -51,6 +52,7 @@ def split_into_cells(city, grid_size):
         parent += [polygon] * len(cells)
         own = city.surface_id[polygon]
         names += [own] if len(cells) == 1 else [f"{own}#{k + 1}" for k in range(len(cells))]
+    # Cells as polygons of a city; each takes what its polygon has, and a number.
     rings = [ring for piece in pieces for ring in piece]
     shape = {
         "ring_start": starts_of(list(map(len, rings))),

@@ -49,6 +49,7 @@ def join_contents(contents, lod=None, unit="m", *, orient="auto", progress=silen
     """
     if unit not in (*UNITS, "auto"):
         raise InputError("--unit", f"{unit!r} is not known", f"choose one of {', '.join(UNITS)}")
+    # All files in one system of reference, trees and buildings each in one list.
     count = sum(len(content.polygons) for content in contents)
     progress(JOINING, 0, count, "polygons")
     for content in contents:
@@ -56,6 +57,8 @@ def join_contents(contents, lod=None, unit="m", *, orient="auto", progress=silen
     hints = hints or PlaceHints()
     crs = _common_crs(contents, hints.like)
     _join_trees(contents)
+    # Files without a system: their unit is given, or judged by size. With one: true metres in a
+    # plane.
     grid = Grid()
     if unit == "auto":
         unit, notes = judge_unit(contents) if crs is None else ("m", [])
@@ -67,6 +70,7 @@ def join_contents(contents, lod=None, unit="m", *, orient="auto", progress=silen
     else:
         _order_contents(contents, crs, hints)
         grid = _choose_grid(contents, crs, hints.like)
+    # Points of each file move there.
     for content in contents:
         own = replace(grid, crs=content.crs, axes=content.axes, plane=_plane_for(content.crs, grid))
         _move_content(content, own.to_plane if crs else lambda points: points * UNITS[unit])
@@ -75,6 +79,7 @@ def join_contents(contents, lod=None, unit="m", *, orient="auto", progress=silen
     report_share = partial(
         report_part, partial(report_polygons, progress, JOINING, count), BROUGHT, 1.0
     )
+    # Then one city is made of all, and trees that stand far off are left out.
     trees = [tree for content in contents for tree in content.trees]
     city = assemble_city(contents, grid.crs, lod, orient, report_share)
     city.report.unit, city.report.up = (
@@ -228,6 +233,8 @@ def _common_crs(contents, like=None):
     """The one system of all files, or of the city `like` where it is given; None where no file
     names one.
     """
+    # With a given city all must be in its system; without, all in that of each other, up to the
+    # plane that they lie in.
     named = {content.crs: content for content in contents if content.crs}
     if like is not None:
         for crs, content in named.items():
@@ -249,6 +256,7 @@ def _common_crs(contents, like=None):
         raise InputError(
             named[second].path, problem, "convert all files to one coordinate reference system"
         )
+    # Files that name none are taken to be in it.
     crs = pick_crs(named) or (like.crs if like is not None else None)
     for content in contents:
         if crs and content.crs is None:

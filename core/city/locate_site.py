@@ -53,6 +53,7 @@ def locate_site(crs, point, latitude=None, longitude=None, *, source=None):
                 f"{value} is out of range",
                 f"give degrees between -{bound} and {bound}",
             )
+    # Without a system the user's word counts, and grid north is taken as true north.
     if crs is None:
         if (latitude is None) != (longitude is None):
             missing = "longitude" if longitude is None else "latitude"
@@ -75,6 +76,7 @@ def locate_site(crs, point, latitude=None, longitude=None, *, source=None):
         raise InputError(
             source or plane.name, problem, "correct the srsName, or give --latitude and --longitude"
         )
+    # Azimuth of that step on the ellipsoid: the convergence.
     azimuth, _, _ = plane.get_geod().inv(*here, *north)
     latitude = float(here[1]) if latitude is None else latitude
     longitude = float(here[0]) if longitude is None else longitude

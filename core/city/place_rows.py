@@ -134,6 +134,7 @@ def place_rows(racks, frame, free):
         Corners of the fronts, counter-clockwise seen from the front, the lower edge first. Of a
         pair the row that faces the wanted azimuth comes before the other.
     """
+    # How many rows fit at this pitch, front to front.
     width = _width_of_row(racks)
     bounds = free.bounds
     count = (
@@ -145,6 +146,7 @@ def place_rows(racks, frame, free):
         return np.empty((0, 4, 3))
     # What is left over lies half before the first row and half behind the last.
     first = 0.5 * (bounds[1] + bounds[3] - width - (count - 1) * frame.pitch)
+    # A row leans back from its lower edge: depth · cos tilt in plan, depth · sin tilt up.
     tilt, bottom = math.radians(racks.tilt), racks.height
     across, top = racks.depth * math.cos(tilt), bottom + racks.depth * math.sin(tilt)
     rows = []
@@ -154,6 +156,7 @@ def place_rows(racks, frame, free):
             rows.append(
                 [(left, low, bottom), (right, low, bottom), (right, ridge, top), (left, ridge, top)]
             )
+            # Of a pair the second leans the other way, back to back with the first.
             if racks.east_west:
                 end, ridge = low + width, low + width - across
                 rows.append(
@@ -164,6 +167,7 @@ def place_rows(racks, frame, free):
                         (right, ridge, top),
                     ]
                 )
+    # From the frame of the roof to the scene.
     local = np.array(rows).reshape(-1, 4, 3)
     return frame.origin + local @ frame.axes
 

@@ -88,6 +88,7 @@ def parse_racks(text):
     """
     if not text or text == "none":
         return None
+    # One part after the other: a word that stands alone, or a key with a number in its range.
     given = {}
     for part in text.split(","):
         key, _, value = (piece.strip() for piece in part.partition("="))
@@ -109,6 +110,7 @@ def parse_racks(text):
         if not least <= given.get(name, np.nan) <= most:  # also true for NaN
             cure = f"give a number from {least:g} to {most:g}{f' [{unit}]' if unit else ''}"
             raise InputError(OPTION, f"{key}={value} is no number in its range", cure)
+    # Distance of rows follows from either of two numbers, so that both may disagree.
     if "spacing" in given and "gcr" in given:
         raise InputError(
             OPTION, "spacing and gcr are both given", "each follows from the other, give one"
@@ -244,16 +246,20 @@ def _stand_slabs(scene, fronts, rows, patch_size, back_albedo):
     """The scene with the slabs of rows; undersides and edges belong to no surface, and receive
     nothing if black.
     """
+    # A slab: the front, and the same behind it by the thickness, as eight corners.
     count = len(fronts)
     behind = fronts - THICKNESS * rows.normal[:, None]
     vertices = np.concatenate([fronts, behind], axis=1).reshape(-1, 3)
     triangles = (SLAB + 8 * np.arange(count)[:, None, None]).reshape(-1, 3)
     row, part = np.divmod(np.arange(len(triangles)), len(SLAB))
+    # Cut like all surfaces; the pieces keep the side of their slab.
     if patch_size is not None and count:
         vertices, triangles, parent = refine_triangles(
             vertices, triangles, patch_size, row * 6 + part // 2
         )
         row, part = row[parent], part[parent]
+    # Only fronts belong to a surface; undersides and edges are part of a rack, black ones without
+    # light.
     back, owner = part >= FRONT, len(scene.surfaces) + row
     none = np.full(len(scene.triangles), -1, np.int32)
     scene = append_triangles(

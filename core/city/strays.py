@@ -33,6 +33,7 @@ def find_strays(city, report):
     -------
     array, (n,) bool
     """
+    # Lowest and highest point of each building.
     building = number_names(city.building_id)
     low, high = polygon_bounds(city.points, city.ring_start, city.polygon_start)
     count = building.max(initial=-1) + 1
@@ -40,9 +41,13 @@ def find_strays(city, report):
     np.minimum.at(lowest, building, low)
     np.maximum.at(highest, building, high)
     base, top = lowest[:, 2], highest[:, 2]
+    # What no building on Earth has; if most have it, it is the unit that is wrong, not the
+    # building.
     stray = (base < EARTH[0]) | (top > EARTH[1]) | (top - base > 1500.0)
     if 2 * stray.sum() >= count:
         stray[:] = False
+    # Base against the 16 nearest in plan: further off than their distance and 200 m, for most of
+    # them.
     nearest = min(16, count - 1)
     if nearest > 1 and np.ptp(base[~stray]) > 200.0:
         distance, neighbour = cKDTree(0.5 * (lowest + highest)[:, :2]).query(
@@ -50,6 +55,7 @@ def find_strays(city, report):
         )
         far = np.abs(base[neighbour[:, 1:]] - base[:, None]) > 200.0 + distance[:, 1:]
         stray |= 2 * far.sum(axis=1) > nearest
+    # Strays leave the city, and are told.
     gone = stray[building]
     if gone.any():
         names = list(

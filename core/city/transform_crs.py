@@ -234,12 +234,15 @@ def choose_plane(crs, axes, points, source=None):
     system, _ = plane_of(crs)
     if not len(points):
         return Grid(crs, axes), None
+    # Degrees have no scale of metres: a plane around their middle takes their place.
     middle = 0.5 * (points[:, :2].min(axis=0) + points[:, :2].max(axis=0))
     if system.is_geographic:
         _check_degrees(_east_first(points, axes), system, source)
         note = f"Degrees of {system.name} projected to metres around their middle."
         grid = Grid(crs, axes, _local_plane(system, middle, axes, source))
     else:
+        # Metres in the file's own plane stay where a step on it is as long as on Earth, and points
+        # east and north; other units are only converted.
         unit = system.axis_info[0].unit_conversion_factor
         scale, turned = measure_steps(system, middle, axes)
         directions = {axis.direction for axis in system.axis_info[:2]}
@@ -250,6 +253,7 @@ def choose_plane(crs, axes, points, source=None):
                 return Grid(crs, axes), None
             note = f"Coordinates converted from {system.axis_info[0].unit_name} to metres."
             return Grid(crs, axes, _in_metres(system)), note
+        # Anything else is brought to a plane of its own, and why is told.
         scales = " and ".join(f"{value:.4g}" for value in scale)
         why = f"has a scale of {scales} along east and north here"
         if directions != EAST_NORTH or turned:

@@ -33,6 +33,7 @@ def unite_holes(city, report):
     rows : array, (n,) int64
         Row of the given city that each polygon was.
     """
+    # Polygons whose holes repeat, overlap or leave their outline, as united pieces.
     every = np.arange(len(city))
     wrong = {
         polygon: left for polygon in _find_doubtful(city) if len(left := _cut_holes(city, polygon))
@@ -52,6 +53,7 @@ def unite_holes(city, report):
     rows = np.repeat(every, list(map(len, drawn)))
     drawn = [polygon for pieces in drawn for polygon in pieces]
     taken, lists = dict.fromkeys(city.surface_id, 1), take_rows(city, rows)
+    # The first piece keeps the name, further ones get a number.
     for place in np.flatnonzero(np.diff(rows, prepend=-1) == 0):
         lists["surface_id"][place] = free_name(lists["surface_id"][place], taken)
     rings = [ring for polygon in drawn for ring in polygon]

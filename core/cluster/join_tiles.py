@@ -104,6 +104,7 @@ def _join_records(records, plan, request, figures):
         discretisation errors are averaged over the eligible area, and the error of sun sampling is
         taken from the tile with most of it.
     """
+    # Sums, largest values, and sums by key of what the tiles told.
     area = np.array([one["area"] for one in figures])
     found = {name: sum(getattr(one, name) for one in records) for name in SUMS}
     found |= {name: max(getattr(one, name) for one in records) for name in LARGEST}
@@ -111,6 +112,7 @@ def _join_records(records, plan, request, figures):
         pairs = [pair for one in records for pair in getattr(one, name).items()]
         found[name] = {key: sum(value for own, value in pairs if own == key) for key in dict(pairs)}
     found["cut_reflections"] = _largest_of_groups([one.cut_reflections for one in records])
+    # Discretisation errors are means by eligible area, if every tile has one.
     weight, errors = (
         area if area.any() else np.ones(len(area)),
         [one.discretisation_error for one in records],

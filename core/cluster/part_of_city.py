@@ -118,12 +118,14 @@ def keep_patches(scene, prepared, members, reported=()):
     by_triangles = plan.foliage is not None or specular.on or specular.bound is None
     if len(rows) + BACKS >= len(every) or by_triangles:
         return PartOfCity(scene, prepared, every, np.arange(len(scene.surfaces)))
+    # Rows that stay, with the surfaces that they belong to, and backs that stand for all others.
     owner = prepared.scene.triangle_surface
     surfaces = np.union1d(owner[rows][owner[rows] >= 0], np.asarray(reported, int))
     taken = np.concatenate([rows, np.zeros(BACKS, int)])
     patches = _add_backs(take_patches(prepared.patches, taken), len(rows))
     own = np.full(len(taken), -1, np.int32)
     own[: len(rows)] = np.where(owner[rows] >= 0, np.searchsorted(surfaces, owner[rows]), -1)
+    # Fields of triangles, patches and plan, each for these rows only.
     of_triangles = {
         name: getattr(prepared.scene, name)[taken] for name in ("triangles", "footprint", "closure")
     }
@@ -131,6 +133,7 @@ def keep_patches(scene, prepared, members, reported=()):
     named = {"triangle_surface": own, "surfaces": take_fields(scene.surfaces, surfaces)}
     few = replace(prepared.scene, **of_triangles, **named, **unknown)
     materials = [prepared.materials[k] for k in [*surfaces, -1]]
+    # Rays still meet the whole city; a hit is told as the row that stands for it.
     whole = prepared.plan.ray_scene, prepared.patches, taken
     ray_scene = _RaysOfPart(_rows_of_hits(prepared.patches, rows, members), whole)
     of_patches = {

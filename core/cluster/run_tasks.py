@@ -114,6 +114,7 @@ def open_workers(word):
         The cluster does not answer, or its workers have another CityPV.
     """
     kind, value = check_cluster(word)
+    # This process alone needs no cluster.
     if kind == SERIAL:
         yield _Workers(None, "This process")
         return
@@ -123,6 +124,7 @@ def open_workers(word):
         LocalCluster,
     )  # brings its settings, to be here still when the block has ended
 
+    # Workers that die are replaced a few times; their own messages stay silent.
     settings = {
         "distributed.scheduler.allowed-failures": DEATHS,
         "distributed.worker.multiprocessing-method": "spawn",
@@ -135,6 +137,7 @@ def open_workers(word):
             stack.callback(one.setLevel, one.level)
             one.setLevel(logging.CRITICAL)
         page = ""
+        # Processes on this machine, or a scheduler somewhere else.
         if kind == "local":  # processes of one thread, and a page at any free port
             own = {"dashboard_address": ":0", "silence_logs": logging.CRITICAL, "preload": __name__}
             cluster = LocalCluster(n_workers=value, threads_per_worker=1, processes=True, **own)

@@ -188,6 +188,7 @@ def take_part(scene, pieces, tile):
     complete : bool
         Whether nothing of the whole is left out.
     """
+    # Far pieces without what is low on them: only what rises into the tile's sky counts.
     around = tile.around[pieces.of_triangle]
     far = np.flatnonzero(around == FAR)
     corners = np.asarray(scene.vertices, float)[scene.triangles[far]]
@@ -197,6 +198,7 @@ def take_part(scene, pieces, tile):
     around[far[low]] = LEFT_OUT
     complete = bool((tile.around > LEFT_OUT).all() and (around > LEFT_OUT).all())
     kept = np.flatnonzero(around > LEFT_OUT)
+    # Vertices and surfaces of what is kept, numbered anew; its surroundings carry no modules.
     used, triangles = np.unique(scene.triangles[kept], return_inverse=True)
     count = len(scene.surfaces)
     rows = np.flatnonzero(tile.around[:count] > LEFT_OUT)
@@ -219,6 +221,7 @@ def take_part(scene, pieces, tile):
         halo=around[kept],
         trees=_take_crowns(scene.trees, tile.around[pieces.first_crown :] > LEFT_OUT),
     )
+    # Links between triangles and racks, in the new numbers.
     if scene.back_of is not None:
         triangle = np.full(len(scene.triangles) + 1, -1, np.int32)
         triangle[kept] = np.arange(len(kept), dtype=np.int32)

@@ -146,6 +146,7 @@ def _measure_halo(prepared, seed, part, city):
         `sky`, of the sky lower than 2°; `reflected`, of what reflects; cosine-weighted means over
         the eligible area. Empty without an eligible surface, or where nothing is left out.
     """
+    # Rays are drawn evenly over the eligible area, by the cosine of their direction.
     patches, scene = prepared.patches, prepared.scene
     eligible = (
         np.append(scene.surfaces.eligible, False)[scene.triangle_surface] & patches.receives
@@ -169,6 +170,8 @@ def _measure_halo(prepared, seed, part, city):
         ) / directions[:, :2]
         steps = np.where(np.isfinite(steps), steps, np.inf).min(axis=1)
         places = origins[:, :2] + steps[:, None] * directions[:, :2]
+    # Beyond: nothing of the tile was met, and the whole city goes on there; far: a thinned piece
+    # was.
     beyond = ((places > city[0]) & (places < city[1])).all(axis=1) & (hit < 0)
     slope = directions[:, 2] / np.maximum(np.hypot(directions[:, 0], directions[:, 1]), 1e-12)
     far = (hit >= 0) & (scene.halo[hit] == FAR)

@@ -187,6 +187,7 @@ def make_tasks(scene, squares, inputs, folder, lists):
     lists : tuple of set and list
         Filled with the results that are there already, and with each Tile and its result.
     """
+    # What all tiles share is written once: settings, suns, weather, horizon of the whole.
     prepared, weather, request, settings = inputs
     pieces, (kept, found) = box_pieces(scene), lists
     built = slice(
@@ -206,6 +207,7 @@ def make_tasks(scene, squares, inputs, folder, lists):
     # The error of sun sampling is measured where most modules may be.
     eligible = np.where(scene.surfaces.eligible, scene.surfaces.area, 0.0)
     fullest = int(np.argmax([eligible[rows].sum() for _, rows in squares]))
+    # A tile after the other: its part of the city, its materials, and which surfaces are its own.
     for index, (name, rows) in enumerate(squares):
         tile = surround(name, rows, pieces, request.ground_albedo)
         part, taken, complete = take_part(scene, pieces, tile)
@@ -215,6 +217,7 @@ def make_tasks(scene, squares, inputs, folder, lists):
         data = pickle.dumps(
             Part(part, own, materials, inner, complete, index == fullest), protocol=5
         )
+        # A result is named by the hash of all that it depends on, so that one that exists can stay.
         key = hashlib.sha256(run_key + data).hexdigest()[:KEY_LENGTH]
         result = folder / f"{name}_{key}.nc"
         found.append((replace(tile, around=tile.around[:0]), result))  # a byte for each piece of it

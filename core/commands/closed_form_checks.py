@@ -69,6 +69,7 @@ def closed_form_checks():
     list of tuple
     """
     checks = []
+    # A plane in the open sees its share of sky and ground.
     for tilt in (0, 30, 60, 90, 105):
         cosine = np.cos(np.radians(tilt))
         expected = (1 + cosine) / 2 + ALBEDO * (1 - cosine) / 2  # Eq. 9
@@ -81,16 +82,19 @@ def closed_form_checks():
                     partial(unshaded, tilt, rays),
                 )
             )
+    # An infinite street canyon, known after each reflection.
     for face, known in CANYON.items():
         for bounces, expected in enumerate(known):
             name = f"street canyon, {face} after {bounces} reflections"
             checks.append(
                 (name, expected, SINGLE, lambda face=face, bounces=bounces: _canyon(bounces)[face])
             )
+    # A closed room that shines by itself: the sum of a geometric series.
     for albedo, bounces in ((0.25, 3), (0.999, 50), (1.0, 50)):
         expected = bounces + 1.0 if albedo == 1 else (1 - albedo ** (bounces + 1)) / (1 - albedo)
         name = f"closed furnace, albedo {albedo:g}, {bounces} reflections"
         checks.append((name, expected, SINGLE * expected, partial(furnace, albedo, bounces)))
+    # View factors of rectangles, and Sandia's cell temperature at one point.
     for name, expected, one, other in VIEW_FACTORS:
         checks.append(
             (f"view factor, {name}", expected, SINGLE, partial(view, one, rectangle(*other)))

@@ -20,6 +20,7 @@ GRIDS_ONLY = ("step", "latitudes", "longitudes", "years", "off_land")  # and for
 
 def find_source(request, settings, stack):
     """Source of weather that the settings ask for; open files are closed with the stack."""
+    # Models know every place: a regular grid of them.
     if request.weather in MODELS:
         if request.weather != "climate":
             refuse_settings(settings, ("off_land",), request.weather)
@@ -27,6 +28,7 @@ def find_source(request, settings, stack):
         return sources.model_source(
             sources.grid_places(*axes), request.weather, request, settings.off_land
         )
+    # Files: a grid of ERA5 has its own points, of which some may be picked.
     paths = [
         Path(one)
         for one in (request.weather if isinstance(request.weather, list) else [request.weather])
@@ -47,6 +49,7 @@ def find_source(request, settings, stack):
                 grid.source, "has no point in these latitudes and longitudes", "give a wider range"
             )
         return sources.grid_source(grid, places, picked, request, settings.years)
+    # Stations are places by themselves.
     if "era5" in kinds:
         raise InputError("--weather", "grids and stations are mixed", "give one or the other")
     refuse_settings(settings, GRIDS_ONLY, "stations")

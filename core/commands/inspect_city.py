@@ -38,6 +38,7 @@ def inspect_city(paths, request, progress=silent):
     InputError
         If a file is invalid.
     """
+    # The city as drawn, without cutting surfaces into patches.
     city = read_buildings(paths, request, progress)
     scene = make_scene(city, replace(request, patch_size=None))
     surfaces, crowns, trees = scene.surfaces, scene.trees, {"count": 0}
@@ -51,9 +52,11 @@ def inspect_city(paths, request, progress=silent):
             "crown_volume": round(float(volume_of_crowns(crowns).sum()), 1),  # [m³]
         }
     names = np.array(surfaces.material or [""] * len(surfaces), dtype=object)
+    # Area of each material, and how it would reflect.
     materials = _group_areas(names, surfaces.area, names != "")
     for name, group in materials.items():
         group["taken_as"] = describe_finish(named_material(name, scene.colours.get(name)))
+    # Counts and areas by kind, class and eligibility, with trees and faults.
     return {
         "report": asdict(scene.report),
         "site": asdict(scene.site),

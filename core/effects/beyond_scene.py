@@ -33,12 +33,14 @@ def decide_terrain(inputs):
     """Called for when the horizon rises above the 2° below which no direct light is traced."""
     if inputs.horizons is None:
         return Effect(TERRAIN, False, "none", "no --horizon is given: the horizon is level", None)
+    # Highest point of the horizon, and where it is.
     horizon, corners = inputs.horizons
     highest, azimuth = horizon.elevation.max(), horizon.azimuth[horizon.elevation.argmax()]
     where = (
         f"{highest:.1f}° in the {_name_point(azimuth)} (azimuth "
         f"{azimuth:.0f}°){_seen_from(horizon)}"
     )
+    # Too low, or switched off: what this leaves out is computed in closed form.
     if inputs.terrain is None:
         low = f"no higher than the {MINIMUM_ELEVATION:g}° below which no sun is traced"
         words = "switched off" if inputs.asked(TERRAIN) is False else low
@@ -58,6 +60,7 @@ def decide_terrain(inputs):
         return np.abs(high - low)
 
     bound = _largest_share(inputs, between, horizon)
+    # Switched on: suns behind it are not traced, and corners of the scene may see another horizon.
     reason, hidden = f"it rises to {where}", _find_hidden(inputs, lowest)
     if len(hidden):
         reason += f"; {len(hidden)} of {len(inputs.suns)} suns are not traced"
@@ -65,6 +68,7 @@ def decide_terrain(inputs):
         apart = max(float(np.abs(corner.elevation - horizon.elevation).max()) for corner in corners)
         reason += f"; corners of the scene see it up to {apart:.1f}° higher or lower"
     inputs.plan.terrain, inputs.plan.hidden_suns = horizon, hidden
+    # What it hides of sky and sunlight of level ground, in words.
     extent = f"hides {lost_sky(UP, horizon)[0]:.1%} of the sky"
     if inputs.weather is not None:
         year = _year_of(inputs)
@@ -259,6 +263,7 @@ def decide_perez(inputs):
     """The sky of Perez where inclined surfaces count; every weather has the direct and diffuse
     light that it needs.
     """
+    # Does it change anything? Its effect on planes in the open that face as the surfaces do.
     sky, asked, surfaces = inputs.request.sky, inputs.asked(PEREZ), inputs.scene.surfaces
     counted = surfaces_that_count(surfaces)
     area = float(np.asarray(surfaces.area)[counted].sum())
@@ -270,6 +275,7 @@ def decide_perez(inputs):
         low, high = (show_number(100 * one, 1, plus=True) for one in (change.min(), change.max()))
         words = f"; it changes unshaded ones by {low} to {high} %"
     by_scene = sky == "auto" and asked is None
+    # With it, rays go to the horizon too: as few as its noise allows.
     if sky_of_surfaces(inputs.request, surfaces) == PEREZ:
         reason = f"{area:,.0f} m² of inclined surfaces count" if by_scene else "as asked"
         inputs.plan.sky = PEREZ
@@ -286,6 +292,7 @@ def decide_perez(inputs):
             "the dome"
         )
         return Effect(PEREZ, True, extent, reason + words, 0.0)
+    # Without it, the change on these planes bounds what is left out.
     reason = "no inclined surface counts" if by_scene else "as asked"
     bound = bound_change(inputs.weather, change) if len(change) else 0.0 if area == 0 else None
     return Effect(PEREZ, False, "isotropic sky", reason + words, bound)

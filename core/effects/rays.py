@@ -18,6 +18,8 @@ SKY, SHADOW = "sky-rays", "shadow-rays"
 
 def decide_rays(inputs, key):
     """Rays to the sky or to the suns: on where something can stand in the way of them."""
+    # Patches from which nothing is in the way: all or none if so asked, else by geometry, crowns of
+    # trees included.
     plan, count, asked = inputs.plan, len(inputs.patches), inputs.asked(key)
     forward = inputs.request.estimator == "forward"
     if asked is not None or forward:
@@ -28,11 +30,13 @@ def decide_rays(inputs, key):
         free = find_unobstructed(inputs.patches, np.concatenate([vertices, crowns]))
     else:
         free = plan.unobstructed
+    # Rays to the sky or to the suns are spared on these.
     if key == SKY:
         plan.unobstructed, to, seen = free, "", "surface is seen"
     else:
         plan.open_to_suns, plan.suns_behind = free, bool(asked) and not forward
         to, seen = " to the suns", "shadow is cast"
+    # Photons come from the light, whatever stands in the way.
     if forward:
         return Effect(
             key,
@@ -43,6 +47,7 @@ def decide_rays(inputs, key):
         )
     if asked is False:
         return Effect(key, False, f"no rays: no {seen}", "switched off", None)
+    # How many patches send rays, and why.
     some = int(count - free.sum())
     front = (
         "nothing stands in front of the others"

@@ -35,6 +35,7 @@ def check_transfer(transfer):
     InputError
     """
     check_suns(transfer.suns)
+    # Suns and surfaces: unit normals, one value a surface.
     surfaces, count = transfer.surfaces, len(transfer.surfaces)
     normal = check_array("normal", surfaces.normal, (count, 3), least=-1 - UNIT, most=1 + UNIT)
     check_unit("normal", normal[normal.any(axis=1)])  # zero for surfaces without area
@@ -46,6 +47,7 @@ def check_transfer(transfer):
                 f"shape {np.shape(getattr(surfaces, name))}",
                 f"give an array of shape ({count},)",
             )
+    # Light of surfaces, of each sun, and its errors, with shape and bounds of each.
     single, of_suns = (count,), (count, len(transfer.suns))
     found = {
         "area": (surfaces.area, single, POSITIVE),
@@ -63,6 +65,7 @@ def check_transfer(transfer):
                 single,
                 SHARE if field == "view_factor" else POSITIVE,
             )
+    # What only some runs have.
     if transfer.no_room is not None:
         found["no_room"] = transfer.no_room, (count, len(transfer.clearances)), SHARE
     if transfer.left_out is not None:
@@ -73,6 +76,7 @@ def check_transfer(transfer):
             (count, "r") if name.endswith("passed_on") else single,
             {},
         )
+    # Each array in its shape and bounds.
     for name, (values, shape, bounds) in found.items():
         check_array(name, values, shape, **bounds)
     if not 0 <= transfer.ground_albedo <= 1:

@@ -92,6 +92,8 @@ def prepare_hours(suns, weather, system, sky, terrain=None):
         In float64. Cell heating is the Sandia model of the system's mountings,
         :doi:`10.2172/919131`.
     """
+    # Hours with light, sorted by month in the calendar of the weather, so that those of a month lie
+    # together.
     data = weather.data
     sunny = is_sunny(data["apparent_zenith"])
     used = np.flatnonzero((data["ghi"] > 0) | (data["dni"] > 0) | sunny)
@@ -100,20 +102,24 @@ def prepare_hours(suns, weather, system, sky, terrain=None):
         used
     ] - 1
     used = used[np.argsort(month, kind="stable")]
+    # Calendar years are numbered where there are several.
     year, years = np.full(len(data), -1), split_years(data.index, weather.interval)
     for number, (_, inside) in enumerate(years if len(years) > 1 else []):
         year[inside] = number
     data, sunny = data.iloc[used], sunny[used]
+    # sunward  normal irradiance from the sun's place, circumsolar light included [Wm⁻²].
     sunward = (data["dni"].to_numpy() + sky.circumsolar[used])[:, None]
     # No sun below 2° was traced: if light comes from there, the nearest one represents it.
     lowest = 0.0 if (sunward[~sunny] > 0).any() else MINIMUM_ELEVATION
     match = match_suns(suns, *weather.axis._replace(times=data.index), lowest=lowest, position=data)
+    # Air mass for the spectrum, and cell temperature per irradiance for each way of mounting.
     relative = pvlib.atmosphere.get_relative_airmass(
         data["apparent_zenith"].to_numpy(), "kastenyoung1989"
     )
     airmass = pvlib.atmosphere.get_absolute_airmass(relative, data["pressure"].to_numpy())
     dark, heating = cell_heating(data["temp_air"].to_numpy(), data["wind_speed"].to_numpy(), system)
     dni = data["dni"].to_numpy()[:, None]
+    # Where the sun stands, and whether terrain hides it; level  what falls on level ground [Wm⁻²].
     direction = sun_direction(data["apparent_zenith"], data["solar_azimuth"])
     above = is_above(terrain, direction).astype(float)[:, None]
     level = dni * np.maximum(direction[:, 2:], 0.0) + sky.circumsolar_horizontal[used, None]

@@ -288,9 +288,12 @@ def _search_library(text, libraries, *, option):
     InputError
         If no name matches (lists the nearest), or several do (lists some of them).
     """
+    # The exact name first.
     for library in libraries:
         if text in read_library(library):
             return library, text
+    # Then letters and digits alone: the whole name, a part of it, or all words in any order; one
+    # product must be left.
     known = list(
         dict.fromkeys((library, name) for library in libraries for name in read_library(library))
     )

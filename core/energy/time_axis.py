@@ -60,6 +60,7 @@ def lay_on_axis(times, interval, zone):
     share : scipy.sparse.csr_array, (S, T)
         Share of the interval of the axis in each interval of the weather; rows sum up to 1.
     """
+    # Calendar years that the weather covers by nine tenths, each as whole intervals from midnight.
     own = times.tz_convert(zone)
     middle = own + interval / 2
     step = interval.value
@@ -77,6 +78,8 @@ def lay_on_axis(times, interval, zone):
     for whole, length in pieces:
         # The interval of the axis begins within one of the weather, and ends in the next.
         one = _rows_at(starts, step, whole, length)
+        # elapsed  of the weather's interval when the axis' one begins [ns]; what lacks comes from
+        # the next.
         elapsed = np.where(one >= 0, (whole - starts[one]) % step, 0)
         other = np.where(elapsed == 0, one, _rows_at(starts, step, whole + step - elapsed, length))
         kept = (one >= 0) & (other >= 0)
@@ -85,6 +88,8 @@ def lay_on_axis(times, interval, zone):
         second.append(other[kept])
         part.append((1.0 - elapsed / step)[kept])
     axis, first, second, part = (np.concatenate(values) for values in (axis, first, second, part))
+    # One row of shares for each interval of the axis: the rest of the first, then the start of the
+    # second.
     rows = np.arange(len(axis))
     values, places = np.r_[part, 1.0 - part], (np.r_[rows, rows], np.r_[first, second])
     share = sparse.csr_array((values, places), shape=(len(axis), len(times)))

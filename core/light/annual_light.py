@@ -70,6 +70,7 @@ def sum_suns(context, traced, watch, by_point, suns):
     -------
     Annual
     """
+    # unshaded  light of a year on each patch if nothing stood in the way.
     (directions, weights), normal = suns, context.patches.normal
     facing = work_in_slices(
         lambda rows: projection_in_front(normal[rows], directions).astype(float) @ weights,
@@ -77,11 +78,13 @@ def sum_suns(context, traced, watch, by_point, suns):
         context.threads,
     )
     unshaded = np.concatenate([np.zeros(0), *facing])
+    # Elements get the light of the point that stands for each, with its error.
     elements, spread = np.zeros((2, len(by_point), context.elements), np.float32)
     if context.bounces and watch.points is not None:
         points = watch.points.representative_points
         elements = np.take_along_axis(by_point, points.astype(np.intp), axis=1)
         spread = spread_of_elements(by_point, points, traced.covered)
+    # Points without room for modules do not count for the surface, though they reflect.
     if context.left_out is not None and watch.points is not None:
         rows = np.flatnonzero(context.left_out)
         by_point[rows] = np.where(watch.points.find_dark(rows), 0, by_point[rows])

@@ -84,12 +84,15 @@ def trace_change(base, change, request=None, progress=silent, preview=None):
     InputError
         The base was interrupted, or the city has more patches than what rays met can name.
     """
+    # The base may need light of another sky first, so that both can be compared.
     if base.city.transfer.record.interrupted:
         raise InputError("the base", "its run was interrupted", "trace it again, to the end")
     clock, given, request = Clock(), base, request or base.request
     sky = sky_of_surfaces(request, change.scene.surfaces)
     base = match_light(base, sky, base.decisions.bounces, progress)
     old = base.city
+    # The edited scene by the base's decisions; rays of rows that the change touches are traced
+    # anew.
     prepared = build_tree(prepare_decided(base.decisions, change.scene, request, progress), request)
     prepared = replace(prepared, editable=True)
     context = _continue_gather(prepare_gather(prepared, request, progress), old.context)
@@ -97,14 +100,17 @@ def trace_change(base, change, request=None, progress=silent, preview=None):
     progress(STAGE, 0, 3, "steps")
     edit = _trace_rows(old, context, change, prepared.scene, progress)
     clock.lap("sky and reflections")
+    # Then suns are looked at again from points that the change may shade.
     _look_again(edit, without_hidden(base.suns, context.plan.terrain), change)
     progress(STAGE, 3, 3, "steps")
     clock.lap("shadows")
+    # A brighter city may ask for more reflections: the base then gets them too.
     if context.reflections and not context.plan.max_bounces:
         asked, _ = choose_bounces(prepared, context, edit.traced[0], with_first_days(edit.task))
         if asked > context.bounces:
             base = with_reflections(base, asked, progress)
             edit.before, context.bounces = base.city, asked
+    # Light of the year in each state of trees; a preview can be shown before suns are solved.
     specular = base.specular(prepared)
     for state, traced in enumerate(edit.traced):
         hook, annual = specular and specular(context, traced, state), _sum_annual(edit, state)
@@ -116,6 +122,7 @@ def trace_change(base, change, request=None, progress=silent, preview=None):
         edit.lights.append(light)
         edit.direct.append(SunLight(None, None, len(base.suns), annual=annual))
     clock.lap("annual light")
+    # Reflected light of each sun follows from what changed; rows that are gone are dropped if many.
     drift = change_suns(edit, base.drift)
     clock.lap("suns")
     city = _make_city(edit, prepared, base.suns, clock, change)
@@ -267,12 +274,15 @@ def _look_again(edit, suns, change):
     anew[:first] |= (watch.traced[:first] != known.traced) | (
         watch.unobstructed[:first] != known.unobstructed
     )
+    # Bits of points that see suns are those of before, but for what is new.
     states, (_, _, words, count) = context.ray_scene.states, before.bits.shape
     bits = np.zeros((states, len(patches), words, count), np.uint16)
     for state in range(states):
         bits[state, :first] = edit.bits_before(state)
     bits[:, anew] = 0
     task.bits = bits
+    # Points and what they look at: suns that a changed triangle may shade, and all suns for what is
+    # new.
     counts = context.points, context.elements
     watch.points = _extend_points(
         known.points, patches, watch, counts, anew & (watch.traced | watch.unobstructed)
@@ -285,6 +295,7 @@ def _look_again(edit, suns, change):
     asked[watch.traced & anew] = True
     asked &= lit
     see_all(watch, np.flatnonzero(watch.unobstructed & anew), block.directions, bits)
+    # Shadow rays for these pairs of patch and sun only.
     looking = asked.any(axis=1)
     rows = np.flatnonzero(looking)
     tasks = [rows[k : k + 1024] for k in range(0, len(rows), 1024)]
@@ -292,6 +303,7 @@ def _look_again(edit, suns, change):
         lambda one: trace_points(watch, one, block, bits, asked[one]), tasks, context.threads
     ):
         pass
+    # Rows that see suns otherwise now.
     touched = anew.copy()
     rows = np.flatnonzero(looking[:first] & ~anew[:first])
     for state in range(states):

@@ -144,6 +144,7 @@ def find_shadowed(watch, rows, directions, change):
     -------
     (r, s) bool
     """
+    # A tree of what changed alone, and a ball around each patch.
     patches, found = watch.patches, np.zeros((len(rows), len(directions)), bool)
     if not len(change.boxes):
         return found
@@ -160,8 +161,11 @@ def find_shadowed(watch, rows, directions, change):
     balls, towards = (middle, radius, patches.normal[rows].astype(float)), directions.astype(float)
 
     def look(part):
+        # First by balls and boxes: which suns may stand behind something that changed.
         behind = np.zeros((len(rows[part]), len(directions)), bool)
         _find_suns_behind(tuple(one[part] for one in balls), towards, change.boxes, behind)
+        # Then by rays from the shadow points against what changed: only suns that it hides are
+        # asked.
         asked = np.flatnonzero(behind.any(axis=1))
         for start in range(0, len(asked), 1 << 10):
             some = asked[start : start + (1 << 10)]

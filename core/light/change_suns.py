@@ -288,9 +288,11 @@ def _add_further(edit, state):
     context, direct, before = edit.context, edit.direct[state], edit.state_before(state)
     if not context.bounces:
         return 0.0
+    # patterns  how reflected light of each kind and orientation is spread over the suns.
     traced, area, first = edit.traced[state], context.surfaces.area, direct.reflected
     suns = block_of_suns(edit.task.suns, slice(None))
     patterns = _patterns_of_groups(context.surfaces, before.direct.reflected)
+    # whole  annual reflected light of each surface, without what the far ground brings.
     far = traced.far_ground.mean(axis=1)
     whole = edit.lights[state]["suns"].by_replicate.mean(axis=1, dtype=float) - direct.annual.light
     whole = context.patch_to_surface @ (whole - direct.annual.lit_ground * far)
@@ -304,6 +306,8 @@ def _add_further(edit, state):
         share = np.divide(lack, totals, out=np.zeros(len(lack)), where=totals > 0)
         return np.maximum(reflected + (share[:, None] * patterns).astype(np.float32), 0), lack
 
+    # What rows that are gone or traced anew passed on before is taken away; what they pass on now
+    # is added, and the sum is brought to the whole.
     lost, old = edit.lost_rows(), before.direct.reflected
     own = before.traced, before.lights, before.direct
     first[: len(old)] -= _pass_on(

@@ -148,6 +148,7 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
     InputError
         They are of another scene.
     """
+    # Patches and tree as in the traced run, by its decisions.
     prepared = replace(
         build_tree(prepare_decided(decisions, scene, request), request), editable=True
     )
@@ -158,6 +159,8 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
             f"{len(prepared.patches):,}"
         )
         raise InputError("rays.nc", problem, "trace the city again with --editable")
+    # Which points see which suns was kept in bits; the points themselves follow from their random
+    # numbers.
     context.left_out = choose_left_out(
         prepared.scene, context.patch_to_surface, request, kept["cramped"]
     )
@@ -169,6 +172,7 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
     watch.points = find_points(
         context.patches, watch.covered, counts, watch.traced | watch.unobstructed, **how
     )
+    # Light of both states of trees, with the matrices of the Transfer.
     transfers = [replace(transfer, bare=None, base=None), transfer.bare][: len(states)]
     states = [TracedState(**one, transfer=own) for one, own in zip(states, transfers, strict=True)]
     for one in states:

@@ -170,13 +170,17 @@ def add_visible(rows, scale, product, patches, suns):
         patches,
     )
     (directions, visible), entries = suns, (start, key)
+    # A key of a hit holds the patch and, in its lowest bits, the cell.
     east, north, up = directions[0], directions[1], directions[2]
     bits = to_patch - to_cell
     inside = np.int32((1 << bits) - 1)
     longest = 0
     for row in range(len(start) - 1):
+        # Room for the longest row, and for one that is odd.
         longest = max(longest, start[row + 1] - start[row])
     met, weight = np.empty(longest + 3, np.int32), np.empty(longest + 3, np.float32)
+    # Two cells at a time: the point that stands for each, and the bit that says for every sun
+    # whether it sees it.
     for row in range(len(chosen)):
         found = _merge_row(row, entries, to_cell, met, weight)
         total, share = product[chosen[row]], shares[chosen[row]]
@@ -187,6 +191,8 @@ def add_visible(rows, scale, product, patches, suns):
             first, second = visible[patch, point >> 4], visible[other_patch, other_point >> 4]
             a, b = np.uint16(1 << (point & 15)), np.uint16(1 << (other_point & 15))
             own_normal, other_normal = normal[patch], normal[other_patch]
+            # part  share of the rays · albedo · normal: times the sun's direction it is the light
+            # passed on.
             part, other_part = (
                 share * albedo[patch] * weight[place],
                 share * albedo[other_patch] * weight[place + 1],

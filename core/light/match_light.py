@@ -47,12 +47,14 @@ def with_reflections(base, bounces, progress=silent):
     progress : callable, optional
         See `core.settings.progress`.
     """
+    # Another number of reflections, everything else as traced.
     old, clock = base.city, Clock()
     prepared = replace(old.prepared, bounces=bounces)
     context = replace(old.context, bounces=bounces, progress=progress)
     task = replace(
         old.task, progress=SunProgress(progress, len(old.task.suns), int(context.reflections))
     )
+    # Sky and suns are solved again from what rays met; none is traced.
     traced, specular = [one.traced for one in old.states], base.specular(prepared)
     hooks = [specular and specular(context, one, state) for state, one in enumerate(traced)]
     lights = [
@@ -64,6 +66,7 @@ def with_reflections(base, bounces, progress=silent):
     common = trace_statistics(context, (traced[0].ray_count, record.shadow_rays), clock, 0.0) | {
         "interrupted": None
     }
+    # A Transfer for each state of trees, as after tracing.
     for state, hook in zip(
         map(TracedState, traced, lights, direct, [None] * len(traced)), hooks, strict=True
     ):

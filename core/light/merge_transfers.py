@@ -68,6 +68,7 @@ def merge_rounds(total, other):
     InputError
         They are of different scenes or suns.
     """
+    # Only two runs of one city under the same suns can be merged.
     same = total.surfaces.surface_id == other.surfaces.surface_id
     same = same and np.array_equal(total.suns.direction, other.suns.direction)
     if not same or (total.error_parts is None) != (other.error_parts is None):
@@ -76,8 +77,10 @@ def merge_rounds(total, other):
             "it is of another scene, estimator or sampling of suns",
             "merge rounds of one run",
         )
+    # weight  of the second, by its number of rounds.
     counts = tuple(one.record.rounds if one.record else 1 for one in (total, other))
     weight = counts[1] / sum(counts)
+    # Deviations and own noise of the mean, then the standard errors that follow from them.
     parts = _merge_parts(total.error_parts, other.error_parts, weight, counts[0])
     left = (
         (None, None, None, None)

@@ -54,6 +54,7 @@ def add_round(city, size, progress, folder=None):
     CancelledError
         The matrices are as they were, but `city` can take no further round.
     """
+    # The same tree and points that follow in the sequences; rays of this round go into the matrix.
     clock, traced, before = (
         Clock(),
         [one.traced for one in city.states],
@@ -62,11 +63,13 @@ def add_round(city, size, progress, folder=None):
     context = replace(city.context, progress=progress, covered=traced[0].covered)
     counted, seconds = dict(traced[0].ray_count), context.ray_scene.thread_seconds
     _append_rays(context, traced, size, before)
+    # Closed forms and open shares follow from all rays so far.
     for one in traced:
         fill_closed_forms(context, one)
         if context.plan.reflections:
             one.factor = element_factors(context, one)
     clock.lap(STAGE)
+    # Light of the sky and suns, solved from all of them.
     lights = [solve_skies(context, one, None, clock) for one in traced]
     direct = _trace_suns(context, city, size, before, folder)
     for state, light, found in zip(city.states, lights, direct, strict=True):
@@ -75,6 +78,7 @@ def add_round(city, size, progress, folder=None):
             _add_first_reflections(state.direct, found.once, size / (before + size))
         found.reflected = _scale_reflected(context, state, found.annual, light[SUNS], folder)
     clock.lap("suns")
+    # What this round took is added to the record.
     rays = {name: count - counted[name] for name, count in traced[0].ray_count.items()}
     work, states = trace_statistics(context, (rays, direct[0].ray_count), clock, seconds), []
     for state, light, found in zip(city.states, lights, direct, strict=True):
@@ -130,6 +134,7 @@ def _trace_suns(context, city, size, before, folder):
         without_hidden(city.task.suns, context.plan.terrain),
         [],
     )
+    # One set of points after the other, each as large as the first round's.
     annual = [one.direct.annual for one in city.states]
     for done in range(size):
         more = _continue_points(context, before + done)
@@ -138,6 +143,8 @@ def _trace_suns(context, city, size, before, folder):
         alone = [_with_rays_of(more, one, done - size) for one in traced]
         direct = solve_suns(more, alone, task, [None] * len(traced), folder=folder)
         total = total or direct
+        # The year's light is averaged over all points so far; visible shares over those of this
+        # round.
         for state, (found, new) in enumerate(zip(total, direct, strict=True)):
             annual[state] = add_points(
                 annual[state],

@@ -79,6 +79,8 @@ def find_points(patches, covered, counts, wanted, threads=1, *, left_out=None):
     -------
     KnownPoints
     """
+    # By default all points lie in the open; the middle of each element tells which point stands for
+    # it.
     count, (point_count, elements) = len(patches), counts
     is_open = np.ones((count, point_count), bool)
     representative_points = np.zeros((count, elements), np.min_scalar_type(point_count - 1))
@@ -87,6 +89,7 @@ def find_points(patches, covered, counts, wanted, threads=1, *, left_out=None):
     counted = np.full((count, -(-point_count // WORD)), (1 << WORD) - 1, np.uint16)
 
     def find(rows):
+        # Points that lie in covered cells, or deep in them; elements that are covered as a whole.
         places = _places_of_points(patches.key[rows], patches.points_before[rows], point_count)
         in_covered, all_covered = (
             np.zeros((len(rows), point_count), bool),
@@ -101,9 +104,12 @@ def find_points(patches, covered, counts, wanted, threads=1, *, left_out=None):
             inside = sample_points.cells_inside(divisions, round(np.sqrt(elements)))
             members = np.argsort(inside, kind="stable").reshape(elements, -1)
             all_covered[partly] = cells[:, members].all(axis=2)
+        # The point nearest to the middle of an element stands for it, one in the open where there
+        # is any.
         chosen = np.empty((len(rows), elements), representative_points.dtype)
         _choose_representatives(places, (in_covered, all_covered), middles, chosen)
         representative_points[rows] = chosen
+        # Points in cells without room for modules are not counted.
         some = np.flatnonzero(0 if left_out is None else left_out[rows])
         if len(some):
             cell = sample_points.cell_of_point(*places[:, some], CELL_DIVISIONS).astype(np.intp)

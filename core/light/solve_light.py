@@ -70,6 +70,8 @@ def solve_light(
     -------
     Light
     """
+    # by_replicate  light that arrives at patches by the rays of each replicate; first light to
+    # begin with.
     to_surface, by_replicate = context.patch_to_surface, first.light.copy()
     found = Light(None, None, by_replicate)
     transported, left = (
@@ -77,6 +79,7 @@ def solve_light(
         np.zeros(to_surface.shape[0]),
     )
     if context.bounces:
+        # First reflection from elements; further ones from patches, F(ρ …) until the last one.
         reflected, steps, variance = reflect_elements(context, traced, first.element)
         reflected += np.float32(far_ground) * traced.far_ground
         once = reflected.mean(axis=1, keepdims=True, dtype=float)
@@ -84,8 +87,10 @@ def solve_light(
             reflection_of(context, traced), once, context.bounces - 1, report
         )
         radiosity = traced.factor * passed_on.astype(np.float32)
+        # What is passed on arrives by all rays of the patch.
         reflected += multiply_elements(traced.form_factors, radiosity, context.threads)
         by_replicate += reflected
+        # Last reflection's share, and a bound on all that would follow.
         arrived = reflected.mean(axis=1, dtype=float).sum()
         whole = first.light.mean(axis=1).sum(dtype=float) + arrived
         last = max(
@@ -94,11 +99,13 @@ def solve_light(
         found.last = last / whole if whole > 0 else 0.0
         last_one = np.maximum(reflected.mean(axis=1, dtype=float) - passed_on[:, 0], 0)
         found.cut = to_surface @ bound_further(reflection_of(context, traced), last_one)
+        # Errors: discretisation from the steps, and deviations that others' light brings.
         found.discretisation_error = estimate_discretisation_error(context, steps, reflected)
         deviations = propagate_deviations(context, traced, first, reflected)
         transported, left = errors_of_reflected(to_surface, deviations, steps, variance)
     else:
         found.cut = np.full(to_surface.shape[0], _bound_all(context, first.light, far_ground))
+    # Mean of the surface, and its own noise; rays that all agree still have that of one of them.
     found.mean = to_surface @ by_replicate.mean(axis=1, dtype=float)
     own = to_surface.power(2) @ (points + variance_of_mean(by_replicate))
     if look is not None:

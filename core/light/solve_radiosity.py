@@ -91,6 +91,7 @@ def solve_radiosity(form_factors, factor, first, far_first, max_bounces):
         If shapes do not match, light is negative or not finite, or form factors have patches that
         do not exist, with which the compiled loops would read out of bounds.
     """
+    # Shapes and ranges, and keys of the matrix within it.
     count, sources = check_array("first", first, ("p", "s"), least=0).shape
     check_array("far_first", far_first, (count, sources), least=0)
     check_array("factor", factor, (count,), least=0, most=1 / MINIMAL_OPEN_SHARE)
@@ -111,6 +112,7 @@ def solve_radiosity(form_factors, factor, first, far_first, max_bounces):
             most=last,
             row="entry",
         )
+    # One reflection is a product with the matrix; further ones are summed.
     reflect = partial(
         multiply, form_factors, np.repeat(factor[:, None], form_factors.cells, axis=1)
     )

@@ -118,6 +118,7 @@ def light_of_first_days(context, traced, task):
     first, reflected : (p,) float32
         Before reflections, and what the first reflection brings.
     """
+    # The last sun of whole days among the first ones.
     first, reflected = np.zeros((2, len(context.patches)), np.float32)
     ends = end_of_days(task.suns)
     last = ends[ends <= FIRST_SUNS].max(initial=0) or min(FIRST_SUNS, len(task.suns))
@@ -128,6 +129,7 @@ def light_of_first_days(context, traced, task):
             COUNTING, block.start + share * (min(block.stop, last) - block.start), last, "suns"
         )
 
+    # Shadows of these suns are kept, as the run needs them again.
     for block in task.blocks:
         if block.start < last:
             task.progress.rays_before = task.progress.rays
@@ -138,11 +140,14 @@ def light_of_first_days(context, traced, task):
                 task.suns, slice(block.start, min(block.stop, last))
             )
             found = replace(found, bits=np.ascontiguousarray(found.bits[:, :, : len(weights)]))
+            # Direct light in clear air, weaker where the path through it is long: a share to the
+            # power of the air mass.
             height = np.maximum(directions[:, 2], 0)
             weights = weights * CLEAR_AIR ** (1 / np.maximum(height, LOWEST)) ** AIR_POWER
             first += (
                 found.visible_share * projection_in_front(context.patches.normal, directions)
             ) @ weights
+            # The first reflection, by the city and by the ground beyond.
             reflected += _first_reflections(context, traced, found, directions) @ weights
             lit_ground = context.request.ground_albedo * (weights @ height)
             reflected += np.float32(lit_ground) * traced.far_ground.mean(axis=1)

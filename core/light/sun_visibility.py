@@ -139,12 +139,15 @@ def sun_visibility(watch, suns, report=lambda share, rays: None):
     """
     _check_watch(watch, suns)
     patches, directions, m = watch.patches, suns[0], watch.point_count
+    # Points of each patch that lie in the open, unless they are known already.
     if watch.points is None:
         wanted = watch.traced | watch.unobstructed
         elements = watch.elements or count_elements(m)
         watch.points = find_points(
             patches, watch.covered, (m, elements), wanted, watch.threads, left_out=watch.left_out
         )
+    # A bit for each point and sun: set without rays where nothing is in the way, else by a shadow
+    # ray.
     bits = np.zeros(
         (watch.ray_scene.states, len(patches), -(-m // WORD), len(directions)), np.uint16
     )

@@ -93,6 +93,7 @@ def prepare_gather(prepared, request, progress):
     -------
     GatherContext
     """
+    # Mirrors and glass reflect by photons, so they are black here.
     scene, patches, plan = prepared.scene, prepared.patches, prepared.plan
     others = (
         brdfs_of_triangles(scene, request, prepared.materials).index >= 0
@@ -133,6 +134,7 @@ def trace_all(context):
 
     List of Traced, one for each state of trees.
     """
+    # Counts of rays in multiples of the replicates, all of them or fewer.
     patches, plan, samples = context.patches, context.plan, context.request.samples
     every, fewer = (
         -(-count // HEMISPHERE_REPLICATES) * HEMISPHERE_REPLICATES

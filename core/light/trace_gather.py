@@ -201,6 +201,7 @@ def trace_statistics(context, counts, clock, before):
 
 def solve_skies(context, traced, hook, clock):
     """Light of the sky and of each source in it, by way of mirrors too: dict of Light."""
+    # One source of the sky after the other: the dome, then each traced part.
     lights, factor = {}, radiosity_factor(context.patches, traced.covered_share)
     done, steps = 0, context.bounces + 1
 
@@ -222,6 +223,7 @@ def solve_skies(context, traced, hook, clock):
         light = lights[name] = solve_light(
             context, traced, first, ground_albedo, look=look, report=report
         )
+        # Light by mirrors is added to it.
         if hook:
             light.add(hook.of_sky(name, factor * light.by_replicate.mean(axis=1)))
         clock.lap("diffuse reflections" if name == SKY_DOME else name)
@@ -253,6 +255,7 @@ def make_transfer(found, state, suns, common, left):
     -------
     Transfer
     """
+    # What was decided and measured, as the record of the run.
     context, traced, direct, scene = found.context, state.traced, state.direct, found.prepared.scene
     brightest = float(found.prepared.patches.albedo.max(initial=0))
     record = TraceRecord(
@@ -262,6 +265,7 @@ def make_transfer(found, state, suns, common, left):
         standard_error_unknown=ONE_POINT if np.isnan(state.lights[SUNS].error.own).any() else None,
         **shares_of_record(context, state.lights),
     )
+    # Shares and light of surfaces, with what they are of.
     return Transfer(
         surfaces=scene.surfaces,
         site=scene.site,

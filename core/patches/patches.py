@@ -89,6 +89,7 @@ def patches_of_scene(scene, albedo, seed):
     check_scene(scene)
     check_seed(seed)
     albedo = check_array("albedo", albedo, (len(scene.triangles),), least=0, most=1)
+    # Normal and area from two edges of each triangle.
     corners = np.asarray(scene.vertices, float)[scene.triangles]  # (t, 3, 3)
     edges = corners[:, 1:] - corners[:, :1]
     normal = np.cross(edges[:, 0], edges[:, 1])
@@ -99,8 +100,10 @@ def patches_of_scene(scene, albedo, seed):
         edges[:, 0] / np.maximum(np.linalg.norm(edges[:, 0], axis=1), np.finfo(float).tiny)[:, None]
     )
     ground = find_ground(scene)
+    # Rays start off the plane, and a little inside the edges, so that neighbours do not catch them.
     offset = _measure_offset(corners, edges, normal)
     inset = _inset_triangles(corners, length, offset)
+    # Random numbers follow from the seed and from the place of the triangle.
     key, place_key = keys_of_triangles(scene, seed, 0)
     return Patches(
         corner=inset[:, 0].astype(np.float32),

@@ -97,6 +97,7 @@ def follow_photons(target, source, numbers, per_replicate, max_bounces):
     -------
     Light
     """
+    # Photons by number, in the replicate that each belongs to.
     number = np.arange(numbers.start, numbers.stop)
     replicate, place = np.divmod(number, per_replicate)
     rows = int(replicate[-1] - replicate[0]) + 1
@@ -108,10 +109,12 @@ def follow_photons(target, source, numbers, per_replicate, max_bounces):
     )
     found = Light(*np.zeros((2, rows, target.surface_count)), begin=int(replicate[0]))
     found.tally.emitted = float(len(number))
+    # Those that would come from behind terrain, or from before it, are dropped.
     if source.terrain is not None:
         chosen = is_above(source.terrain, -photons.directions) != source.beyond
         found.tally.behind_terrain = float(len(number) - chosen.sum())
         photons = photons.take(chosen)
+    # A photon flies on until it meets a front, is counted there, and is reflected with less weight.
     for bounce in range(max_bounces + 1):
         found.ray_count += len(photons.number)
         photons, places = meet_fronts(target, photons, found.tally, source if bounce == 0 else None)

@@ -116,6 +116,8 @@ def _trace_specular(prepared, context, traced, state=0):
     -------
     SpecularLight
     """
+    # Photons start from mirrors, backwards, and from each of these faces as many as its area asks
+    # for.
     patches, plan, count = context.patches, context.plan, len(prepared.scene.surfaces)
     surface = np.where(prepared.scene.triangle_surface < 0, count, prepared.scene.triangle_surface)
     scene = context.ray_scene, patches, surface, count, traced.covered, plan.brdfs
@@ -131,6 +133,7 @@ def _trace_specular(prepared, context, traced, state=0):
         [],
         0,
     )
+    # Hits of all batches go into a matrix: surface that receives, patch or sky that it comes from.
     found = map_in_order(
         lambda batch: _arrivals_from(context, target, faces, batch), batches, context.threads
     )
@@ -144,6 +147,7 @@ def _trace_specular(prepared, context, traced, state=0):
                 [],
             )
         context.progress("specular light", done, per_replicate * REPLICATES, "photons")
+    # Weights become irradiance; columns of sky and far ground are light of the whole sky.
     factor = _per_area(target, float(patches.area[faces].sum()), per_replicate)
     matrix = sparse.diags_array(np.tile(factor, REPLICATES)) @ matrix
     far_ground, sky, *parts = matrix[:, len(patches) :].toarray().T.reshape(-1, REPLICATES, count)
@@ -152,6 +156,7 @@ def _trace_specular(prepared, context, traced, state=0):
         source.name: source.radiance * part
         for source, part in zip(plan.sources, parts, strict=True)
     }
+    # The mean over replicates is kept beside them.
     mean = sparse.hstack([sparse.eye_array(count)] * REPLICATES).tocsr() / REPLICATES
     of_patches = matrix[:, : len(patches)].tocsr()
     return _SpecularLight(
@@ -186,6 +191,7 @@ def _arrivals_from(context, target, faces, batch):
         sky, and two or more for that part of the sky that is a traced source.
     weights : (e,) float64
     """
+    # Light that reaches mirrors from sky, patches and ground, and where each photon came from.
     plan, patches = context.plan, len(context.patches)
     photons, origin, towards = photons_of_surroundings(
         target,
@@ -202,6 +208,8 @@ def _arrivals_from(context, target, faces, batch):
         for chosen, last in ((of_sky, context.bounces - 1), (~of_sky, context.bounces - 2))
     )
     entries = [(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))]
+    # An entry for each arrival at a surface; light of the sky counts for a traced part too where it
+    # comes from there.
     for arrived, surface in chain.from_iterable(followed):
         own = surface < target.surface_count
         source = origin[arrived.number[own] - batch.numbers.start]

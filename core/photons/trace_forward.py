@@ -261,6 +261,7 @@ def _trace_direct(run, lit, suns, far, ground_albedo, *, patch_to_surface, folde
     -------
     Direct
     """
+    # Matrices by surface and sun, and what the far ground brings after its first arrival.
     count, height = run.target.surface_count, np.maximum(suns.direction[:, 2], 0) * ground_albedo
     found = _Direct(
         *(sun_matrix.keep_matrix((count, len(suns)), folder) for _ in range(2)),
@@ -270,6 +271,7 @@ def _trace_direct(run, lit, suns, far, ground_albedo, *, patch_to_surface, folde
     beyond_first = far.whole.mean(axis=0) - np.minimum(far.first.mean(axis=0), 1)
     done = 0
     try:
+        # A sun at a time: direct light as a share of the unshaded, and the rest as reflected.
         for index, light in enumerate(lit):
             towards = suns.direction[index : index + 1].astype(np.float32)
             unshaded = patch_to_surface @ projection_in_front(run.target.patches.normal, towards)[
@@ -284,6 +286,7 @@ def _trace_direct(run, lit, suns, far, ground_albedo, *, patch_to_surface, folde
             light.photon = np.where(unshaded > 0, light.photon, 0)
             found.annual.add(light, suns.weight[index])
             done = index + 1
+    # Interrupted: whole days that are done are kept.
     except CancelledError:
         found.kept = max((end for end in end_of_days(suns) if end <= done), default=0)
         if not found.kept:

@@ -46,6 +46,7 @@ def trace_sources(run, sources, max_bounces, stage):
     Light
         Of each source, in order.
     """
+    # Photons of each source in portions, all sources in one queue for the threads.
     count = run.per_replicate * PHOTON_REPLICATES
     total, done = len(sources) * count, 0
     if total:
@@ -62,6 +63,7 @@ def trace_sources(run, sources, max_bounces, stage):
         tasks,
         run.threads,
     )
+    # Portions of a source add up in order.
     for source in sources:
         light = no_light(run.target.surface_count)
         for part in islice(found, len(ranges) if source.power.any() else 0):

@@ -81,6 +81,7 @@ def load_library():
     """
     import embreex.rtcore_scene  # noqa: F401, loads the library's own dependencies
 
+    # The library lies among the files of the package.
     paths = [
         entry.locate()
         for entry in metadata.files("embreex") or ()
@@ -88,6 +89,8 @@ def load_library():
     ]
     if not paths:
         raise LibraryError("embreex has no Embree 4 library bundled")
+    # Functions with the types of their arguments, so that a wrong call fails here and not in
+    # memory.
     try:
         library = ctypes.CDLL(str(paths[0]))
         for name, (result, arguments) in PROTOTYPES.items():
@@ -95,6 +98,7 @@ def load_library():
             function.restype, function.argtypes = result, arguments
     except (OSError, AttributeError) as error:
         raise LibraryError(f"its library cannot be loaded ({error})") from error
+    # It must be the right version, on a processor that it can use.
     device = library.rtcNewDevice(None)
     if not device:
         raise LibraryError("Embree cannot create a device")

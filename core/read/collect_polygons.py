@@ -125,6 +125,7 @@ def _walk(element, place, content):
 
 def _add_implicit(element, place, content):
     """Append the polygons of an implicit geometry, transformed to world coordinates."""
+    # Where the shape is to stand: a reference point and a matrix of 4 × 4, both sound numbers.
     name = name_element(element) or f"line {element.sourceline}"
     point, matrix = (
         next(element.iterfind("{*}referencePoint//{*}pos"), None),
@@ -142,6 +143,7 @@ def _add_implicit(element, place, content):
             "implicit geometry without a shape, a reference point or a level of detail", name
         )
         return
+    # Read once in its own axes, kept for others that refer to it, and placed here.
     matrix = matrix.reshape(4, 4)
     matrix[:3, 3] += point
     local = FileContent(content.path)
@@ -179,11 +181,13 @@ def _step(child, kind, place, content):
             _note_srs_name(child, content)
         if "srsDimension" in attributes:
             place = place._replace(dimension=attributes["srsDimension"])
+    # What the element adds to the place of its polygons: cavities and demolished parts are skipped.
     if kind == "interior":  # cavities inside a solid receive no light
         return None
     if kind == "BuildingPart" and is_terminated(read_ends(child)):
         content.skip(GONE, name_element(child) or f"line {child.sourceline}")
         return None
+    # Parts are counted; names of elements tell level of detail, class, and how the shape is given.
     if kind == "BuildingPart":
         content.part_count += 1
         place = place._replace(part=content.part_count)
@@ -302,9 +306,11 @@ def resolve_references(content):
     content : FileContent
         Changed in place.
     """
+    # Polygons by their id; the first of one id counts.
     index = {
         polygon.surface_id: polygon for polygon in reversed(content.polygons) if polygon.surface_id
     }
+    # A reference adds class, turn or a level to its polygon, within its own building.
     for link, reference in content.references:
         file, _, target = link.rpartition("#")
         if target not in index and target not in content.groups:
@@ -329,6 +335,7 @@ def resolve_references(content):
             polygon.installation &= reference.installation  # the solid of a building may include it
             if reference.lod not in polygon.lods:
                 polygon.lods += (reference.lod,)
+    # A prototype is placed by each instance, with the building and level of this.
     for target, matrix, place, name in content.instances:
         shape = content.prototypes.get(target)
         if shape is None:

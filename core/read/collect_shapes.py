@@ -132,6 +132,7 @@ def _draw_geometry(geometry, owner, source, shapes):
     list of Polygon
     """
     content, lod = shapes.content, read_lod(geometry)
+    # Rings of the geometry with what its semantics say of each.
     try:
         surfaces, matching = walk_boundaries(geometry)
     except ValueError as error:
@@ -141,9 +142,11 @@ def _draw_geometry(geometry, owner, source, shapes):
         shapes.remarks[UNSOUND].append(owner.name)
     if not lod:
         shapes.remarks[NO_LOD].append(owner.name)
+    # An id counts only if one surface alone has it.
     ids = [surface.semantics.get("id") for surface in surfaces]
     ids = [clean_name(one) if isinstance(one, str) else "" for one in ids]
     polygons, uses = [], Counter(ids)
+    # Cavities, interiors and broken rings are left out, and told.
     for number, (surface, name) in enumerate(zip(surfaces, ids, strict=True)):
         thematic = surface.semantics.get("type")
         thematic = thematic if isinstance(thematic, str) and thematic in CLASSES else ""
@@ -215,6 +218,7 @@ class Templates:
         -------
         list of Polygon
         """
+        # The shape of a template is read when first asked for.
         number, matrix = geometry.get("template"), _read_matrix(geometry, shapes.vertices)
         if type(number) is not int or not 0 <= number < len(self._shapes):
             fault = "instance of a template that is not in the file"
@@ -224,6 +228,7 @@ class Templates:
             if number not in self._drawn:
                 self._drawn[number] = self._draw(number, owner, shapes)
             drawn, fault = self._drawn[number]
+        # Each instance counts towards a limit, and takes building and class of its owner.
         if not fault:
             self._count += len(drawn)
             if self._count > MOST_PLACED:
@@ -239,6 +244,7 @@ class Templates:
             drawn = [
                 replace(one, thematic=one.thematic or owner.thematic, **place) for one in drawn
             ]
+            # Placed by its matrix, unless that takes it out of this world.
             placed = place_prototype(drawn, matrix)
             if all(
                 np.abs(ring).max(initial=0) <= LARGEST_COORDINATE

@@ -146,6 +146,7 @@ def collect_json_tree(one, name, shapes, line):
         Of the file.
     line : int
     """
+    # A tree or a wood, with its measures: plain numbers, or numbers with a unit.
     content, cover = shapes.content, one["type"] == "PlantCover"
     tree = Tree(clean_name(name), content.path, line, cover)
     attributes = one.get("attributes")
@@ -156,6 +157,7 @@ def collect_json_tree(one, name, shapes, line):
         unit = measure.get("uom")
         given[word] = measure.get("value"), unit if isinstance(unit, str) else None
     _set_attributes(tree, given)
+    # Where it stands: the first point of its geometries.
     geometries = one.get("geometry")
     geometries = (
         [part for part in geometries if isinstance(part, dict)]
@@ -173,6 +175,7 @@ def collect_json_tree(one, name, shapes, line):
         )
         if tree.place is None and type(first) is int and 0 <= first < len(shapes.vertices):
             tree.place = np.array(shapes.vertices[first], float)
+    # Its shapes are read like a building's, but kept apart.
     content.plants.buildings.append(tree.name)
     owner = Owner(tree.name, len(content.trees), 0, "", line)
     solid = [part for part in geometries if part.get("type") != POINTS]

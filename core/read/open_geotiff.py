@@ -253,6 +253,7 @@ def _unpack_lzw(packed, unpacked):
     # behind it.
     start, length = np.zeros(LARGEST, np.int64), np.ones(LARGEST, np.int64)
     known, width, held, bits, place, before = END + 1, 9, 0, 0, 0, -1
+    # Bytes are added until there are enough bits for a code.
     for byte in packed:
         held, bits = (held << 8) | byte, bits + 8
         if bits < width:
@@ -260,11 +261,13 @@ def _unpack_lzw(packed, unpacked):
         bits -= width
         code = held >> bits
         held &= (1 << bits) - 1
+        # The end, or a fresh start of the table.
         if code == END:
             return place
         if code == CLEAR:
             known, width, before = END + 1, 9, -1
             continue
+        # The sequence before, with the first byte of this one, becomes a new entry.
         if before >= 0 and known < LARGEST:
             start[known], length[known] = (
                 start[before] if before > END else place - 1,
@@ -273,6 +276,7 @@ def _unpack_lzw(packed, unpacked):
             known += 1
         if code >= known or (before < 0 and code > END):
             return -1
+        # The sequence of the code is copied from where it came last.
         count = length[code] if code > END else 1
         first = start[code]
         for number in range(min(count, len(unpacked) - place)):
@@ -282,6 +286,7 @@ def _unpack_lzw(packed, unpacked):
         if code > END:
             start[code] = place
         place, before = min(place + count, len(unpacked)), code
+        # Codes get a bit longer when the table asks for it.
         if known >= (1 << width) - 1 and width < 12:
             width += 1
     return place

@@ -79,6 +79,7 @@ def _read_ascii_grid(path):
         Not a grid, or a damaged one.
     """
     with open_text(path) as stream:
+        # Head: words with values, until a line that has none.
         head, line = {}, stream.readline(1000)
         while (match := HEAD.match(line)) and match[1].lower() in MARKS:
             head[match[1].lower()] = match[2]
@@ -87,6 +88,7 @@ def _read_ascii_grid(path):
             raise ValueError("its header has no ncols and nrows")
         columns, rows = int(head["ncols"]), int(head["nrows"])
         body = line + stream.read()
+    # Body: as many numbers as rows times columns, the northern row first.
     with warnings.catch_warnings():
         warnings.simplefilter("error", DeprecationWarning)
         try:
@@ -104,6 +106,7 @@ def _read_ascii_grid(path):
     def read_cells(top, bottom, left, right):
         return heights[top:bottom, left:right].copy()
 
+    # The system stands in a file of the same name beside it.
     plain = Path(path).with_suffix("") if Path(path).suffix.lower() == ".gz" else Path(path)
     beside = next(
         (file for file in map(plain.with_suffix, (".prj", ".PRJ")) if file.is_file()), None

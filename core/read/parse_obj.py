@@ -75,6 +75,8 @@ def parse_obj(path, up="z", report_share=silent):
     parts, vertices, faces = _ObjParts(np.empty((0, 3)), object_names=[""]), [], []
     number, group, material = 0, "", ""
     budget = Budget(path, "holds a mesh", "split it into tiles, and give them all")
+    # A statement at a time: vertices, faces with the names that hold for them, names of objects,
+    # groups and materials; what has no place here is counted.
     for line, words in _statements(path, report_share):
         keyword = words[0]
         if keyword == "v":
@@ -104,6 +106,7 @@ def parse_obj(path, up="z", report_share=silent):
         elif keyword in FREE_FORMS or keyword not in SILENT:
             known = keyword if keyword in FREE_FORMS else "(unknown)"
             parts.left_out[known] = parts.left_out.get(known, 0) + 1
+    # Upright axis z; then corners are checked, as a face may come before its vertices.
     parts.vertices = turn_up(np.array(vertices, float).reshape(-1, 3), up)
     for face, line in zip(faces, parts.lines, strict=True):
         if face and max(face) >= len(vertices):

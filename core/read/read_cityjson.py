@@ -54,6 +54,7 @@ def read_cityjson(path, report_share=silent):
     path = Path(path)
     content = FileContent(path, plants=FileContent(path))
     reading = _Reading(path, content)
+    # One JSON text or, in CityJSONSeq, one a line: the header first, then features.
     for value, line in iterate_json(path, content.notes, report_share):
         kind = value.get("type") if isinstance(value, dict) else None
         twice = [name for name in IMPORTANT if name in getattr(value, "names", ())]
@@ -120,6 +121,7 @@ class _Reading:
 
     def add(self, text, line, report_share=silent):
         """Read the buildings among the objects of one JSON text."""
+        # Vertices of this text, by its own transform if it has one, else by the header's.
         objects = text.get("CityObjects", {})
         if not isinstance(objects, dict):
             raise InputError(
@@ -136,6 +138,7 @@ class _Reading:
             self.content.notes.append(
                 f"{self.path} has a transform, but vertices that are not integers; it was applied."
             )
+        # Names that are used twice hide the earlier object.
         for name in getattr(objects, "names", ()):
             self.content.skip(
                 "city object whose name is used again later in the file", clean_name(name)
@@ -148,12 +151,15 @@ class _Reading:
         )
 
     def _add_objects(self, objects, shapes, line, report_share):
+        # Which objects belong together: buildings, their parts and installations; the demolished
+        # go.
         (kinds, families), content = _find_families(objects), self.content
         families, gone = _part_from_gone(objects, kinds, families)
         for name in gone:
             content.skip(GONE, clean_name(name))
         buildings = [name for name, (top, _) in families.items() if top == name]
         parts = [name for name in families if objects[name]["type"] == "BuildingPart"]
+        # What is no building is counted, members without a parent are buildings themselves.
         for name, kind in kinds.items():
             if kind == "no object":
                 content.skip("city object is not a JSON object or has no type", clean_name(name))
@@ -163,6 +169,7 @@ class _Reading:
             if kinds[name] in ("member", "extension"):
                 words = "parts or installations have no parent building; they are read as buildings"
                 shapes.remarks[words].append(clean_name(name))
+        # Numbers of buildings and parts, from those of the file so far.
         building = {name: len(content.buildings) + k for k, name in enumerate(buildings)}
         part = {name: content.part_count + k + 1 for k, name in enumerate(parts)} | {None: 0}
         content.buildings += [clean_name(name) for name in buildings]
@@ -174,6 +181,7 @@ class _Reading:
         note_demolitions(
             {place: _attributes(objects[name]) for name, place in own.items()}, content
         )
+        # Then shapes of each object: of buildings, trees, terrain.
         for number, (name, one) in enumerate(objects.items()):
             if number % OBJECTS_AT_ONCE == 0:
                 report_share(READ + (DRAWN - READ) * number / len(objects))

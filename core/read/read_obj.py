@@ -51,6 +51,7 @@ def read_obj(path, up="z", report_share=silent):
     InputError
         The file cannot be read, or has no polygons.
     """
+    # Statements first, then which way is up.
     parts = parse_obj(path, "z" if up == "auto" else up, lambda share: report_share(PARSED * share))
     if not parts.faces:
         raise InputError(path, "contains no polygons", "give an OBJ file of buildings")
@@ -59,6 +60,7 @@ def read_obj(path, up="z", report_share=silent):
         up, content.notes = judge_up(parts.vertices, parts.faces)
         parts.vertices = turn_up(parts.vertices, up)
     content.up = up
+    # Buildings by object, group, or by vertices that faces share.
     building = _buildings(parts, content)
     rows = zip(parts.faces, parts.lines, building, parts.materials, strict=True)
     for place, (face, line, number, material) in enumerate(rows):
@@ -73,6 +75,7 @@ def read_obj(path, up="z", report_share=silent):
                 "", int(number), 0, "", ("",), "surface", [ring], line, material=material
             )
             content.polygons.append(polygon)
+    # What was left out, and what only a comment says, is told.
     for keyword, count in sorted(parts.left_out.items()):
         content.notes.append(f"{count} lines {keyword} of {path} left out: not polygons.")
     if parts.comment_crs:

@@ -53,6 +53,7 @@ def read_terrain(path, city, unit="m", up="z"):
     """
     open_input(path).close()
     suffix = suffix_of(path)
+    # By its suffix: a raster of heights, a relief, or a mesh.
     low, high = city.points.min(axis=0)[:2], city.points.max(axis=0)[:2]
     terrain = Terrain(str(path))
     if suffix in RASTERS:
