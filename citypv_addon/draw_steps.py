@@ -52,7 +52,7 @@ def draw_variants(layout, scene, shown):
         compare = row.row(align=True)
         compare.enabled = city != shown
         compare.operator(
-            "citypv.compare_variant", text="", icon="ARROW_LEFTRIGHT", depress=against
+            "citypv.compare", text="", icon="ARROW_LEFTRIGHT", depress=against
         ).name = city.name
         row.operator("citypv.delete_variant", text="", icon="X").name = city.name
     column.operator("citypv.new_variant", icon="DUPLICATE")

@@ -19,7 +19,7 @@ from ..city.session import find_session, open_session
 from ..city.source_objects import list_taken
 from ..city.worn_faces import remember_wearers
 from ..show.compare_results import compare_with_before, find_variants
-from ..show.show_result import show_result
+from ..show.show_result import find_before, show_result
 from .switch_city import find_named, show_objects_of
 from .update_city import tell_errors
 
@@ -53,28 +53,38 @@ class NewVariant(OfCity, Action, bpy.types.Operator):
         return f"Variant {copy[Key.VARIANT]}, compared with {city[Key.VARIANT]}"
 
 
-class CompareVariant(OfCity, Action, bpy.types.Operator):
-    """Show the variant that is seen less this one"""
+class CompareResults(OfCity, Action, bpy.types.Operator):
+    """Show the present result less the one kept as before, or less the one of a variant"""
 
-    bl_idname, bl_label = "citypv.compare_variant", "Compare with this variant"
+    bl_idname, bl_label = "citypv.compare", "Show difference"
+    needs, lacking = Key.KWP, "Compute the energy first"
 
-    name: bpy.props.StringProperty(name="City", description="Name of the variant's object")
+    name: bpy.props.StringProperty(
+        name="City",
+        description="Name of a variant's object; empty: what was compared last, or kept as before",
+        options={"SKIP_SAVE"},
+    )
 
     def act(self, context, city, ground):
         """Write and show the difference, with the errors of the rays that both share."""
-        other = find_named(context.scene, self.name)
-        city[Key.AGAINST] = other[Key.IDENTITY]
-        session, earlier = find_session(city), find_session(other)
-        if session is not None and session.energy is not None and earlier is not None:
-            session.change = tell_errors(
-                earlier.base, session, session.weather, read_settings(context.scene.citypv)
-            )
-        if not compare_with_before(context.scene, city, ground):
+        if self.name:
+            other = find_named(context.scene, self.name)
+            city[Key.AGAINST] = other[Key.IDENTITY]
+            session, earlier = find_session(city), find_session(other)
+            if session is not None and session.energy is not None and earlier is not None:
+                session.change = tell_errors(
+                    earlier.base, session, session.weather, read_settings(context.scene.citypv)
+                )
+        before = find_before(context.scene, city)
+        if before is None or not compare_with_before(context.scene, city, ground):
             raise InputError(
-                other.name, "it has no energy, or is of another city", "compute the energy of both"
+                city.name,
+                "nothing is kept as before, or it has no energy, or is of another city: no surface "
+                "has the same shape",
+                "keep a result of this city as before",
             )
         show_result(context, city, ground, CHANGE + "full_load_hours")
-        return f"{city.get(Key.VARIANT, city.name)} less {other.get(Key.VARIANT, other.name)}"
+        return f"{city.get(Key.VARIANT, city.name)} less {before.get(Key.VARIANT, before.name)}"
 
 
 class DeleteVariant(OfCity, Action, bpy.types.Operator):

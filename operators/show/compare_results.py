@@ -7,13 +7,13 @@ from functools import lru_cache
 import bpy
 import numpy as np
 
-from ...core.settings.errors import InputError, count_of, show_end, show_number
+from ...core.settings.errors import count_of, show_end, show_number
 from ..city import attributes, build_meshes
 from ..city.attributes import CHANGE, CHANGE_ERROR, COMPARED, KIND_CODES, PREFIX
 from ..city.city_design import check_unedited
 from ..city.keys import Key
 from ..city.run_step import Action, OfCity
-from ..city.session import find_city, find_session, list_cities, open_session
+from ..city.session import find_session, list_cities, open_session
 from .show_result import BEFORE, find_before, has_result, show_before, show_result
 
 COPIED = (
@@ -270,28 +270,8 @@ class KeepBefore(OfCity, Action, bpy.types.Operator):
         if session is not None:
             open_session(item, replace(session))
         context.scene.citypv_seeing.side_by_side = False
+        city.pop(Key.AGAINST, None)  # not a variant any more
         return "Kept as before: change what you like, then trace and compute the energy"
-
-
-class CompareBefore(Action, bpy.types.Operator):
-    """Show the present result less the one kept as before"""
-
-    bl_idname, bl_label = "citypv.compare", "Show difference"
-
-    @classmethod
-    def poll(cls, context):
-        """There are two results."""
-        cls.poll_message_set("Keep a result as before, then compute another")
-        return find_before(
-            context.scene, find_city(context.scene)[0]
-        ) is not None and KeepBefore.poll(context)
-
-    def act(self, context, city, ground):
-        """Write and show the difference."""
-        if not compare_with_before(context.scene, city, ground):
-            problem = "is of another city: no surface has the same shape"
-            raise InputError("The result kept as before", problem, "keep one of this city")
-        show_result(context, city, ground, CHANGE + "full_load_hours")
 
 
 class ForgetBefore(Action, bpy.types.Operator):

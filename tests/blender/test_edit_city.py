@@ -357,16 +357,20 @@ def test_variants_have_objects_and_results_of_their_own(traced, monkeypatch):
         assert [item.visible_get() for item in list_members(city)] == [True] * (name != "A")
         if name in found:
             assert hours_of(session_here()) == pytest.approx(found[name], rel=0, abs=0, nan_ok=True)
-    assert bpy.ops.citypv.compare_variant(name=cities["A"]) == {"FINISHED"}
+    assert bpy.ops.citypv.compare(name=cities["A"]) == {"FINISHED"}
     again = sums_here()
     assert again["new"] == table["new"]
     assert again["existing"]["change"] == pytest.approx(table["existing"]["change"], abs=1e-3)
     assert bpy.ops.citypv.switch_city(name=cities["A"]) == {"FINISHED"}
-    assert bpy.ops.citypv.compare_variant(name=cities["B"]) == {"FINISHED"}
+    assert bpy.ops.citypv.compare(name=cities["B"]) == {"FINISHED"}
     back = sums_here()
     assert back["existing"]["change"] == pytest.approx(-table["existing"]["change"], abs=1e-3)
     assert back["gone"]["before"] == pytest.approx(table["new"]["after"])
     assert 0 < back["existing"]["error"] < 3 * table["existing"]["error"]
+    # What is kept as before takes the place of the variant.
+    assert find_before(bpy.context.scene, here())["citypv_variant"] == "B"
+    assert bpy.ops.citypv.keep_before() == bpy.ops.citypv.compare() == {"FINISHED"}
+    assert {row["change"] for row in sums_here().values()} == {0}
     assert bpy.ops.citypv.delete_variant(name=cities["B"]) == {"FINISHED"}
     assert "tower" not in bpy.data.objects and len(list_cities(bpy.context.scene)) == 2
     refuse("delete_variant", "there is no such city", name="D")

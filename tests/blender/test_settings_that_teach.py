@@ -23,7 +23,6 @@ from citypv.operators.run.plan_trace import find_preset, read_plan
 # Operators of a row.
 INNER = {
     "cancel",
-    "compare_variant",
     "copy_group",
     "delete_variant",
     "explain_effect",
