@@ -104,9 +104,7 @@ def _describe_memory(options):
 
     used = peak_memory()
     words = "needs more memory than there is" + (f": {used / GB:.1f} GB were taken" if used else "")
-    tiles = "--cluster serial, which traces a part at a time, or "
-    parts = "" if getattr(options, "cluster", "no such option") else tiles
-    return f"{_name_input(options)}: {words}; give {parts}more memory"
+    return f"{_name_input(options)}: {words}; give it more memory, or a part of the city"
 
 
 def _name_input(options):

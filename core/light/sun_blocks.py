@@ -52,10 +52,10 @@ def check_room(prepared, suns, request):
     files, count = prepared.scene.report.files, len(prepared.patches)
     block = min(BYTES_PER_BLOCK, 4 * count * min(len(suns), SUNS_PER_BLOCK))
     needed = count * (1800 + 0.6 * 4 * request.samples) + 6 * block
-    cure = (
-        "give --cluster serial, which traces a part at a time, fewer --samples or a larger "
-        "--patch-size"
-    )
+    cure = "give it more memory, fewer --samples or a larger --patch-size"
+    # Of fewer triangles a run in tiles is planned as a whole, which takes as much.
+    if len(prepared.scene.triangles) > 1e6:
+        cure += ", or --cluster serial, which traces a part at a time"
     check_memory(files[0] if files else "the city", f"tracing {count:,} patches", needed, cure)
 
 

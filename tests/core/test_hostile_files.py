@@ -247,15 +247,6 @@ def test_a_scene_that_does_not_fit_is_refused_by_what_it_needs(city, monkeypatch
         build_scene(buildings)
 
 
-def test_tiles_are_no_cure_of_a_run_in_tiles(city, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("citypv.core.run.simulate.simulate", lambda *_, **__: [0] * (1 << 60))
-    run = ["simulate", str(city), "--out", str(tmp_path / "out")]
-    for more, named in (([], True), (["--cluster", "serial"], False)):
-        assert main([*run, *more]) == 1
-        words = capsys.readouterr().err
-        assert "needs more memory than there is" in words and ("--cluster" in words) == named
-
-
 @POSIX
 @pytest.mark.parametrize("ends", ["1>&-", "2>&- 1>&-", "1>/dev/full", "2>/dev/full"])
 def test_closed_and_full_outputs_are_no_traceback(tmp_path, city, ends):

@@ -274,6 +274,28 @@ def page(chromium, address):
     assert chromium.run("document.title") == "Solar map"
 
 
+@pytest.mark.parametrize(("width", "height"), [(1400, 900), (390, 844)])
+def test_the_first_view_has_walls_on_any_screen(chromium, address, web, width, height):
+    """What is drawn without walls is less than five pixels high: at its nearest to the camera, and
+    if it stood along the height of the view.
+    """
+    chromium.resize(width, height)
+    chromium.call("Page.navigate", url=f"{address}index.html")
+    whole_map(chromium)
+    seen = chromium.run(
+        "[...tiles.visibleTiles].map((tile) => [tile.content.uri.split('/').pop(), "
+        "tile.traversal.distanceFromCamera])"
+    )
+    angle, rows = chromium.run(
+        "[tiles.cameras[0].fov, document.querySelector('canvas').clientHeight]"
+    )
+    chromium.resize(1200, 900)
+    tall = {path.name: tile["geometricError"] for tile, path, _ in visit_tiles(web / "tiles")}
+    assert seen and {name for name, _ in seen} <= tall.keys()
+    for name, distance in seen:
+        assert tall[name] < 5 * 2 * distance * np.tan(np.radians(angle / 2)) / rows
+
+
 def test_clicks_show_what_faces_csv_says(page, web, folders, faces):
     """Near the second quarter; places as the files have them, brought to the map's frame
     by PROJ.

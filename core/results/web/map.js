@@ -7,7 +7,7 @@ NOTES.file =
   "A browser reads no map from files. Put this folder on a web server, or type in it: python3 -m http.server";
 NOTES.lost = "The map's files could not be read. Is the folder whole?";
 
-const MOST_OFF = 10; // pixels that what is drawn may be off
+const MOST_OFF = 5; // pixels that what is drawn may be off: lower walls are left out
 
 let header; // of map.json
 let tiles; // of 3d-tiles-renderer
