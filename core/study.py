@@ -132,6 +132,8 @@ def make_scene(city, request, report_share=silent):
 
     `report_share` is told the share that is done, 0 to 1.
     """
+    # Racks, terrain and place, each if asked for; the place of other results only for the same
+    # city.
     racks = parse_racks(request.racks)
     terrain = (
         read_terrain(request.terrain, city, *conventions_of(city, request))
@@ -147,6 +149,7 @@ def make_scene(city, request, report_share=silent):
             raise InputError(Path(request.site_of) / "summary.json", problem, "leave out --site-of")
     if request.site_of and request.latitude is not None:
         raise InputError("--site-of", "names a place, as does --latitude", "give one of them")
+    # The scene, with racks on its roofs, and the distance of facades from the edge of the city.
     scene = build_scene(
         city,
         latitude=request.latitude,

@@ -116,8 +116,8 @@ def _trace_specular(prepared, context, traced, state=0):
     -------
     SpecularLight
     """
-    # Photons start from mirrors, backwards, and from each of these faces as many as its area asks
-    # for.
+    # Photons start on faces that do not reflect by Lambert's law; a ray backwards tells what each
+    # brings light from. They are as many as other patches would send rays.
     patches, plan, count = context.patches, context.plan, len(prepared.scene.surfaces)
     surface = np.where(prepared.scene.triangle_surface < 0, count, prepared.scene.triangle_surface)
     scene = context.ray_scene, patches, surface, count, traced.covered, plan.brdfs

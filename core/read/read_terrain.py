@@ -66,6 +66,7 @@ def read_terrain(path, city, unit="m", up="z"):
         ]
     elif suffix == ".obj":
         parts = parse_obj(path, up)
+        # A face of several corners becomes a fan of triangles around its first.
         faces = [face for face in parts.faces if len(face) > 2]
         if not faces:
             raise InputError(path, "contains no polygons", "give an OBJ file of terrain")
@@ -82,6 +83,7 @@ def read_terrain(path, city, unit="m", up="z"):
             "not a known terrain format",
             f"give one of {', '.join((*RASTERS, *RELIEFS, '.obj'))}",
         )
+    # Some of it must lie at the city.
     points = np.concatenate([np.empty((0, 3)), *(layer.points for layer in terrain.layers)])
     if not len(points):
         raise InputError(path, "has no heights at the city", "give terrain that covers the city")

@@ -33,6 +33,7 @@ def list_objects(city, index, taken):
     dict of str to dict
     """
     objects, taken, start = {}, dict.fromkeys(taken, 1), 0
+    # A tree with the shapes that its file gives; rings without the corner that closes them.
     for tree in city.trees:
         surfaces = []
         for polygon in tree.polygons:
@@ -46,12 +47,14 @@ def list_objects(city, index, taken):
         lod = (tree.polygons[0].lods[0] if tree.polygons else "") or "2"
         shape = [{"type": "MultiSurface", "lod": lod, "boundaries": surfaces}] if surfaces else []
         objects[free_name(tree.name, taken)] = _describe_tree(tree) | {"geometry": shape}
+    # Points where trees stand come after all their shapes.
     for tree, item in zip(city.trees, objects.values(), strict=True):
         if tree.place is not None:
             item["geometry"].append(
                 {"type": "MultiPoint", "lod": "1", "boundaries": [index[start]]}
             )
             start += 1
+    # The terrain's triangles, without those that were rounded to a line.
     layers = [] if city.terrain is None else city.terrain.layers
     for number, layer in enumerate(layers):
         own = np.array(index[start : start + len(layer.points)])

@@ -87,9 +87,12 @@ def compare_folders(before, after):
         has no outlines.
     """
     folders, known, again = (before, after), None, None
+    # Both runs, and which surfaces of one have the shape of which of the other.
     before, after = read_results(before), read_results(after)
     _check_comparable(before, after)
     match = match_shapes(_shapes_of(before), _shapes_of(after))
+    # Settings of light that may differ; where one is a variant of the other, its file has the
+    # errors of the difference, and perhaps the base in the light of the variant.
     traced = [(one.summary.get("traced") or {}).get("request") or {} for one in (before, after)]
     names = {name for name, *_ in declared_settings("light", "effects")}
     variant = after.summary.get("variant") or {}
@@ -101,6 +104,7 @@ def compare_folders(before, after):
         before.faces = before.faces.assign(
             **_read_by_id(folders[1], BEFORE, BEFORE_COLUMNS, before)
         )
+    # Yields of each surface in both, then sums of buildings and of all.
     states = [pd.concat([one.faces[TEXTS], _yields_of(one)], axis=1) for one in (before, after)]
     table = compare_surfaces(*states, match, known)
     buildings = sum_buildings(table)

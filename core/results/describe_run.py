@@ -57,6 +57,7 @@ def describe_input(summary):
     summary : dict
         summary.json. One that `citypv yield` wrote has no import report; that is said.
     """
+    # Files and what they held, if this run read them.
     read, site = summary["input"], summary["input"].get("site") or {}
     report = read.get("report")
     rows = []
@@ -75,6 +76,7 @@ def describe_input(summary):
             for name, count in report["lods_chosen"].items()
         ]
         rows.append(("Level of detail", ", ".join(lods) or "none named"))
+    # Where the city lies, and its surfaces by kind.
     if site.get("latitude") is not None:
         place = f"latitude {site['latitude']:.4f}°, longitude {site['longitude']:.4f}°"
         rows.append(("Place", f"{place}, altitude {site['altitude']:.0f} m"))
@@ -83,6 +85,7 @@ def describe_input(summary):
         ("".join(WORDS[kind][1:]), f"{one['count']:,}, {one['area']:,.0f} m²")
         for kind, one in sorted((read.get("kinds") or {}).items())
     ]
+    # Findings on its geometry, and notes.
     for one in read.get("findings") or []:
         area = "" if one["area"] is None else f", {one['area']:,.0f} m²"
         found = (
@@ -104,6 +107,7 @@ def describe_assumptions(summary):
     summary : dict
         summary.json.
     """
+    # Each row is a heading and the words or numbers that stand for a setting.
     weather, settings, traced = summary["weather"], summary["settings"], summary.get("traced") or {}
     light = settings | (traced.get("request") or {})
     years, away = weather.get("years") or 1, weather.get("distance_km") or 0
@@ -130,6 +134,7 @@ def describe_assumptions(summary):
         ("Azimuths that count", SECTORS[settings["sectors"]]),
         ("Walls that a neighbour covers", HIDDEN_WALLS[settings["hidden_walls"]]),
     ]
+    # What is not considered depends on what was switched on.
     usable = ", ".join(f"{kind} {100 * share:g} %" for kind, share in settings["usable"].items())
     rows.append(("Area that windows and edges leave", usable or "all (not reduced)"))
     trees = any(one["key"] == "trees" and one["on"] for one in traced.get("effects") or [])
@@ -278,6 +283,8 @@ def list_errors(budget):
     list of (str, str)
         Parts that are unknown say so.
     """
+    # Parts in the order of what a reader asks first: the mean, a single surface, the suns, what was
+    # cut.
     suns = budget.get("sun_sampling") or {}
     shift = (
         "unknown" if suns.get("bias") is None else f"{show_number(suns['bias'], 2, plus=True)} %"

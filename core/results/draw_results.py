@@ -76,6 +76,7 @@ def draw_periods(groups, period):
     -------
     matplotlib.figure.Figure
     """
+    # A panel for each kind, as many abreast as fit; the others go.
     tables, monthly = tabulate_periods(groups, period), period == "month"
     rows = -(-len(tables) // ABREAST)
     figure = make_figure(10, 3.9 * rows)
@@ -86,6 +87,7 @@ def draw_periods(groups, period):
         axes.set_ylabel(
             "Full load hours in the month [h]" if monthly else "Full load hours in a year [h]"
         )
+    # A line for each direction, by month or by hour of the day.
     for axes, (kind, table) in zip(panels, tables.items(), strict=False):
         for side, hours in table.items():
             words = ("all" if side == "none" else side) + (
@@ -124,6 +126,7 @@ def draw_histograms(faces):
     -------
     matplotlib.figure.Figure
     """
+    # Area in steps of full load hours, a panel for each kind.
     mounted = select_mounted(faces)
     edges, areas = tabulate_histograms(mounted)
     figure = make_figure(10, 3.5)
@@ -138,6 +141,7 @@ def draw_histograms(faces):
             edgecolor="white",
             linewidth=0.6,
         )
+        # The mean by area as a dashed line.
         own = mounted[mounted["kind"] == kind]
         mean = np.average(own["full_load_hours"], weights=own["area"])
         axes.axvline(mean, color=LINE, linestyle=(0, (4, 2)), linewidth=1.3)

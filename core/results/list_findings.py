@@ -40,6 +40,7 @@ def list_findings(scene, covered_share=None, progress=silent):
     -------
     list of Finding
     """
+    # What was repaired has rows among the surfaces; what was skipped has none.
     surfaces, report = scene.surfaces, scene.report
     rows = rows_of_names(surfaces.surface_id)
     findings = []
@@ -70,6 +71,7 @@ def list_findings(scene, covered_share=None, progress=silent):
     found += [("inside", REASONS["covered"], covered)]
     if scene.sheet is not None:
         found += [("sheet", SHEET, np.isin(every, owner[scene.sheet]))]
+    # Each finding with the names and area of its surfaces.
     for heading, reason, mask in found:
         chosen = np.flatnonzero(mask)
         if len(chosen):

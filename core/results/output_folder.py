@@ -158,6 +158,7 @@ def _lock_folder(place, folder):
     InputError
         Another process has it, or it holds something else.
     """
+    # A folder with something in it but no lock is none of ours.
     busy = InputError(
         folder, "another run is writing to it", "wait for it to end, or choose another --out"
     )
@@ -168,6 +169,7 @@ def _lock_folder(place, folder):
             "holds something else than an unfinished run",
             "move it away, or choose another --out",
         )
+    # The lock of the operating system goes with the process, however that ends.
     with (place / LOCK).open("a") as file:
         try:
             if sys.platform == "win32":

@@ -42,12 +42,14 @@ def pack_city(results, change=None):
     -------
     str
     """
+    # Values of each surface, and with a comparison their change.
     faces = results.faces
     mounted, values = measure_faces(faces, results.months)
     if change is not None:
         own = change.iloc[: len(faces)]  # behind them are those that are gone
         values["change"] = own["full_load_hours_change"].to_numpy(float)
         values["change_error"] = own["full_load_hours_change_standard_error"].to_numpy(float)
+    # Texts become numbers of a list: building, kind, direction.
     buildings, building = np.unique(
         faces["building_id"].to_numpy(dtype=object).astype(str), return_inverse=True
     )
@@ -57,6 +59,7 @@ def pack_city(results, change=None):
         "kind": faces["kind"].map(kinds.index).to_numpy(),
         "orientation": faces["orientation"].map(sides.index).to_numpy(),
     } | values
+    # Change of each building; its error from independent surfaces, by the root of the squares.
     if change is not None:
         sums = change.groupby("building_id")["mwh_change"].sum().reindex(buildings)
         square = (
@@ -69,6 +72,7 @@ def pack_city(results, change=None):
             "building_change": sums.to_numpy(float),
             "building_change_error": np.sqrt(square.to_numpy(float)),
         }
+    # Shapes of the surfaces, then the header that says what each array is, then all in one stream.
     shapes = {} if results.outlines is None else pack_shapes(results.outlines, building)
     packed = [_pack_array(name, array) for name, array in (arrays | shapes).items()]
     header = {

@@ -102,11 +102,13 @@ def write_rays(path, base, city, names=None):
     InputError
         Materials have no file.
     """
+    # Rows of patches that are gone are dropped first.
     base, request = compact_city(base), base.request
     if request.materials:
         raise InputError(
             "--editable", "materials were given in Python alone", "give them by --albedo-file"
         )
+    # Files that the settings name go into it, as they may have changed when it is read.
     files = {}
     for name in FILES:
         source = getattr(request, name)
@@ -123,6 +125,7 @@ def write_rays(path, base, city, names=None):
         "drift": base.drift,
         "traced": _keep_traced(base.city),
     }
+    # Plain values as JSON, arrays as variables that it refers to by number, with a checksum.
     arrays, found = [], {}
     tree = encode(content, arrays)
     for number, array in enumerate(arrays):
@@ -156,6 +159,7 @@ def read_rays(folder):
     InputError
         There is none, or it is damaged.
     """
+    # Its format and checksum must hold before anything is built from it.
     path = Path(folder) / NAME
     if not path.is_file():
         raise InputError(path, "there is no such file, so this run cannot be edited", CURE)
@@ -169,12 +173,14 @@ def read_rays(folder):
         if crc32(text) != file["content"].attrs["crc32"]:
             raise InputError(path, "is damaged", "trace the city again with --editable")
         arrays = {name: file[name][...] for name in file if name.startswith("array_")}
+    # From JSON and arrays back to a request and what rays met.
     try:
         found = decode(json.loads(text), arrays)
         request, files = build_from(Request, found.pop("request")), found.pop("files")
         kept = build_from(_KeptRays, {"request": request, **found})
     except ValueError as error:
         raise blame_file(path, "cannot be read", error, CURE) from error
+    # Files that it carries are laid out again, until nobody needs them.
     place = tempfile.mkdtemp(prefix="citypv-")
     weakref.finalize(kept, shutil.rmtree, place, ignore_errors=True)
     for name, (file_name, data) in files.items():

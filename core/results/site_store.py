@@ -38,6 +38,7 @@ class Store:
         InputError
             Another folder has one of its buildings.
         """
+        # Where each building is: the square that the middle of its corners lies in.
         names, building = np.unique(
             piece.faces["building_id"].to_numpy(object).astype(str), return_inverse=True
         )
@@ -48,6 +49,7 @@ class Store:
             axis=1,
         )
         squares = np.floor(sums / np.maximum(count, 1)[:, None] / SIDE).astype(int).tolist()
+        # Buildings get numbers; one that another folder has already cannot be told apart.
         add = "INSERT OR IGNORE INTO building (name, folder, x, y) VALUES (?, ?, ?, ?)"
         found = [(name, number, *squares[k]) for k, name in enumerate(names) if count[k]]
         self.base.executemany(add, found)
@@ -61,6 +63,7 @@ class Store:
                 f"building {names[other][0]} is in another folder too",
                 "leave one of them out",
             )
+        # Surfaces of buildings that have shapes, sorted into squares, each kept as a packed piece.
         shaped = known[building, 3] >= 0
         piece, building = piece.take(shaped), building[shaped]
         piece.faces = piece.faces.assign(building=known[building, 0])

@@ -61,6 +61,7 @@ def write_square(folder, place, piece, columns, look):
     -------
     Node
     """
+    # Ground below the buildings of the square, and the box around all.
     low, name = np.array(place) * SIDE, f"0_{place[0]}_{place[1]}"
     shapes, count = piece.shapes, len(piece.faces)
     feet = find_feet(shapes.corners, columns["building"][shapes.feature])
@@ -74,6 +75,7 @@ def write_square(folder, place, piece, columns, look):
             shapes.take(rows, count), values, ground if with_ground else None, middle, **look
         )
 
+    # Buildings in order, in one tile if it is small enough packed, else halved until each is.
     waiting, tiles = [np.argsort(columns["building"], kind="stable")], []
     while waiting:
         rows = waiting.pop()
@@ -94,6 +96,7 @@ def write_square(folder, place, piece, columns, look):
         "refine": "REPLACE",
         "children": tiles,
     }
+    # From afar the square shows its largest roofs alone, with rounded values.
     drawn = np.isin(np.arange(count), shapes.feature[shapes.triangles[:, 0]])
     roofs = np.flatnonzero(np.isin(piece.faces["kind"], ROOFS) & drawn)
     if len(roofs):
@@ -217,6 +220,7 @@ def join_squares(folder, place, parts, look, top=False):
 
 def _compose_mosaic(low, side, pixel, sums, look):
     """Bytes of the tile: a square for each pixel, of the area of its roofs."""
+    # A square in the middle of each pixel, as large as the area of its roofs, at their mean height.
     line, column = np.divmod(pixel, PIXELS)
     step = side / PIXELS
     middle = np.stack([low[0] + (column + 0.5) * step, low[1] + (line + 0.5) * step], axis=1)
@@ -227,6 +231,7 @@ def _compose_mosaic(low, side, pixel, sums, look):
     corners = np.concatenate(
         [flat, np.broadcast_to(heights[:, None, :1], (*flat.shape[:2], 1))], axis=2
     )
+    # Two triangles each; values are means of what lies in the pixel.
     first = 4 * np.arange(len(pixel))[:, None]
     triangles = np.concatenate([first + np.array(half) for half in ((0, 1, 2), (0, 2, 3))])
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -335,6 +335,7 @@ def _read_group(path, group):
     """Transfer of a group of a file, None for all of it, with its state without leaves and the
     light before an edit.
     """
+    # Variables and attributes of the group, and of the state without leaves where there is one.
     with parsing(path, "cannot be read as NetCDF", CURE):
         check_hdf5(path)
         with h5py.File(path) as file:
@@ -343,6 +344,7 @@ def _read_group(path, group):
             bare = None
             if "leaf_months" in stored.attributes:
                 bare = _Stored(*read_variables(place[BARE]))
+    # Format and checksums; names within what may be written.
     title = stored.attributes.get("title")
     if title != FORMAT:
         raise InputError(path, f"its title is {title!r}, not {FORMAT!r}", OTHER_CURE)
@@ -350,6 +352,7 @@ def _read_group(path, group):
         for state in (stored, *([] if bare is None else [bare])):
             _check_sums(path, state)
             _check_names(path, state)
+        # What the file does not say is noted; then both states, and the light before an edit.
         notes = () if SUMS in stored.attributes else (UNCHECKED,)
         notes += () if "no_room" in stored.variables else (UNKNOWN_ROOM,)
         transfer = replace(make_transfer(*stored), notes=notes)
@@ -406,6 +409,7 @@ def make_transfer(variables, attributes):
     """Transfer from the variables and attributes of a file; what only some runs have is None
     where it is missing.
     """
+    # Arrays go to surfaces, suns and light by the prefix of their names.
     surfaces, suns, own = (
         read_fields(variables, name, needed=True) for name in ("surfaces", "suns", "transfer")
     )
@@ -416,6 +420,7 @@ def make_transfer(variables, attributes):
         own |= read_fields(variables, name)
     if "clearances" in own:
         own["clearances"] = tuple(own["clearances"].tolist())
+    # Texts are JSON.
     texts = {
         name: json.loads(attributes[name])
         for name in ("site", "albedos", "record")
@@ -423,6 +428,7 @@ def make_transfer(variables, attributes):
     }
     if "record" in texts:
         own["record"] = record_of_dict(texts["record"])
+    # What only some runs have.
     for name, build in (("error_parts", ErrorParts), ("outlines", Outlines)):
         if found := read_fields(variables, name):
             own[name] = build(**found)

@@ -148,6 +148,7 @@ def list_layers(values, mounted):
     Each has the name of its values, title, unit, colours, their lowest and highest value and, if a
     month, the lowest and highest of all months.
     """
+    # Titles and units as in the tables; limits of colours from what carries modules, by area.
     titles = {column.name: (column.title, column.legend_unit) for column in COLUMNS if column.title}
     rows = mounted.index.to_numpy()
     area = values["counted"][rows]
@@ -161,8 +162,10 @@ def list_layers(values, mounted):
         "sky": titles["sky_view_factor"],
     }
     words |= {name: (f"Full load hours in {MONTHS[int(name[-2:]) - 1]}", "h") for name in months}
+    # Months share one scale, so that they can be compared.
     every = np.concatenate([values[name][rows] for name in months])
     shared = dict.fromkeys(months, choose_range(every, np.tile(area, len(months))))
+    # A change has a scale with zero in its middle, from what changed for certain.
     if "change" in values:
         words = {"change": ("Change of the full load hours", "h per year")} | words
         known = rows[np.abs(values["change"][rows]) > 2 * values["change_error"][rows]]

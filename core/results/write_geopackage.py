@@ -61,6 +61,7 @@ def write_geopackage(path, run, progress=silent):
     Path(path).unlink(missing_ok=True)
     # Coordinates stay in the files' system, easting or longitude first as the format wants.
     city = replace(city, points=grid_of(city).to_files(city.points, "xy"))
+    # Polygons of the surfaces; tables of surfaces and buildings, with the SQL type of each column.
     shapes = np.array(
         [shapely.Polygon(rings[0], rings[1:]) for rings in map(city.rings, range(len(city)))],
         object,
@@ -78,6 +79,7 @@ def write_geopackage(path, run, progress=silent):
         "surfaces": (surfaces, {column.name: TYPES[column.kind] for column in columns}, shapes),
         "buildings": (rows, types, _draw_footprints(city, shapes, rows["building_id"])),
     }
+    # A GeoPackage is an SQLite file with a number that says so, and tables on its layers.
     with closing(sqlite3.connect(path)) as file, file:
         file.execute(f"PRAGMA application_id = {APPLICATION_ID}")
         file.execute(f"PRAGMA user_version = {VERSION}")

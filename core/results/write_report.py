@@ -160,12 +160,14 @@ def _hash_source(text):
 
 def compose_body(results, city):
     """All sections of the page; the city in 3D goes before the numbers."""
+    # Pictures only where a drawing library is installed.
     summary = results.summary
     pictures = paragraph(NO_PICTURES, "small")
     if importlib.util.find_spec("matplotlib") is not None:
         from .draw_results import draw_report
 
         pictures = "\n".join(_compose_pictures(results, draw_report(results)))
+    # Warnings first, then results, then errors, then what was read and assumed.
     return "\n".join(
         [
             *(paragraph(text, "warning") for text in list_warnings(summary)),
@@ -251,6 +253,7 @@ def _compose_totals(summary):
     """What all suitable surfaces together would give, what windows take, and what carries no
     modules.
     """
+    # Columns of the table; rows are all, then each kind.
     totals, some = summary["totals"], summary["settings"]["sectors"] == PAPER
     names = [
         "module_area",
@@ -274,6 +277,7 @@ def _compose_totals(summary):
         "Full load hours [h]",
     ]
     head += ["Before losses, DC [MWh]"] if has_losses(summary) else []
+    # What the sums mean and what they leave out stands below them.
     return section(
         "In short",
         paragraph(f"Weather: {summary['weather']['label']}."),
@@ -295,6 +299,7 @@ def _compose_totals(summary):
 
 def _compose_groups(results):
     """The groups with their hours and errors, year by year where there are several."""
+    # A row for each group of a year; months and years are folded away.
     groups = results.groups[results.groups["period"] == "annual"]
     head = ["Surfaces", "facing", "Number", "Area [m²]", "Full load hours [h]", "± [h]"]
     rows = []

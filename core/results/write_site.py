@@ -191,6 +191,7 @@ def _write_tiles(work, store, frame, *, look, private):
     (6,) float64 [m]
         Box around the city in it.
     """
+    # Squares that have buildings, in levels of twice the length each, up to one that holds all.
     tiles = work / "tiles"
     tiles.mkdir()
     squares, boxes = np.array(store.base.execute("SELECT DISTINCT x, y FROM piece").fetchall()), []
@@ -200,6 +201,7 @@ def _write_tiles(work, store, frame, *, look, private):
     top = max(1, int((squares - low).max()).bit_length())
     there = [set(map(tuple, (squares - low >> level).tolist())) for level in range(top)]
 
+    # From the whole down to single squares, so that each is written once what it holds is written.
     def write_below(level, x, y):
         if level:
             places = [(2 * x + east, 2 * y + north) for east in (0, 1) for north in (0, 1)]
@@ -209,6 +211,8 @@ def _write_tiles(work, store, frame, *, look, private):
                 if place in there[level - 1]
             ]
             return join_squares(tiles, (level, x, y), parts, look, top=level == top)
+        # A square at the lowest level: its surfaces from the store, with columns as the map wants
+        # them.
         piece = join_pieces(store.pieces((int(x + low[0]), int(y + low[1]))))
         piece.shapes.corners -= origin
         boxes.append(bound(piece.shapes.corners))
@@ -291,9 +295,11 @@ def _write_page(work, summary, attribution):
 
     Below the map stand what the numbers rest on, and how far they hold.
     """
+    # Scripts stand beside the page, as it may load nothing from elsewhere.
     for name in SCRIPTS:
         shutil.copyfile(WEB / name, work / "page" / name)
     shutil.copyfile(WEB / "three.LICENSES.txt", work / "page" / "LICENSES.txt")
+    # The map's controls, then what its numbers mean, and how far they hold.
     totals, date = summary["totals"], datetime.fromtimestamp(summary["date"], UTC)
     body = [
         read_web("viewer.html").replace(FROM_FILE, ""),

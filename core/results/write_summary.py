@@ -76,6 +76,7 @@ def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
     -------
     dict
     """
+    # kilo_hours  from the sum of irradiance over intervals [Wm⁻²] to a year's [kWh/m²].
     kilo_hours = weather.interval.total_seconds() / 3600 / 1000 / energy.years
     summary = {
         "input": _describe_input(transfer, energy, scene),
@@ -119,6 +120,8 @@ def measure_edge(transfer, energy):
     The hours of facades towards each direction are compared with the facades that look at no edge
     within 100 m. Empty where there is no such edge, or no facade counts.
     """
+    # Facades that count, with their distance from the edge of the city, infinite where they look at
+    # none.
     distance, surfaces = transfer.surfaces.edge_distance, transfer.surfaces
     rows = np.flatnonzero(
         energy.eligible & (np.asarray(surfaces.kind) == "facade") & (energy.counted_area > 0)
@@ -133,6 +136,8 @@ def measure_edge(transfer, energy):
         np.asarray(surfaces.orientation)[rows],
         np.nan_to_num(distance[rows], nan=np.inf),
     )
+    # For each direction: hours near the edge against what its area would have at inner facades'
+    # mean.
     found = {"unit": "m, %, %"}
     for name, near in (("25", distance <= NEAREST), ("100", distance <= FURTHEST)):
         gained = expected = 0.0
@@ -150,6 +155,7 @@ def measure_edge(transfer, energy):
 
 def _describe_input(transfer, energy, scene):
     """Files, place and counts."""
+    # Counts and areas by kind.
     kinds = (
         pd.Series(transfer.surfaces.area, dtype=float)
         .groupby(transfer.surfaces.kind)
@@ -161,6 +167,7 @@ def _describe_input(transfer, energy, scene):
         "kinds": kinds.to_dict("index"),
         "eligible": int(energy.eligible.sum()),
     }
+    # What only a run from files has: report, findings, squares of the ground.
     if scene is not None:
         description["report"] = asdict(scene.report)
         description["findings"] = [
@@ -206,6 +213,7 @@ def budget_errors(transfer, energy, weather):
       patches; one third of
       the measured effect of light that is uneven between the cells.
     """
+    # What further reflections would add: by group where it is known, else by a geometric series.
     record, budget = transfer.record, {"unit": "percent", "bounces": None}
     cut = error_budget.bound_cut_reflections(transfer, weather, energy)
     if cut["all"] is not None:
@@ -218,6 +226,7 @@ def budget_errors(transfer, energy, weather):
             else 1.0
         )
         budget["bounces"] = 100 * last * record.brightest_albedo / (1 - record.brightest_albedo)
+    # Errors by sampling of the mean, of single surfaces, and of groups.
     eligible = energy.eligible & np.isfinite(energy.full_load_hours)
     whole = float(energy.full_load_hours[eligible] @ transfer.surfaces.area[eligible])
     errors = split_errors(transfer, weather, energy)
@@ -232,6 +241,7 @@ def budget_errors(transfer, energy, weather):
         budget["surfaces"] = error_budget.budget_surfaces(errors)
         budget["groups"] = error_budget.budget_groups(transfer, weather, energy, cut)
         budget["meaning"] = WHAT
+    # Errors by discretisation and by the choice of suns, as tracing measured them.
     if record and record.discretisation_error:
         budget["patches"] = 100 * max(map(abs, record.discretisation_error.values())) / 3
     if record and record.sun_sampling:

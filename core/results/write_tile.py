@@ -44,6 +44,8 @@ def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright):
         Columns of whole numbers that are places in a list of names.
     copyright : str
     """
+    # Corners relative to the middle of the tile, with colour and number of the surface that each
+    # belongs to.
     buffer, ids = Buffer(), shapes.feature.astype("<f4")
     colours = _colour_features(columns, level)[shapes.feature]
     attributes = {
@@ -55,11 +57,13 @@ def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright):
     features = {"featureIds": [{"featureCount": count, "attribute": 0, "propertyTable": 0}]}
     surfaces = {"attributes": attributes, "indices": index(buffer, shapes), "material": 0}
     primitives = [surfaces | {"extensions": {"EXT_mesh_features": features}}]
+    # The ground is a second mesh without numbers.
     if ground is not None:
         attributes = {"POSITION": buffer.place(ground.corners - middle)}
         primitives.append(
             {"attributes": attributes, "indices": index(buffer, ground), "material": 1}
         )
+    # A table of properties: a value for each surface, by its number.
     schema, properties = _tabulate(
         buffer, columns, {name: names for name, names in enums.items() if name in columns}
     )
@@ -105,6 +109,7 @@ def _colour_features(columns, level):
 def _tabulate(buffer, columns, enums):
     """Schema of the property table, and its properties: the views of each column."""
     classes, properties, meanings = {}, {}, {one.name: one.meaning for one in VIEWED}
+    # Texts are joined, with offsets; numbers are plain, or places in a list of names.
     for name, values in columns.items():
         if values.dtype.kind == "O":
             texts = [text.encode("utf-8", "replace") for text in values]
@@ -127,6 +132,7 @@ def _tabulate(buffer, columns, enums):
             }
         words = meanings.get(name.partition("_")[0] if name.startswith("month_") else name)
         classes[name] |= {"description": words} if words else {}
+    # Lists of names that numbers refer to.
     named = {
         name: {
             "valueType": "UINT8",

@@ -29,6 +29,7 @@ def refine_run(run, log, progress, folder):
     -------
     Transfer
     """
+    # How long the end takes is measured first, as it must fit into the time: energy, and files.
     weather, request, transfer = run.weather, run.request, run.transfer
     started = time.monotonic()
     energy = compute_energy(transfer, weather, request)
@@ -37,6 +38,7 @@ def refine_run(run, log, progress, folder):
         None if request.time_budget is None else log.started + request.time_budget - finishing
     )
 
+    # Errors after a round; near the target hours are computed anew, as they have moved too.
     def judge(one):
         nonlocal energy
         log.show(one)
@@ -58,6 +60,7 @@ def refine_run(run, log, progress, folder):
     if target is not None and (words := rounds_to_target.unreachable(judge(transfer), target)):
         log.write(words)
 
+    # Rounds go on until target or deadline.
     goal = Goal(target, deadline, rounds_to_target.largest_round(request))
     return rounds_to_target.refine(
         run, judge, goal, lambda run, size: trace_round(run, size, progress, folder), log.write

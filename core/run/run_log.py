@@ -59,6 +59,7 @@ def report_outcome(log, folder, energy, totals, report=None):
     from ..city.choose_levels import SHAPELESS
     from ..energy.counted_area import LEFT_OUT
 
+    # Hours of each group, and its size.
     interval = energy.interval.total_seconds() / 3600  # [h]
     hours = energy.capacity_factor.sum(axis=0) * interval / energy.years  # (groups,) [h]
     groups = zip(energy.groups, hours, energy.group_count, energy.group_area, strict=True)
@@ -72,6 +73,7 @@ def report_outcome(log, folder, energy, totals, report=None):
             "  no surface is eligible for modules: groups.csv is empty; faces.csv has the hours of "
             "every surface"
         )
+    # Nominal power and energy of all, then of each kind.
     for name, one in {"all": totals, **totals["kinds"]}.items():
         if one["kwp"] > 0:
             power = f"{one['kwp']:,.0f} kWp, {one['mwh_per_year']:,.0f} MWh a year"
@@ -79,6 +81,7 @@ def report_outcome(log, folder, energy, totals, report=None):
                 f"  {name}: {one['full_load_hours']:.0f} h, {count_of(one['count'], 'surface')}, "
                 f"{power}"
             )
+    # What carries no modules, and why; what counts though it is dark; buildings without any shape.
     for key, one in totals["without_modules"].items():
         if not one["count"] and one["area"] < 1:
             continue

@@ -175,6 +175,7 @@ def trace_city(scene, weather, request, log, folder=None, *, prepared, editable=
     InputError
         A city that cannot be edited shall be.
     """
+    # Rounds need enough shadow points, and keep what their rays meet.
     with Interruption(log.progress, log.stream) as interruption:
         if request.wants_rounds:
             if request.shadow_samples < CELLS:
@@ -184,6 +185,7 @@ def trace_city(scene, weather, request, log, folder=None, *, prepared, editable=
                 )
                 request = replace(request, shadow_samples=CELLS)
             prepared = replace(build_tree(prepared, request), rounds=True)
+        # A base that can be edited, or a plain run.
         base = run = None
         if editable:
             base = study.trace_base(scene, weather, request, interruption, prepared=prepared)
@@ -204,12 +206,14 @@ def trace_city(scene, weather, request, log, folder=None, *, prepared, editable=
             transfer = replace(transfer, record=replace(transfer.record, sun_sampling=sampling))
         except CancelledError:
             log.write("The error of sun sampling was not measured")
+        # The error of the choice of suns goes into all records.
         if base is not None:
             base.city.states[0].transfer = replace(
                 base.city.states[0].transfer, record=transfer.record
             )
         if request.wants_rounds and not interruption.asked:
             transfer = refine_run(replace(run, transfer=transfer), log, interruption, folder)
+    # What was interrupted says so.
     if interruption.asked:
         count = len(transfer.suns)
         noted = transfer.record.interrupted or {"suns_traced": count, "of": count}
@@ -223,6 +227,8 @@ def recompute(transfer_path, folder, request, *, overwrite=False, log=None):
     `transfer_path` is the file, or the result folder that holds it; further parameters and errors
     as in `simulate`.
     """
+    # The light to be weighed: a file or a run's folder; what is decided by tracing cannot be
+    # changed.
     if Path(transfer_path).is_dir():
         transfer_path = Path(transfer_path) / "transfer.nc"
         if not transfer_path.is_file():
@@ -242,6 +248,7 @@ def recompute(transfer_path, folder, request, *, overwrite=False, log=None):
                 f"use {', '.join(ELECTRIC)}",
             )
     with whole_folder(folder, overwrite) as work:
+        # Surfaces may count otherwise now; notes tell what the file does not know.
         stored = read_transfer(transfer_path)
         transfer = classify_again(stored, request.sectors)
         if transfer is not stored:
@@ -258,6 +265,7 @@ def recompute(transfer_path, folder, request, *, overwrite=False, log=None):
                 f"{transfer_path} is from an interrupted run. "
                 f"{describe_interruption(transfer.record)}"
             )
+        # Then as after tracing: weather, energy, files, sums.
         kept = work / ASKED, Path(folder) / ASKED, Path(transfer_path).parent / ASKED
         weather = study.read_year(transfer.site, request, transfer.suns, kept)
         log.write(describe_weather(weather, transfer.site))

@@ -172,6 +172,7 @@ def match_suns(
     SunMatch
         With zero weights for lower suns.
     """
+    # Which suns are high enough to be represented at all.
     check_suns(suns)
     if suns.sampling.partition(":")[0] not in SAMPLINGS:
         raise InputError(
@@ -186,6 +187,8 @@ def match_suns(
     if not len(suns):
         problem = "none was traced, but the sun is above 2° on this time axis"
         raise InputError("suns", problem, "trace again for this year and place")
+    # Weights by the way in which the suns were chosen: three directions of a grid, two days, or the
+    # nearest sun.
     up = sunny | (90.0 - sun["apparent_zenith"].to_numpy() >= lowest)
     direction = sun_direction(sun["apparent_zenith"][up], sun["solar_azimuth"][up])
     if suns.sampling.startswith("sky-grid"):
@@ -199,6 +202,7 @@ def match_suns(
             KDTree(suns.direction).query(direction)[1][:, None],
             np.ones((len(direction), 1)),
         )
+    # Rows of all intervals; those without sun have no weight.
     index = np.zeros((len(times), found.shape[1]), np.int32)
     weight = np.zeros(index.shape, float)
     index[up], weight[up] = found, share

@@ -108,6 +108,8 @@ def progressive_order(suns):
         walk = np.stack([radius * np.sin(azimuth), radius * np.cos(azimuth), height], axis=1)
         order = pd.unique(np.append(KDTree(suns.direction).query(walk)[1], np.arange(len(suns))))
     else:
+        # Days with their number of suns, and where they stand on the line: by season, or by how far
+        # south the sun stands, as long as they weigh.
         _, number, length = np.unique(suns.day, return_inverse=True, return_counts=True)
         if suns.sampling.startswith("days:"):
             place, share = np.unique(suns.day) % TROPICAL_YEAR, np.ones(len(length))
@@ -116,6 +118,7 @@ def progressive_order(suns):
                 np.bincount(number, suns.direction[:, 1]) / length,
                 np.bincount(number, suns.weight),
             )
+        # Steps of the golden ratio over the line; a day has the rank of the first step into it.
         line = np.argsort(place, kind="stable")
         end = np.cumsum(share[line] if share.any() else np.ones(len(line)))
         # 64 steps a day; suns that are never visited come last.

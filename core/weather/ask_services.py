@@ -168,6 +168,7 @@ def ask_weather(asked, latitude, longitude, altitude, keep=()):
 
 def _ask(question, altitude):
     """Record of a service's answer, complete."""
+    # Each service has its question; whatever fails is told with the option and the address.
     option, where = f"--weather {question.asked.text}", address_of(question).split("?")[0]
     ask = {
         "pvgis": _ask_pvgis,
@@ -195,6 +196,7 @@ def _ask(question, altitude):
     except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
         words = f"{type(error).__name__}: {_words_of(error)}"
         raise InputError(option, f"{where} sent no weather ({words})", LATER) from error
+    # The answer must hold what was asked for.
     _check_answer(option, where, question.asked, data)
     place = (question.latitude, question.longitude, altitude if place is None else place)
     years = "typical year" if question.asked.typical else question.asked.years

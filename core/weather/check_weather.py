@@ -114,6 +114,7 @@ def _check_time_axis(times, source):
         raise InputError(
             source, f"{len(times)} time stamps", "give at least one full year of hourly weather"
         )
+    # Steps between stamps: ascending, and one of them by far the commonest.
     step = times[1:] - times[:-1]
     if (first := first_true(step <= pd.Timedelta(0))) is not None:
         problem = f"the time {times[first + 1]} is repeated or out of order"
@@ -125,6 +126,8 @@ def _check_time_axis(times, source):
             f"the times are {interval} apart",
             "give weather of every hour (or a part of one)",
         )
+    # Where the step is another: whole years may be missing between spans, nothing else; 29 February
+    # may be left out.
     breaks = np.flatnonzero((step != interval) & ~_skips_leap_day(times, interval)) + 1
     spans = [(last - first) * interval for first, last in pairwise([0, *breaks, len(times)])]
     whole = [365 * DAY <= span <= 366 * int(span // (365 * DAY)) * DAY for span in spans]

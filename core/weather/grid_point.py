@@ -31,6 +31,7 @@ def name_axes(source, dataset, cure):
         An axis is missing or out of range, there are further dimensions, or the calendar is not the
         usual one.
     """
+    # Names of the axes, then axes that have one value.
     names = {"valid_time": "time", "lat": "latitude", "lon": "longitude"}
     renamed = {
         old: new for old, new in names.items() if old in dataset.variables and new not in dataset
@@ -52,6 +53,7 @@ def name_axes(source, dataset, cure):
             problem,
             "give one value for each time, latitude and longitude of a regular grid",
         )
+    # All three axes, even of a single time or place; times in the usual calendar.
     dataset = dataset.expand_dims([name for name in AXES if name not in dataset.dims])
     if "valid_time" in dataset.variables:  # of a forecast: time is when it began
         dataset = dataset.assign_coords(time=dataset["valid_time"].to_numpy()).drop_vars(

@@ -44,11 +44,13 @@ def read_dwd(path, place=None):
     Record
     """
     path = Path(path)
+    # Head with the names of columns, then rows of numbers.
     lines = read_text(path).splitlines()
     head = [line.lstrip("# ") for line in lines if line.startswith("#")]
     names = next(line.split() for line in head if "G_Bh" in line)
     rows = [line for line in lines if re.match(r"\s*\d", line)]
     table = _read_columns(path, names, rows, TABLE_COLUMNS | {"pressure": "p"})
+    # Hours count from 1 without gaps.
     hours = _read_rows(path, rows)[0].to_numpy()
     if (first := first_true(hours != np.arange(1, len(hours) + 1))) is not None:
         raise InputError(
@@ -56,6 +58,7 @@ def read_dwd(path, place=None):
             f"row {first + 1} is of hour {hours[first]}",
             "give every hour of the year in order",
         )
+    # The year from head or name; a few hours may be missing at its end, in the night.
     year = next(
         (
             found

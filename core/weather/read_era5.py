@@ -147,6 +147,7 @@ def open_era5_grid(paths, stack, needed=NEEDED):
     InputError
         If a file cannot be read, the grids differ, or a variable is missing.
     """
+    # All files have the same grid, whatever variables they hold.
     source, files, axes = ", ".join(map(str, paths)), [], None
     for path in map(Path, paths):
         for file in _list_files(path, stack):
@@ -160,6 +161,7 @@ def open_era5_grid(paths, stack, needed=NEEDED):
                 if values.shape != expected.shape or np.abs(values - expected).max() > 0.01:
                     problem = f"its {name}s are not those of the other files"
                     raise InputError(path, problem, "download all on the same grid")
+    # All variables that are needed, in any of the files; wind as speed or by its components.
     if not files:
         raise InputError(source, "no weather variable inside", CURE)
     names = {name for _, scales in files for name in scales}
@@ -168,6 +170,7 @@ def open_era5_grid(paths, stack, needed=NEEDED):
         missing += sorted({"u10", "v10"} - names)
     if missing:
         raise InputError(source, f"the variables {', '.join(missing)} are missing", CURE)
+    # From south to north and from west to east, each meridian once.
     latitude, longitude = axes[0], np.round((axes[1] + 180.0) % 360.0 - 180.0, ROUNDING)
     west, columns = np.unique(
         longitude, return_index=True

@@ -74,6 +74,7 @@ def _read_typical(path, text, file_format):
     """Record of a typical year: path, text and format as in `read_pvgis`; files before version 5.3
     have no offset.
     """
+    # As csv: head with the place, then rows that begin with a date.
     if file_format == "csv":
         lines = text.splitlines()
         rows = [line for line in lines if re.match(r"\d{8}:", line)]
@@ -87,6 +88,7 @@ def _read_typical(path, text, file_format):
         header = next(line for line in lines if line.startswith("time(UTC)"))
         with parsing(path, "cannot be read as pvgis-csv", DAMAGED):
             cells = pd.read_csv(io.StringIO("\n".join([header, *rows])), dtype=str)
+    # As JSON.
     else:
         tree = json.loads(text)
         with parsing(path, "cannot be read as pvgis-json", DAMAGED):
@@ -94,6 +96,7 @@ def _read_typical(path, text, file_format):
         if "time(UTC)" not in cells:
             raise InputError(path, "its hours have no time(UTC)", CURE)
         place = place_of_inputs(path, tree.get("inputs"))
+    # Columns by our names; stamps and the offset of images give the intervals.
     latitude, longitude, altitude, offset = map(float, place)
     table = pd.DataFrame(
         {ours: read_numbers(path, cells[name]) for ours, name in COLUMNS.items() if name in cells}

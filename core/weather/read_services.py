@@ -168,6 +168,8 @@ def read_point_series(path):
 
     Radiation [J/m²] is summed over the hour that ends at the stamp.
     """
+    # One table, or several of the same times in a zip, which must not unpack to far more than it
+    # is.
     path = Path(path)
     with parsing(path, "cannot be read as point series", DAMAGED):
         if zipfile.is_zipfile(path):
@@ -183,6 +185,7 @@ def read_point_series(path):
                 tables = [pd.read_csv(archive.open(name)) for name in names]
         else:
             tables = [pd.read_csv(io.StringIO(read_text(path)))]
+    # Each with time and place.
     for table in tables:
         if not {"valid_time", "latitude", "longitude"} <= set(table):
             raise InputError(
@@ -192,6 +195,7 @@ def read_point_series(path):
             )
         if table.empty:
             raise InputError(path, "has no hours", AGAIN)
+    # Joined by time; all of one place.
     first, *others = (table.set_index("valid_time") for table in tables)
     table = (
         first.join([other.drop(columns=[n for n in other if n in first]) for other in others])

@@ -125,6 +125,7 @@ def read_psm(path):
     interval is centred on the stamp. A typical year (TMY) is put into one calendar year. Files of
     other sources that SAM reads, too, are refused: their stamps and columns have other meanings.
     """
+    # Head: names and values of the place, then names of the columns.
     path = Path(path)
     with open_text(path) as file:
         head = [next(csv.reader([file.readline()]), []) for _ in range(3)]
@@ -150,6 +151,7 @@ def read_psm(path):
     if missing:
         raise InputError(path, f"its rows have no {', '.join(missing)}", DAMAGED)
     # Values at or below -990 are missing.
+    # Columns by our names; pressure in pascals.
     data = take_columns(path, table, PSM, -990.0)
     if "pressure" in data:
         unit = place.get("Pressure Units", "mbar").strip().lower()
@@ -158,6 +160,7 @@ def read_psm(path):
                 path, f"its pressure is in {unit!r}", f"give it in {', '.join(PASCALS)}"
             )
         data["pressure"] *= PASCALS[unit]
+    # Stamps in the time zone of the head; intervals around them.
     parts = pd.DataFrame({name: read_numbers(path, table[name]) for name in STAMP})
     data.index = pd.DatetimeIndex(pd.to_datetime(parts)).tz_localize(
         int(3600 * float(place["Time Zone"]))

@@ -82,6 +82,7 @@ def join_records(records):
     first = records[0]
     if len(records) == 1:
         return first
+    # Only years of one place with the same columns belong together.
     for other in records[1:]:
         # The places of joined files may differ by 0.05°.
         if max(abs(other.latitude - first.latitude), abs(other.longitude - first.longitude)) > 0.05:
@@ -99,6 +100,7 @@ def join_records(records):
             raise InputError(
                 other.source, f"not all files have {differing}", "give files with the same columns"
             )
+    # In the order of time, with all their notes.
     records = sorted(records, key=lambda record: record.data.index[0])
     return replace(
         first,

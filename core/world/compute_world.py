@@ -78,8 +78,10 @@ def compute_world(
     World
         NaN at places without weather, and for groups that an environment lacks.
     """
+    # The world without values, tables of power, and places of each environment's groups in it.
     world, model, done = empty_world(environments, source, way, sky), tabulate_power(system), 0
     own = [find_groups(world, number) for number in range(len(environments))]
+    # Places in portions: their weather is read and computed in threads.
     computed = map_in_order(
         lambda chunk: [
             _compute_place(environments, *found, system, model, (way, sky))
@@ -89,6 +91,7 @@ def compute_world(
         usable_threads(threads),
     )
     progress("world", 0, len(source.places), "places")
+    # Results in the order of places: hours with and without reflections, and their errors.
     for chunk, results in zip(source.chunks, computed, strict=True):
         for place, (code, years, hours) in zip(chunk, results, strict=True):
             world.weather[place] = code
@@ -108,6 +111,7 @@ def compute_world(
 
 def empty_world(environments, source, way, sky):
     """World without any values yet; parameters as of `compute_world`."""
+    # All groups of all environments; values by place, environment and group, unknown at first.
     groups = sorted({pair for one in environments for pair in one.groups}, key=rank_group)
     shape = len(source.places), len(environments), len(groups)
     world = World(
@@ -127,6 +131,7 @@ def empty_world(environments, source, way, sky):
         sky,
         1.0,
     )
+    # Counts and areas of the groups that each environment has.
     for number, one in enumerate(environments):
         own = [groups.index(pair) for pair in one.groups]  # in the same order
         world.group_count[number, own], world.group_area[number, own] = (

@@ -56,6 +56,7 @@ def _draw_world_months(dataset):
         None where there are fewer than two latitudes with weather on the northern hemisphere, or
         none of the groups.
     """
+    # The first traced environment, along the meridian nearest to the wanted one, in the north.
     environment = choose_environment(dataset)
     values = dataset["full_load_hours_by_month"].sel(environment=environment)
     there = values.dropna("group", how="all")["group"].to_numpy()
@@ -65,6 +66,7 @@ def _draw_world_months(dataset):
         "latitude": dataset["latitude"].to_numpy() >= 0,
     }
     values, clear = values.isel(along), (dataset["weather"].isel(along) == CLEAR).to_numpy()
+    # Panels for the groups that are there: facades, then roofs, each kind with one scale.
     wanted = [
         [f"{kind}_{side}" for side in ("east", "south") if f"{kind}_{side}" in there]
         for kind in KINDS
@@ -126,6 +128,7 @@ def _draw_world_day(dataset):
         None where there is no place with weather near the latitudes.
     """
     values = dataset["full_load_hours_by_solar_hour"]
+    # Places near the wanted latitudes.
     near = [(latitude, nearest_place(values, latitude, MERIDIAN)) for latitude in (20.0, 60.0)]
     # A picture shows a place within 4° of latitude.
     places = [
@@ -134,6 +137,7 @@ def _draw_world_day(dataset):
     names = [name for name in dataset["environment"].to_numpy() if name != UNSHADED] or [UNSHADED]
     if not places:
         return None
+    # A row for each, a column for each environment, all of a row with one scale.
     width = max(4.0 * len(names), 5.0)  # [inch]
     figure = picture.make_figure(width, 3.2 * len(places))
     panels = figure.subplots(len(places), len(names), sharex=True, sharey="row", squeeze=False)

@@ -207,12 +207,14 @@ def draw_world_map(dataset):
     -------
     matplotlib.figure.Figure
     """
+    # A panel for each environment, in one or two columns.
     maps = [map_of(dataset["full_load_hours"], name) for name in dataset["environment"].to_numpy()]
     columns = 1 if len(maps) < 3 else 2
     rows = -(-len(maps) // columns)
     width = min(WIDE, max(3.8, 3.7 * _shape_of_map(dataset) + 1.8))  # [inch] of one map
     figure = make_figure(width * (1 + 0.7 * (columns - 1)), 4.3 * rows + 0.2)
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    # One scale for all maps, from values weighed by area on the globe.
     shown = np.stack([values.to_numpy() for values, _ in maps])
     areas = np.cos(np.radians(dataset["latitude"].to_numpy()))[:, None] * np.ones(shown.shape)
     low, high = choose_range(shown.ravel(), areas.ravel())
@@ -267,6 +269,7 @@ def draw_world_gain(dataset):
     groups = [
         group for group in ("facade_south", "facade_east") if group in gain["group"].to_numpy()
     ]
+    # A line for each environment and group; then the map.
     for number, name in enumerate(gain["environment"].to_numpy()):
         for group, style in zip(
             groups, ("-", (0, (5, 2)), (0, (3, 1, 1, 1)), (0, (1, 1))), strict=False
@@ -277,6 +280,7 @@ def draw_world_gain(dataset):
     profile.set(xlabel="Gain, mean along the parallel [%]", xlim=(0, None), title="Facades")
     mark_latitudes(profile)
     profile.legend(fontsize=8, loc="best")
+    # The map's colours end where 2 % of the places lie above.
     values, title = map_of(find_gain(dataset), choose_environment(dataset))
     top = np.ceil(np.nanpercentile(values, 98) / 5) * 5
     mesh = _draw_map(axes, values, cmap=colour_scale("cividis"), vmin=0, vmax=max(top, 5))

@@ -72,10 +72,12 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
         If the Transfer was traced for other suns, was interrupted, has no eligible surfaces, or
         holds at its own place only.
     """
+    # It must hold elsewhere, and be whole.
     _check_portable(source, transfer)
     check_transfer(transfer)
     check_sky(transfer, sky_model, source)
     sources = sources_of(sky_model)
+    # Surfaces that count in the paper's sectors, sorted by group.
     system, transfer = replace(system, sectors=PAPER), counted_area.classify_again(transfer, PAPER)
     counted = counted_area.find_counted_area(transfer, system)
     groups = counted_area.find_groups(counted, transfer.surfaces.area)
@@ -87,6 +89,7 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
     member = groups.weight[rows].argmax(axis=1)
     order = np.argsort(member, kind="stable")
     rows, member = rows[order], member[order]
+    # Light of these surfaces per irradiance, and the grid of directions that suns are matched to.
     sky, lit = triangulate_sky(transfer.suns), counted_area.find_lit_share(transfer, system)[rows]
     block = take_block(
         transfer,
@@ -98,6 +101,7 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
         mounting=np.zeros(len(rows), int),
         lit_share=lit,
     )
+    # Light of traced sources: what is seen of them, and reflected; and the view of the sky.
     traced = [transfer.sources[one.name] for one in sources]
     views = [light.view_factor[rows] for light in traced]
     reflected = [light.relative[rows] - view for light, view in zip(traced, views, strict=True)]
@@ -149,6 +153,7 @@ def unshaded_transfer(ground_albedo=0.25):
         Facades and roofs of 35° towards north, east, south and west (paper, Eq. 9 and 11).
     """
     # The paper's roofs have mean tilts of 28 to 42°.
+    # Four facades and four roofs, with normals as directions.
     tilt = np.repeat([90.0, 35.0], 4)
     azimuth = np.tile(list(SIDES.values()), 2)
     normal = sun_direction(tilt, azimuth)  # a normal stands above its plane as a sun does
@@ -156,6 +161,7 @@ def unshaded_transfer(ground_albedo=0.25):
     names = ["_".join(pair) for pair in zip(kind, orientation, strict=True)]
     # The visible share is 1 in all directions of the sky grid: 16 will do.
     suns, count = sky_grid_suns(16), len(tilt)
+    # View factors of tilted planes in the open.
     sky, ground = sky_view_of_tilt(normal), ground_view_of_tilt(normal)
     zero, no_id = np.zeros(count), [""] * count
     surfaces = Surfaces(

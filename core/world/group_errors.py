@@ -64,11 +64,13 @@ def find_group_errors(transfer, environment, rows, traced=()):
     -------
     GroupErrors
     """
+    # Weights of surfaces in their group, per surface as a whole.
     parts = transfer.error_parts or no_parts(len(transfer.surfaces))
     first, weight = environment.first, environment.weight
     of_whole = (
         weight / environment.block.lit_share
     )  # weights of what a Transfer tells: means over whole surfaces
+    # Variances of direct and diffuse light, their covariance, and of each source.
     own = [own_direct(transfer)[rows], own_diffuse(transfer)[rows], parts.covariance[rows]]
     own += [light.standard_error[rows] ** 2 for light in traced]
     discretisation = parts.direct_discretisation[rows], parts.diffuse_discretisation[rows]
@@ -76,8 +78,10 @@ def find_group_errors(transfer, environment, rows, traced=()):
     views, reflected = environment.sources[:-1].reshape(2, len(traced), len(rows))
     light = np.stack([block.diffuse, *(views + reflected), block.far_ground])
     points = np.minimum(parts.direct_points[rows], own[0])
+    # How bright faces are on the mean against the sky that they hide.
     seen = np.stack([transfer.sky_view_factor[rows], transfer.diffuse_relative[rows]])
     sky, diffuse = _mean_of_groups(seen, first, of_whole)
+    # Direct light of each group under each direction of the grid.
     direct = []
     for start, stop in pairwise(first):
         cosine = np.maximum(environment.sky.direction @ block.normal[:, start:stop], 0)
@@ -124,9 +128,11 @@ def carry_to_place(errors, hours, sunlight, full_load_hours, plain):
     gain : numpy.ndarray, (g,)
         Of `full_load_hours[0] / plain - 1`; NaN without any light.
     """
+    # Light of the year and its months, and hours per irradiance on the plane, of each group.
     light, poa, spread = _sum_light(errors, hours, sunlight)
     per_poa = np.divide(full_load_hours, poa, out=np.zeros_like(poa), where=poa > 0)
     direct, diffuse, *sources = per_poa * light.T[:, :, None]  # (13, g) [h] per relative irradiance
+    # Deviations and discretisation add with their signs; sources and suns by their variances.
     passed_on = (
         direct[..., None] * errors.direct_passed_on + diffuse[..., None] * errors.diffuse_passed_on
     )
@@ -242,6 +248,7 @@ def add_mix(world, weights):
     World
         A group that one of the environments lacks is missing in the mix.
     """
+    # Shares of the members; a group counts only where all of them have it.
     members = [world.environments.index(name) for name in weights]
     share = np.array(list(weights.values()))
 
@@ -251,6 +258,7 @@ def add_mix(world, weights):
         )
 
     whole = (world.group_count[members] > 0).all(axis=0)
+    # The error of the gain is of the hours without reflections: mean of both, then their ratio.
     plain = world.without_reflections[..., 0].astype(float)
     hours, plain = (
         _join_errors(world.gain_error * plain, share, members)[:, -1:],

@@ -44,11 +44,13 @@ def merge_surfaces(environment, most):
     ]
     # The normal counts beside them, twice as much as the mean light.
     features = np.concatenate([*light, 2.0 * block.normal.T], axis=1)
+    # Halved by these numbers until there are as many pieces as wanted, none of two groups.
     pieces = _split_surfaces(features, weight, environment.first, most)
     group = np.array(
         [np.searchsorted(environment.first, rows[0], side="right") - 1 for rows in pieces]
     )
     pieces = [pieces[k] for k in np.argsort(group, kind="stable")]
+    # Light of a piece is the mean of its surfaces by weight, exact for each direction.
     return replace(
         environment,
         first=np.searchsorted(np.sort(group), np.arange(len(environment.groups) + 1)).astype(

@@ -148,8 +148,11 @@ def model_source(places, name, request, off_land="blank"):
     -------
     Source
     """
+    # The sun as seen from the Earth's middle is computed once, and turned to each place.
     sun = geocentric_sun(climate.hours_of_year(request.year), INTERVAL)
 
+    # Places with the climate where it is known, on land or where asked for; the clear sky or
+    # nothing at the others.
     def read(chunk):
         at = [(places.latitude[one], places.longitude[one]) for one in chunk]
         suns = [sun_of_place(sun, *place) for place in at]
@@ -159,6 +162,7 @@ def model_source(places, name, request, off_land="blank"):
             for k, one in asked
             if one[0] >= LEAST_LATITUDE and (off_land == "climate" or is_land(*one))
         ]
+        # Climates of a portion are made together, as they share their random numbers.
         records, clear = {}, "clear-sky" in (name, off_land)
         if known:
             zenith = np.stack([suns[k]["apparent_zenith"].to_numpy() for k in known])
@@ -170,6 +174,7 @@ def model_source(places, name, request, off_land="blank"):
                     strict=True,
                 )
             )
+        # Each place with its weather and what this is.
         found = []
         for k, (place, own) in enumerate(zip(at, suns, strict=True)):
             code = CLIMATE if k in records else CLEAR if clear else NOTHING
@@ -227,6 +232,7 @@ def grid_source(grid, places, picked, request, years=None):
     # is computed once for all, and turned to each place.
     def read(chunk):
         row = chunk[0] // width
+        # Values of some places on one parallel.
         block = read_block(grid, rows[[row]], columns[[one % width for one in chunk]]).isel(
             latitude=0, time=kept
         )

@@ -70,16 +70,19 @@ def _dataset_of_world(world):
     -------
     xarray.Dataset
     """
+    # Places on a grid of latitude and longitude, or stations.
     places = world.places
     grid = places.rows is not None
     at = ("latitude", "longitude") if grid else ("station",)
     shape = (len(places.rows), len(places.columns)) if grid else (len(places),)
+    # Gain by reflections, and hours as a share of the year's 8,760.
     annual, plain = (
         one[..., 0].astype(float) for one in (world.full_load_hours, world.without_reflections)
     )
     gain = np.divide(annual, plain, out=np.full_like(annual, np.nan), where=plain > 0) - 1
     yearly = {"gain": gain, "gain_error": world.gain_error, "mean": annual / 8760}
     values = vars(world) | {name: one[..., None].astype(np.float32) for name, one in yearly.items()}
+    # Variables with unit and words, in the order of these axes.
     variables = {}
     for name, (field, periods, dimension, words) in PARTS.items():
         part = values[field][..., periods]
@@ -88,6 +91,7 @@ def _dataset_of_world(world):
             about["ancillary_variables"] = f"{name}_standard_error"
         axes = (*at, "environment", "group", *dimension)
         variables[name] = axes, part.reshape(*shape, *part.shape[1:]), about
+    # What weather a place has is a flag with its meaning.
     flags = {
         "long_name": "what the weather of the place is",
         "flag_values": np.array(list(MEANINGS), np.int8),
@@ -106,6 +110,7 @@ def _dataset_of_world(world):
 
 def coordinates(world, grid):
     """Coordinates of the dataset."""
+    # Degrees along the axes of a grid, or for each station.
     places = world.places
     where = {}
     for name, sign, axis, along in (
@@ -124,6 +129,7 @@ def coordinates(world, grid):
             np.array(places.names, dtype=object),
             {"long_name": "name of the station"},
         )
+    # Names of environments and groups; months and hours.
     names = np.array([name_group(*pair) for pair in world.groups], dtype=object)
     return where | {
         "environment": (

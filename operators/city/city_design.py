@@ -185,9 +185,12 @@ def note_touched(city, touched):
     bool
         Whether that was enough.
     """
+    # A city that is not seen has no edits.
     if not is_seen(city):
         _parts.pop(city.session_uid, None)
         return True
+    # Objects were edited while the city itself, its ground and edit mode did not change; else all
+    # is looked at.
     objects = [one for one in touched if one.id_type == "OBJECT"]
     ground, parts = city.get(Key.GROUND), _parts.get(city.session_uid)
     if (
@@ -197,10 +200,12 @@ def note_touched(city, touched):
         or any(item.mode == "EDIT" for item in objects)
     ):
         return False
+    # What is known of its parts must be of the results that it has now.
     place = _place_of(city)
     known, results = _at_results.get(city.session_uid, ("", None))
     if parts.results is not None and (parts.results is not results or known != city[Key.DESIGN]):
         return False
+    # Each touched object is described again and held against what the results were made from.
     for item in objects:
         if (key := (item.session_uid, place)) in parts.names:
             _known[key] = describe_object(city, item)

@@ -80,6 +80,7 @@ def _build_property(default, details):
     -------
     bpy.props._PropertyDeferred
     """
+    # Words and unit as for the command line.
     words = details.words[0].upper() + details.words[1:]
     subtype = SUBTYPES.get(details.unit, "NONE")
     unit = f" [{details.unit}]" if details.unit and subtype == "NONE" else ""
@@ -100,6 +101,7 @@ def _build_property(default, details):
             else {}
         )
         return StringProperty(**named, default=default or "", **search)
+    # Numbers with their limits; one that may be left to the program has a value that says so.
     limits = {"min": details.least, "max": details.most}
     named |= {"default": default} | {
         key: limit for key, limit in limits.items() if limit is not None

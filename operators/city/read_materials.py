@@ -61,6 +61,7 @@ def remember_materials(item, ground, session):
     InputError
         The ground has several materials, or faces of the city do not match its surfaces.
     """
+    # The ground has one material for all of its faces.
     of_ground = set(name_face_materials(ground, ground.data)) - {""} if ground is not None else ()
     if len(of_ground) > 1:
         raise InputError(
@@ -69,6 +70,8 @@ def remember_materials(item, ground, session):
             "assign one material to all of its faces",
         )
     session.ground_material = next(iter(of_ground), session.ground_material)
+    # From the smallest face to the largest, so that of a surface the largest one with a material
+    # counts.
     names, surface = name_face_materials(item, item.data), read_face_attribute(item.data, "surface")
     scene, city = session.scene, session.city
     ids = city.surface_id if scene is None else scene.surfaces.surface_id
@@ -76,6 +79,7 @@ def remember_materials(item, ground, session):
         return
     order = np.argsort(read_array(item.data.polygons, "area"), kind="stable").tolist()
     given = {int(surface[face]): names[face] for face in order if names[face]}
+    # Into city and scene, by the name of the surface or of the one that it is a cell of.
     rows = {name: row for row, name in enumerate(city.surface_id)}
     for holder in filter(None, (city, scene and scene.surfaces)):
         holder.material = holder.material or [""] * len(holder)

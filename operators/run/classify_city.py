@@ -108,6 +108,7 @@ def show_kinds(context, before, session, findings, seen=None):
     """
     from ...core.city.locate_site import turn_to_true_north
 
+    # New meshes of the scene stand where the old ones stood, though its origin may have moved.
     scene, (old, old_ground) = session.scene, find_own_city(context.scene, before)
     item, ground = build_meshes(scene)
     same = (
@@ -119,6 +120,7 @@ def show_kinds(context, before, session, findings, seen=None):
         np.subtract([scene.site.origin], [earlier.origin]), earlier.convergence
     )[0]  # [m]
     item.location = np.array(old.location) + shift
+    # What the old city remembers goes to the new one, and its name too.
     for key in (*OF_CITY, *(Key.ASKED + step for step in STEPS)):
         if key in old:
             item[key] = old[key].to_dict() if key in (Key.TAKEN, Key.WEARERS) else old[key]
@@ -127,6 +129,7 @@ def show_kinds(context, before, session, findings, seen=None):
     for new, name in zip((item, ground), names, strict=True):
         if new is not None:
             new.name = new.data.name = name
+    # Classes of its surfaces, and what it was read from.
     write_classes(item, ground, scene.surfaces)
     show_objects(context.scene, item, ground)
     if seen is not None:
@@ -136,6 +139,7 @@ def show_kinds(context, before, session, findings, seen=None):
         remember_wearers(
             item, [(there[uid], building) for uid, building in seen.taken if uid in there]
         )
+    # The user's own objects show it where they did before.
     if is_in_place(item):
         put_in_place(item, scene.site)
     write_sources(item, scene.surfaces.surface_id)

@@ -40,9 +40,11 @@ class _EditedCity:
         from ...core.city.edit_city import Change, edit_city, join_cities, place_local, system_of
         from ...core.city.join_contents import join_contents
 
+        # Without files: what stands in the scene is all of it.
         if self.imported is None:
             return None, join_contents([self.content], orient=self.orient)
 
+        # Polygons that were edited in the city's mesh take the place of the files'.
         imported = self.imported
         if self.reshaped is not None:
             broken, content = self.reshaped
@@ -55,6 +57,7 @@ class _EditedCity:
                 imported.building_id[len(left) :] = (
                     added.building_id
                 )  # they are parts of buildings that are there
+        # Other objects come in addition, and buildings that were removed go.
         added = ()
         if self.content is not None:
             added = (
@@ -119,10 +122,12 @@ def _read_reshaped(city, session):
         The mesh was turned or has modifiers, or something else than a building of the files was
         edited.
     """
+    # Only what can be read back from its mesh may be edited there.
     if not np.allclose(np.array(city.matrix_world.to_3x3()), np.eye(3)):
         raise InputError(city.name, "it was turned or scaled", "undo that, and edit its buildings")
     if own_modifiers(city):
         raise InputError(city.name, "its mesh has modifiers", "apply or remove them")
+    # Triangles before and now are compared by surface and corners; what has no equal was edited.
     scene, mesh = session.scene, city.data
     ids, owner = scene.surfaces.surface_id, scene.surfaces.building_id
     own = scene.triangle_surface >= 0
@@ -139,6 +144,7 @@ def _read_reshaped(city, session):
     now = _key_triangles(surface[plain], points[start[plain][:, None] + np.arange(3)])
     same = np.zeros(len(total), bool)
     same[plain] = np.isin(now, before)
+    # They must be of the files; cells stand for the polygon that they are of.
     rows = np.union1d(surface[~same], scene.triangle_surface[own][~np.isin(before, now)])
     broken = {whole_of_cell(ids[row]) for row in rows.tolist()}
     others = sorted(broken - {*session.imported.surface_id})
@@ -148,6 +154,7 @@ def _read_reshaped(city, session):
             f"{others[0]} was edited, which is not of its files",
             "undo that, edit the object",
         )
+    # The faces that these polygons have now, each a polygon of its building.
     content, number = FileContent(city.name), {}
     parts = [row for row, name in enumerate(ids) if whole_of_cell(name) in broken]
     for face in np.flatnonzero(np.isin(surface, parts)):

@@ -162,6 +162,7 @@ def show_import(context, city, scene, findings, taken=()):
         The user's objects that are the city, with the names of their buildings: then the same
         objects count, whatever the files are called, and the view stays where it is.
     """
+    # The same city from an earlier import goes; others are hidden.
     files, own_objects = [str(path) for path in scene.report.files], {part for part, _ in taken}
     earlier = None
     for item in list_cities(context.scene):
@@ -178,10 +179,12 @@ def show_import(context, city, scene, findings, taken=()):
     kept = list_cities(context.scene)
     for item in kept:
         show_objects_of(item, visible=False)
+    # Meshes of the scene, with the settings that they were imported by.
     item, ground = build_meshes(scene)
     show_objects(context.scene, item, ground)
     open_session(item, Session(city=city, imported=None if taken else city))
     remember_step(item, "import", context.scene.citypv)
+    # Objects of the user's stay, and show the city's colours themselves.
     if taken:
         item[Key.TAKEN], item[Key.SEEN], item[Key.METRES] = (
             {},
@@ -193,6 +196,7 @@ def show_import(context, city, scene, findings, taken=()):
         remember_wearers(item, taken)
         source_objects.put_in_place(item, scene.site)
         write_sources(item, scene.surfaces.surface_id)
+    # Edits count from here.
     begin_design(item, earlier)
     item[Key.BESIDE], item[Key.ADDED] = (
         source_objects.list_beside(item),

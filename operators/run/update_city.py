@@ -70,6 +70,7 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         from ...core.results.list_findings import list_findings
         from ...core.run.variant import trace_edit
 
+        # If the edit was not traced yet: the edited city is made, and what changes is traced.
         session, seen, request, state, known, before, found = task
         solved = None
         if known is None:
@@ -77,6 +78,7 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
             imported, city = seen.make()
             traced = session.base_city or session.city
 
+            # A guess of the hours is shown before the suns are solved.
             def preview(scene, *light):
                 if session.energy is not None and found.empty():
                     draft = Session(
@@ -85,6 +87,7 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
                     found.put((draft, seen, estimate_hours(session, scene, light)))
 
             scene, edited = trace_edit(base, traced, city, progress=progress, preview=preview)
+            # Weighed with the weather, and kept with all that belongs to it.
             solved = edited.before if before.base is base else None
             edited = replace(edited, before=None)
             known = Session(
@@ -93,6 +96,7 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
             findings = list_findings(scene, edited.transfer.covered_share)
             light = known, known, findings, (describe_albedo(scene, base.request), [])
             known.told = light, WeighEnergy.work((known, None, request), progress)
+        # The result before the edit, in the light that the edit asks for, for comparison.
         earlier = _match_before(before, known, solved, progress)
         return (
             seen,

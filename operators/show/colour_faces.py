@@ -165,12 +165,14 @@ def colour_faces(city, ground, attribute, ends=None, colour_map="viridis"):
     -------
     ColourScale
     """
+    # Values, and the limits of their scale: as asked for, as before, or from the values.
     values = read_face_attribute(city.data, attribute)
     if values is None:
         problem = f"its faces have no {TITLES[attribute].lower()} yet"
         raise InputError(city.name, problem, "run the step that computes it")
     areas = read_array(city.data.polygons, "area")
     ends = ends or city.get(Key.RANGE + attribute)
+    # A change has zero in the middle of its scale.
     if attribute.startswith(CHANGE):
         errors = (
             read_face_attribute(city.data, CHANGE_ERROR)
@@ -190,6 +192,7 @@ def colour_faces(city, ground, attribute, ends=None, colour_map="viridis"):
         ends = -half, half
     elif attribute not in CODES and ends is None:
         ends = choose_range(values, areas)
+    # Colours of faces, and the scale that the legend shows.
     scale = build_scale(attribute, *(ends or ()), colour_map=colour_map)
     paint_mesh(city.data, values, scale)
     for key in ("attribute", "low", "high"):

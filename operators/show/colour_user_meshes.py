@@ -25,12 +25,15 @@ def colour_user_meshes(city):
     """Show the colours of a city on the objects that it was taken from; the panel names those that
     a copy covers.
     """
+    # Which faces of the city the user's objects show themselves.
     own, names, surface = (
         np.zeros(len(city.data.polygons), bool),
         [],
         attributes.read_face_attribute(city.data, "surface"),
     )
     values, colours = _read_results(city.data)
+    # An object of one mesh that has all faces of its surfaces wears the colours; others are
+    # outlines around the copy.
     for item, building, triangles, faces in source_objects.list_worn(city):
         whole = len(faces) and len(np.unique(faces)) == len(np.unique(surface[triangles]))
         if (
@@ -47,6 +50,7 @@ def colour_user_meshes(city):
             if Key.DRAWN_AS not in item:
                 item[Key.DRAWN_AS], item.display_type = item.display_type, "WIRE"
                 item[Key.LEFT_OUT], item.hide_render = item.hide_render, True
+    # The copy shows all other faces, or is hidden if none is left.
     _mask_faces(city, own)
     if source_objects.is_in_place(city):
         city.hide_render = bool(own.all())

@@ -114,10 +114,13 @@ def _read_state(item, city):
     from ...core.city.locate_site import bring_to_grid
     from ...core.results.compare_runs import tell_yields
 
+    # Surfaces by number, with the faces of each.
     mesh = item.data
     rows, first, own = np.unique(
         attributes.read_face_attribute(mesh, "surface"), return_index=True, return_inverse=True
     )
+    # Middle and normal of each, by area of its faces, in the coordinates of the files: by these it
+    # is found again.
     area = attributes.read_array(mesh.polygons, "area").astype(float)
     weight = np.maximum(area, 1e-12)
     total = np.bincount(own, weight)
@@ -132,6 +135,7 @@ def _read_state(item, city):
     )
     site = build_meshes.site_of(item if Key.ORIGIN in item else city)
     shapes = np.column_stack([bring_to_grid(middle, site), np.sqrt(np.bincount(own, area)), normal])
+    # Yield of each with its error, for those that carry modules.
     hours, error = (
         attributes.read_face_attribute(mesh, name)[first]
         for name in (HOURS, HOURS + "_standard_error")

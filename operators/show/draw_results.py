@@ -54,6 +54,7 @@ def draw_results(folder, scene, transfer, energy, note, *, pictures):
         What has to be read beside the colours, such as the weather.
     pictures : list of {'blend', 'preview'}
     """
+    # An empty scene with the city, its classes and results.
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     stage, folder = bpy.context.scene, folder.resolve()
     city, ground = build_meshes(scene)
@@ -63,10 +64,12 @@ def draw_results(folder, scene, transfer, energy, note, *, pictures):
     # A scene without full load hours (only ground) still gets a picture.
     known = np.isfinite(energy.full_load_hours).any()
     scale = colour_faces(city, ground, "full_load_hours" if known else "diffuse_relative")
+    # Colours as they are, camera and legend.
     show_exact_colours(stage)
     set_background(stage)
     points = read_vertices(city)
     build_legend(stage, place_camera(stage, points), scale, note)
+    # The file opens with the city in view; then file and picture.
     views = [area for screen in bpy.data.screens for area in screen.areas if area.type == "VIEW_3D"]
     show_city(bpy.context, points, areas=views)
     with _quieten():
@@ -137,6 +140,8 @@ def stage_picture(context, view="overview"):
     InputError
         There is no 3D view or no camera to take the picture from.
     """
+    # The scene of an earlier picture is emptied; city and ground are linked, or a copy where they
+    # are not whole.
     city, ground = find_city(context.scene)
     stage = bpy.data.scenes.get(SCENE) or bpy.data.scenes.new(SCENE)
     for item in list(stage.collection.objects):
@@ -153,6 +158,7 @@ def stage_picture(context, view="overview"):
             if MASK in shown.modifiers:
                 shown.modifiers.remove(shown.modifiers[MASK])
         stage.collection.objects.link(shown)
+    # The view of the picture: from above, as in the 3D view, or of the scene's camera.
     views = list_views(context)
     if view == "viewport" and not views:
         raise InputError("3D view", "none is open", "open a 3D view, or choose another view")
@@ -169,6 +175,7 @@ def stage_picture(context, view="overview"):
     else:
         region = next(region for region in area.regions if region.type == "WINDOW")
         camera = copy_view(stage, space.region_3d, region.width, region.height, 10 * space.clip_end)
+    # Legend and background, as for any picture.
     scale = read_scale(city)
     build_legend(stage, camera, scale, note_of(city, scale.attribute))
     set_background(stage)

@@ -56,10 +56,12 @@ def _draw_legend():
     """Draw the legend of the city in the current 3D view, if it has one and the panel
     enables it.
     """
+    # Nothing to draw without a coloured city.
     city = _find_coloured("show_legend")
     scale = read_scale(city) if city is not None else None
     if scale is None:
         return
+    # Sizes follow Blender's scale and the width of the view.
     whole = bpy.context.preferences.system.ui_scale
     pixel = max(_fit_width(LEGEND), SMALLEST) * whole
     blf.size(0, 11 * pixel)
@@ -68,6 +70,7 @@ def _draw_legend():
     deep = (46 + LINE * (len(lines) - 1)) * pixel  # from the colour bar to the lower edge
     left, bottom, width, height = 76 * whole, 46 * pixel + deep, 440 * pixel, 16 * pixel
     across = max(width, *(blf.dimensions(0, line)[0] for line in lines))
+    # Paper first, then heading, note and labels on it.
     _draw_box(
         (left - 26 * pixel, bottom - deep, across + 52 * pixel, height + deep + 34 * pixel), PAPER
     )
@@ -76,6 +79,7 @@ def _draw_legend():
         _write_text(line, left, bottom - (37 + LINE * number) * pixel, 11 * pixel)
     for share, text in scale.labels():
         _write_text(text, left + share * width, bottom - 18 * pixel, 12 * pixel, centred=True)
+    # The bar: boxes of classes, or a smooth run of colours.
     values = (
         np.arange(len(scale.classes))
         if scale.classes
@@ -170,6 +174,7 @@ def _draw_months(months, left, bottom, pixel):
 
 def _draw_curves(curves, left, bottom, pixel):
     """Draw the mean power by hour of solar time [kW]: year, June, December."""
+    # From the last to the first, so that the year lies on top.
     largest = max(float(curves.max()), 1e-9)
     shader = gpu.shader.from_builtin("UNIFORM_COLOR")
     for row, colour in reversed(list(enumerate(LINES))):
@@ -179,6 +184,7 @@ def _draw_curves(curves, left, bottom, pixel):
         gpu.state.line_width_set(2.0)
         shader.uniform_float("color", colour)
         batch_for_shader(shader, "LINE_STRIP", {"pos": points}).draw(shader)
+        # Names with their colour above, hours below.
         name = list(CURVES)[row].capitalize()
         _write_text(
             name, left + (80 * row + 18) * pixel, bottom + (HEIGHT - 12) * pixel, 10 * pixel

@@ -161,6 +161,7 @@ def _write_out(item):
     """Write the complete report as text: the city, weather and hours, albedos, and groups with all
     ids.
     """
+    # What was read and reported, then the weather.
     lines = [*item.get(Key.FILES, ()), *item.get(Key.REPORT, ())]
     if Key.WEATHER in item or item.get(Key.ALBEDOS):
         lines.append("")
@@ -172,6 +173,7 @@ def _write_out(item):
         "Full load hours per year (group, surfaces, hours)",
         "Albedo (material, albedo, surfaces)",
     )
+    # Tables of hours and albedos, columns below each other.
     for title, rows in ((hours, item.get(Key.GROUPS)), (albedo, item.get(Key.ALBEDOS))):
         if rows:
             lines += [
@@ -179,6 +181,7 @@ def _write_out(item):
                 *("    {:<32}{:>8}{:>10}".format(*row.split("|")).rstrip() for row in rows),
             ]
     lines += [item[key] for key in (Key.UNREAD, Key.INTERRUPTED) if item.get(key)]
+    # Findings with all their ids.
     for row in read_rows(item):
         lines += [
             "",

@@ -135,6 +135,7 @@ def describe_surfaces(session, rows):
     from ...core.energy.counted_area import REASONS
     from ...core.energy.energy import exceeded_energy, kwp_of_hours, sum_potential
 
+    # What the surfaces are: buildings, kinds, area, and the direction of a single one.
     surfaces, energy = session.transfer.surfaces, session.energy
     total = sum_potential(rows, surfaces.area, energy)
     names = list(dict.fromkeys(surfaces.building_id[k] for k in rows))
@@ -151,9 +152,11 @@ def describe_surfaces(session, rows):
             f"Azimuth|{surfaces.surface_azimuth[rows[0]]:.1f}°",
         ]
     error = f" ± {energy.full_load_hours_standard_error[rows[0]]:.1f}" if len(rows) == 1 else ""
+    # What those of them yield that carry modules, year by year.
     hours, counted = total["full_load_hours"], rows[energy.counted_area[rows] > 0]
     kwp = kwp_of_hours(surfaces.area, energy)[counted]
     years = kwp @ energy.full_load_hours_by_year[counted] / 1000
+    # Why the others carry none, each reason once.
     reasons = energy.reason[rows].tolist()
     told = [
         (f"{reasons.count(key):,}: {words}" if len(rows) > 1 else words)

@@ -42,6 +42,7 @@ def summarise_energy(item, weather, energy, *, place, whole, buildings):
     """
     from ...core.results.read_results import kind_title
 
+    # Totals of all and of each kind, as lines of the panel's table.
     totals = {"All": whole} | {kind_title(kind): one for kind, one in whole["kinds"].items()}
     item[Key.ENERGY_TOTALS] = {name: total["mwh_per_year"] for name, total in totals.items()}
     rows = [
@@ -53,6 +54,7 @@ def summarise_energy(item, weather, energy, *, place, whole, buildings):
         for share in (50, 90)
         if (value := whole.get(f"p{share}_mwh_per_year")) is not None
     ]
+    # Hours of each group.
     annual = (
         energy.capacity_factor.sum(axis=0) * energy.interval.total_seconds() / 3600 / energy.years
     )
@@ -63,6 +65,7 @@ def summarise_energy(item, weather, energy, *, place, whole, buildings):
         )
     ]
     columns = ["building_id", "kwp", "mwh_per_year", "p50_mwh_per_year", "p90_mwh_per_year"]
+    # The buildings with the most energy, without columns that are unknown.
     best = (
         buildings[buildings["kwp"] > 0]
         .nlargest(MOST, "mwh_per_year")
