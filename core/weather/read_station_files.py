@@ -150,8 +150,7 @@ def read_psm(path):
     missing = [name for name in STAMP if name not in table]
     if missing:
         raise InputError(path, f"its rows have no {', '.join(missing)}", DAMAGED)
-    # Values at or below -990 are missing.
-    # Columns by our names; pressure in pascals.
+    # Columns by our names, in which -990 and less are missing; pressure in pascals.
     data = take_columns(path, table, PSM, -990.0)
     if "pressure" in data:
         unit = place.get("Pressure Units", "mbar").strip().lower()

@@ -152,8 +152,7 @@ def unshaded_transfer(ground_albedo=0.25):
     Transfer
         Facades and roofs of 35° towards north, east, south and west (paper, Eq. 9 and 11).
     """
-    # The paper's roofs have mean tilts of 28 to 42°.
-    # Four facades and four roofs, with normals as directions.
+    # Four facades and four roofs; the paper's have mean tilts of 28 to 42°.
     tilt = np.repeat([90.0, 35.0], 4)
     azimuth = np.tile(list(SIDES.values()), 2)
     normal = sun_direction(tilt, azimuth)  # a normal stands above its plane as a sun does
