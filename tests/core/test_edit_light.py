@@ -152,7 +152,10 @@ def draw_change(city, generator):
     new.trees = [tree("grown", float(x) - 6, float(y))] if city.trees else []
     removed = [one, city.trees[0].name] if city.trees else [one]
     moved = {other: tuple(generator.uniform(-9, 9, 2).round(2))}
-    raised = {other: float(generator.choice([-2.0, 3.0, 11.0]))}
+    # What is lowered keeps more than half of its height: by more it would turn inside out.
+    rows = [row for row, name in enumerate(city.building_id) if name == other]
+    height = np.ptp(np.concatenate([city.rings(row)[0][:, 2] for row in rows]))
+    raised = {other: float(generator.choice([-min(2.0, 0.4 * height), 3.0, 11.0]))}
     return [
         Change(added=(new,)),
         Change(removed=removed),
