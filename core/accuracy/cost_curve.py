@@ -243,6 +243,7 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
 
 def describe_prices(listed):
     """The list as lines of text."""
+    # A table of settings with their seconds and errors, for the terminal.
     lines = [
         f"{listed.patches:,} patches; the pilot took {describe_duration(listed.pilot_seconds)}; "
         f"reading, checks and files add {describe_duration(listed.fixed)} to tracing",

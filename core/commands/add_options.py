@@ -185,6 +185,7 @@ def add_output(parser, *, exports=False):
 
 def add_world(parser):
     """Environments and places."""
+    # Options of `citypv world`: traced cities first, then the places, years and pictures.
     words = "transfer.nc or result folder of simulate --suns sky-grid:N, NAME=PATH, or unshaded"
     parser.add_argument("environment", nargs="+", metavar="ENVIRONMENT", help=words)
     place = parser.add_argument_group("the world")

@@ -31,6 +31,8 @@ MARGIN = 1.0
 
 def decide_terrain(inputs):
     """Called for when the horizon rises above the 2° below which no direct light is traced."""
+    # Whether the horizon of distant terrain is traced, what it hides, and a bound on what is left
+    # out.
     if inputs.horizons is None:
         return Effect(TERRAIN, False, "none", "no --horizon is given: the horizon is level", None)
     # Highest point of the horizon, and where it is.

@@ -70,7 +70,8 @@ def sum_suns(context, traced, watch, by_point, suns):
     -------
     Annual
     """
-    # unshaded  light of a year on each patch if nothing stood in the way.
+    # Light of all suns of a year: of points, elements and patches, with its variance, and what
+    # level ground passes on. unshaded  light of a year on each patch if nothing stood in the way.
     (directions, weights), normal = suns, context.patches.normal
     facing = work_in_slices(
         lambda rows: projection_in_front(normal[rows], directions).astype(float) @ weights,

@@ -116,6 +116,7 @@ def _trace_specular(prepared, context, traced, state=0):
     -------
     SpecularLight
     """
+    # Light that comes by way of mirrors, glossy faces and glass, which gather takes as black.
     # Photons start on faces that do not reflect by Lambert's law; a ray backwards tells what each
     # brings light from. They are as many as other patches would send rays.
     patches, plan, count = context.patches, context.plan, len(prepared.scene.surfaces)

@@ -249,8 +249,8 @@ def _unpack_lzw(packed, unpacked):
     int
         Number of bytes that were unpacked; -1 if the codes are damaged.
     """
-    # Each code stands for a sequence that was unpacked before, followed by one byte that came right
-    # behind it.
+    # LZW, as TIFF packs it. Each code stands for a sequence that was unpacked before, followed by
+    # one byte that came right behind it.
     start, length = np.zeros(LARGEST, np.int64), np.ones(LARGEST, np.int64)
     known, width, held, bits, place, before = END + 1, 9, 0, 0, 0, -1
     # Bytes are added until there are enough bits for a code.

@@ -49,6 +49,7 @@ def read_citygml(path, report_share=silent):
 
 
 def _read_declared(path, declared, report_share):
+    # All polygons, trees and terrain of one file, in which some prefixes may have to be declared.
     # The root says whether it is CityGML at all.
     root, namespaces = read_root(path, declared)
     if CITYGML not in " ".join([root, *filter(None, namespaces.values())]) and not _is_named_later(

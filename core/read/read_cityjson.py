@@ -151,6 +151,7 @@ class _Reading:
         )
 
     def _add_objects(self, objects, shapes, line, report_share):
+        # Polygons, trees and terrain of the objects of one JSON text go to the content of the file.
         # Which objects belong together: buildings, their parts and installations; the demolished
         # go.
         (kinds, families), content = _find_families(objects), self.content

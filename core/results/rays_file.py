@@ -102,7 +102,8 @@ def write_rays(path, base, city, names=None):
     InputError
         Materials have no file.
     """
-    # Rows of patches that are gone are dropped first.
+    # All that a later edit starts from: the city, its scene and settings, what was decided, and
+    # what the rays and suns met. Rows of patches that are gone are dropped first.
     base, request = compact_city(base), base.request
     if request.materials:
         raise InputError(
@@ -159,7 +160,8 @@ def read_rays(folder):
     InputError
         There is none, or it is damaged.
     """
-    # Its format and checksum must hold before anything is built from it.
+    # What an edit starts from, as `write_rays` left it. Its format and checksum must hold before
+    # anything is built from it.
     path = Path(folder) / NAME
     if not path.is_file():
         raise InputError(path, "there is no such file, so this run cannot be edited", CURE)

@@ -160,7 +160,7 @@ def _hash_source(text):
 
 def compose_body(results, city):
     """All sections of the page; the city in 3D goes before the numbers."""
-    # Pictures only where a drawing library is installed.
+    # The report's page from top to bottom. Pictures only where a drawing library is installed.
     summary = results.summary
     pictures = paragraph(NO_PICTURES, "small")
     if importlib.util.find_spec("matplotlib") is not None:

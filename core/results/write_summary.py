@@ -76,6 +76,7 @@ def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
     -------
     dict
     """
+    # What was read, weather, settings, what was traced, time and memory, errors and sums.
     # kilo_hours  from the sum of irradiance over intervals [Wm⁻²] to a year's [kWh/m²].
     kilo_hours = weather.interval.total_seconds() / 3600 / 1000 / energy.years
     summary = {

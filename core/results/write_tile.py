@@ -44,8 +44,8 @@ def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright):
         Columns of whole numbers that are places in a list of names.
     copyright : str
     """
-    # Corners relative to the middle of the tile, with colour and number of the surface that each
-    # belongs to.
+    # A tile of the map in 3D, as a glTF with numbers for each surface. Corners relative to the
+    # middle of the tile, with colour and number of the surface that each belongs to.
     buffer, ids = Buffer(), shapes.feature.astype("<f4")
     colours = _colour_features(columns, level)[shapes.feature]
     attributes = {

@@ -154,6 +154,7 @@ def model_source(places, name, request, off_land="blank"):
     # Places with the climate where it is known, on land or where asked for; the clear sky or
     # nothing at the others.
     def read(chunk):
+        # Weather of each place of a portion, and whether it is climate, clear sky or nothing.
         at = [(places.latitude[one], places.longitude[one]) for one in chunk]
         suns = [sun_of_place(sun, *place) for place in at]
         asked = enumerate(at if name == "climate" else [])
@@ -231,6 +232,7 @@ def grid_source(grid, places, picked, request, years=None):
     # A few neighbouring places at a time: one read of the file, then each place by itself. The sun
     # is computed once for all, and turned to each place.
     def read(chunk):
+        # Weather of each place of a portion, and whether the files have it.
         row = chunk[0] // width
         # Values of some places on one parallel.
         block = read_block(grid, rows[[row]], columns[[one % width for one in chunk]]).isel(

@@ -109,6 +109,8 @@ def note_edits(city, *, own=True):
     """Note on a city that is seen whether its results are of it; `own`: its own mesh or its ground
     may have changed.
     """
+    # The panel warns where a city was edited since its results were computed: what it looks like
+    # now is held against what they were made from.
     if city is None:
         return
     _parts.pop(city.session_uid, None)
@@ -129,8 +131,10 @@ def note_edits(city, *, own=True):
     more = f" and {len(added) - 1} more are" if len(added) > 1 else " is"
     _note_change(city, Key.ADDED, f"{added[0]}{more} not part of the city" if added else "")
     members = list_members(city, taken)
+    # In edit mode nothing is final.
     if any(item.mode == "EDIT" for item in filter(None, (city, city.get(Key.GROUND), *members))):
         return
+    # Its own mesh and ground first, then all objects that make it up.
     if own:
         _note_change(city, Key.EDITED, describe_mesh(city) != city[Key.SHAPE])
         now, laid = describe_ground(city), city.get(Key.GROUND_SHAPE)

@@ -80,7 +80,8 @@ def _build_property(default, details):
     -------
     bpy.props._PropertyDeferred
     """
-    # Words and unit as for the command line.
+    # A setting in Blender's panel: a list, a switch, a text or a number, by the kind of the
+    # setting. Words and unit as for the command line.
     words = details.words[0].upper() + details.words[1:]
     subtype = SUBTYPES.get(details.unit, "NONE")
     unit = f" [{details.unit}]" if details.unit and subtype == "NONE" else ""
