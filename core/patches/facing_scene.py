@@ -23,8 +23,6 @@ from ..settings.threads import map_in_order
 from .find_coincident import Coincident, find_coincident
 from .inside_test import lie_inside
 
-ROUNDING = 1e-6  # in barycentric weights: how far outside of a face a point may lie
-
 
 class FacingScene(LeafyScene):
     """Triangles of a scene for tracing rays, with hits on coincident faces assigned to fronts.
@@ -109,7 +107,8 @@ def _place_on(places, entry, b1, b2):
     # Affine in the weights: where the point lies in the other face's own.
     c1 = places[entry, 0, 0] + places[entry, 0, 1] * b1 + places[entry, 0, 2] * b2
     c2 = places[entry, 1, 0] + places[entry, 1, 1] * b1 + places[entry, 1, 2] * b2
-    return min(c1, c2, 1 - c1 - c2) >= -ROUNDING, c1, c2
+    # A point may lie outside of a face by rounding of its barycentric weights.
+    return min(c1, c2, 1 - c1 - c2) >= -1e-6, c1, c2
 
 
 @njit(nogil=True, cache=True, inline="always")

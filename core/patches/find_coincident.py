@@ -15,14 +15,10 @@ from numba import njit
 from ..rays.random_numbers import GOLDEN
 from ..settings.threads import map_in_order
 
-# least cosine between normals to test a pair further; loose, as normals of slivers are mostly
-# rounding
-PARALLEL = 0.9
 # as a power of two: cells of one layer are four times as large as in the next finer one
 LAYER_GROWTH = 2.0
 TRIANGLES_PER_TASK = 1 << 15
 MOST_PAIRS = 256  # per triangle; a pair that shares several cells counts in each
-TINY = np.finfo(np.float32).tiny
 SMALLEST = np.finfo(float).tiny
 
 
@@ -67,7 +63,9 @@ def find_coincident(corners, offset, threads=1):
         [corners.min(axis=1) - offset[:, None], corners.max(axis=1) + offset[:, None]], axis=1
     )
     extent = (boxes[:, 3:] - boxes[:, :3]).max(axis=1, initial=0)
-    layer = np.ceil(np.log2(np.maximum(extent, TINY)) / LAYER_GROWTH).astype(np.int32)
+    layer = np.ceil(np.log2(np.maximum(extent, np.finfo(np.float32).tiny)) / LAYER_GROWTH).astype(
+        np.int32
+    )
     largest = int(layer[length > 0].max(initial=-(1 << 20)))
     layer[length == 0] = largest + 1  # triangles without area are compared with none
     faces, order = (corners, normal, offset, boxes, layer), np.argsort(layer, kind="stable")
@@ -143,7 +141,9 @@ def _pairs_in_grid(chosen, grid, size, faces):
                     # other triangle
                     break
                 along = normal[one, 0] * normals[entry, 0] + normal[one, 1] * normals[entry, 1]
-                if abs(along + normal[one, 2] * normals[entry, 2]) < PARALLEL or not _boxes_meet(
+                # Faces that look at each other have opposite normals; 0.9 is loose, as normals of
+                # slivers are mostly rounding.
+                if abs(along + normal[one, 2] * normals[entry, 2]) < 0.9 or not _boxes_meet(
                     boxes, one, other
                 ):
                     continue

@@ -24,12 +24,8 @@ STRAY_RAYS = 1  # of them that may reach the sky through a hole from inside an o
 TURNS = 32  # most faces that a ray goes on from
 # before a place counts as closed: of a shaft 50 times as deep as wide one turn in a hundred leaves
 MANY_TURNS = 200
-FLATTEST = 1e-3  # cosine of the angle to the normal of the flattest rays along a face
 # [m]: faces that look at each other from closer than this touch, but for the rounding of a model
 CONTACT = 0.01
-# [m] of a patch, the root of its area; on smaller ones they must be closer in proportion
-WIDTH = 1.0
-OPPOSITE = -0.9  # cosine between the normals of faces that look at each other
 
 
 def judge_ends(backs, skies, below):
@@ -89,7 +85,8 @@ def follow(ray_scene, patches, rays, ends, *, owner, ahead=0, turns=TURNS):
     for turn in range(turns):
         u, v = uniform_of(keys[:, None], np.arange(2 * turn + 1, 2 * turn + 3)).T
         # Directions along the face with an even logarithm of their cosine to the normal.
-        height, angle = np.float32(FLATTEST) ** u, np.float32(2 * np.pi) * v
+        # The flattest rays have a cosine of 0.001 to the normal.
+        height, angle = np.float32(1e-3) ** u, np.float32(2 * np.pi) * v
         along = np.sqrt(1 - height * height)
         local = tuple(
             part[:, None] for part in (along * np.cos(angle), along * np.sin(angle), height)
@@ -126,7 +123,8 @@ def find_touching(patches, own, hits):
     -------
     (m,) bool
     """
-    closest = (CONTACT * np.minimum(np.sqrt(patches.area[own]) / WIDTH, 1)).astype(np.float32)
+    # On patches smaller than 1 m (the root of the area) they must be closer in proportion.
+    closest = (CONTACT * np.minimum(np.sqrt(patches.area[own]), 1)).astype(np.float32)
     return facing_distance(patches, own, hits) < closest
 
 
@@ -163,5 +161,5 @@ def _measure_facing(shapes, own, hits, distance):
             along = b1[ray] * edges[other, 0, axis] + b2[ray] * edges[other, 1, axis]
             cosine += facing[one, axis] * facing[other, axis]
             away += facing[one, axis] * (corner[other, axis] + along - corner[one, axis])
-        if cosine < OPPOSITE:
+        if cosine < -0.9:
             distance[ray] = away

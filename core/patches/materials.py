@@ -29,10 +29,6 @@ PVSYST = (
     "PVsyst, Albedo usual coefficients, www.pvsyst.com/help/physical-models-used/irradiation-models"
 )
 STOKES = "Fresnel's equations, G. G. Stokes (1862), Proceedings of the Royal Society of London 11"
-DE_SOTO = (
-    "Fresnel's equations, glass of W. De Soto et al. (2006), doi:10.1016/j.solener.2005.06.010"
-)
-HALE = "Fresnel's equations, water of G. M. Hale, M. R. Querry (1973), doi:10.1364/AO.12.000555"
 
 DIFFUSE = {  # name -> lowest and highest albedo, source
     "aluminium": (0.85, 0.85, PVSYST),
@@ -62,8 +58,17 @@ DIFFUSE = {  # name -> lowest and highest albedo, source
 CLEAR = {  # name -> BRDF, source
     "glass": (Glass(interfaces=2), STOKES),
     "double glazing": (Glass(interfaces=4), STOKES),
-    "photovoltaic module": (Glass(refractive_index=1.526, interfaces=1), DE_SOTO),
-    "water": (Glass(refractive_index=1.333, interfaces=1), HALE),
+    "photovoltaic module": (
+        Glass(refractive_index=1.526, interfaces=1),
+        (
+            "Fresnel's equations, glass of W. De Soto et al. (2006), "
+            "doi:10.1016/j.solener.2005.06.010"
+        ),
+    ),
+    "water": (
+        Glass(refractive_index=1.333, interfaces=1),
+        ("Fresnel's equations, water of G. M. Hale, M. R. Querry (1973), doi:10.1364/AO.12.000555"),
+    ),
 }
 WORDS = (*DIFFUSE, *CLEAR, "mirror", "glossy:ROUGHNESS")
 
@@ -165,8 +170,6 @@ def describe_finish(finish):
     return f"{finish.material}: {words}" if finish.material else words
 
 
-WEIGHTS = (0.2126, 0.7152, 0.0722)
-DECIMALS = 4  # of an albedo
 HALF = 0.5
 SMOOTH = 0.05  # α 0.0025: the reflected sun is blurred by less than its angular diameter of 0.5°
 ROUGH = 0.7  # α 0.49: GGX without multiple scattering would lose 29 % of an isotropic sky
@@ -174,12 +177,14 @@ ROUGH = 0.7  # α 0.49: GGX without multiple scattering would lose 29 % of an is
 
 def luminance(colour):
     """Luminance of a linear colour with the primaries of Rec. 709."""
-    return sum(weight * float(part) for weight, part in zip(WEIGHTS, colour, strict=True))
+    return sum(
+        weight * float(part) for weight, part in zip((0.2126, 0.7152, 0.0722), colour, strict=True)
+    )
 
 
 def albedo_of_colour(colour):
     """Luminance, rounded to remove the float32 errors of colours."""
-    return round(luminance(colour), DECIMALS)
+    return round(luminance(colour), 4)
 
 
 def shader_material(colour, metallic=0.0, roughness=0.5, transmission=0.0):

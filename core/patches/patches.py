@@ -16,22 +16,10 @@ from ..city.scene import check_scene, other_sides, surface_of_triangles
 from ..rays import random_numbers
 from ..settings.errors import check_array, check_seed
 
-# distance of ray origins from their face in float32 spacings; at 2 the first rays get lost
-OFFSET_SPACINGS = 8
-LARGEST_INSET = 1 / 64  # as a share of the distance to the middle
-PLACE = 0.01  # [m] to which the place of a triangle is rounded
-OFF_TIES = 0.0123  # of these, as middles of corners in millimetres would often lie between two
-REPEATED = 1_024_000  # of these, after which random numbers repeat: squares of 10 m × 2¹⁰
-ASKEW = np.array(
-    [0.36, 0.48, 0.8]
-)  # hardly any face is parallel to it: tells which of two opposite sides one is
 MADE_UP = re.compile(
     r"(_\d+|.*~\d+)([#/].*)?"
 )  # of a surface, behind its building's: see `city.assemble_city`
 UNNAMED = "\x00"
-NEIGHBOUR_SHARE = (
-    1 / 16
-)  # of the longest edge: error of the plane of a large neighbour, in spacings
 
 
 @dataclass
@@ -145,8 +133,10 @@ def _measure_offset(corners, edges, normal):
     """
     own = np.abs(edges).max(axis=(1, 2), initial=0)
     largest = 2.0 ** np.ceil(np.log2(own.max(initial=1)))
-    reach = np.maximum(np.abs(corners).max(axis=1), NEIGHBOUR_SHARE * largest)
-    return OFFSET_SPACINGS * np.finfo(np.float32).eps * ((np.abs(normal) * reach).sum(axis=1) + own)
+    # The plane of a large neighbour errs by a spacing at a 16th of its longest edge.
+    reach = np.maximum(np.abs(corners).max(axis=1), largest / 16)
+    # Rays start eight float32 spacings off their face; at two the first rays get lost.
+    return 8 * np.finfo(np.float32).eps * ((np.abs(normal) * reach).sum(axis=1) + own)
 
 
 def _inset_triangles(corners, doubled_area, offset):
@@ -169,7 +159,8 @@ def _inset_triangles(corners, doubled_area, offset):
     # The middle is a third of the height away from each edge; slivers thinner than their offset
     # shrink very little.
     height = doubled_area / np.maximum(longest, np.finfo(float).tiny)
-    share = np.minimum(3 * offset / np.maximum(height, np.finfo(float).tiny), LARGEST_INSET)
+    # Corners move by at most a 64th of their distance to the middle.
+    share = np.minimum(3 * offset / np.maximum(height, np.finfo(float).tiny), 1 / 64)
     return corners + share[:, None, None] * (corners.mean(axis=1, keepdims=True) - corners)
 
 
@@ -207,13 +198,19 @@ def number_triangles(scene):
     number[order] = np.arange(len(surface)) - np.searchsorted(surface[order], surface[order])
     rows = np.flatnonzero(np.append(_find_made_up(scene), True)[surface])
     corners = np.asarray(scene.vertices, float)[scene.triangles[rows]]
-    cells = np.round(bring_to_grid(corners.mean(axis=1), scene.site) / PLACE + OFF_TIES).astype(
+    # Places are rounded to centimetres, and moved off the ties that middles of corners in
+    # millimetres have.
+    cells = np.round(bring_to_grid(corners.mean(axis=1), scene.site) / 0.01 + 0.0123).astype(
         np.int64
     )
-    cells[:, :2] %= REPEATED  # so a city moved by whole squares of the ground stays the same
+    # Random numbers repeat after squares of 10 m × 2¹⁰.
+    cells[:, :2] %= 1_024_000  # so a city moved by whole squares of the ground stays the same
     cells[surface[rows] < 0, 2] = 0  # ground has one height at a place
+    # Hardly any face is parallel to this vector: it tells which of two opposite sides one is.
     cells[:, 2] = 2 * cells[:, 2] + (
-        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) @ ASKEW > 0
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        @ np.array([0.36, 0.48, 0.8])
+        > 0
     )
     east, north, height = cells.view(np.uint64).T
     number[rows] = random_numbers.mix(

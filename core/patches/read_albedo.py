@@ -12,7 +12,7 @@ from ..settings.errors import InputError, id_of_cell
 from .brdfs import Lambertian
 from .materials import MaterialSpec, describe_brdf, named_material
 
-FILE, MATERIALS = "--albedo-file", "materials"  # possible sources of an albedo
+FILE = "--albedo-file"  # a source of an albedo
 
 
 class Found(NamedTuple):
@@ -141,7 +141,7 @@ def name_brdfs(scene, request):
         of_name = {name: named_material(name, colour) for name, colour in scene.colours.items()}
     of_name = {name: spec for name, spec in (of_name | request.materials).items() if spec}
     of_material = {
-        name: Found(MATERIALS, name, name, _brdf_of_named(name, spec))
+        name: Found("materials", name, name, _brdf_of_named(name, spec))
         for name, spec in of_name.items()
     }
     of_material |= {name: Found(FILE, name, name, of_key[name][1]) for name in named & set(of_key)}

@@ -18,8 +18,6 @@ from .lifetimes import GONE, is_terminated, note_demolitions, read_ends
 from .open_input import LARGEST_COORDINATE
 
 XLINK = "{http://www.w3.org/1999/xlink}href"
-GML_IDS = ("{http://www.opengis.net/gml}id", "{http://www.opengis.net/gml/3.2}id")
-LEAVES = {"Polygon", "Triangle", "PolygonPatch", "Rectangle"}
 THEMATIC = {
     "WallSurface",
     "RoofSurface",
@@ -71,13 +69,9 @@ PASSED_BY = {
     "buildingSubdivision",
 }
 STEPS = THEMATIC | {"BuildingPart", "Solid", "OrientableSurface", "ImplicitGeometry", "interior"}
-NO_SURFACES = ("TerrainIntersection", "Curve", "HeightType", "Network", "PointCloud", "Point")
 LOD = re.compile(r"lod(\d)(.*)")
-ELSEWHERE = "reference to a polygon in another file, which is not read"
-DECIMAL_COMMA = "coordinates with a decimal comma, not a point"
-COORDINATES = ("{*}posList", "{*}pos", "{*}coordinates")
-OUTLINE, HOLE = ("exterior", "outerBoundaryIs"), ("interior", "innerBoundaryIs")
-RINGS = [f"{{*}}{name}" for name in (*OUTLINE, *HOLE)]
+OUTLINE = ("exterior", "outerBoundaryIs")  # the other rings are holes
+RINGS = [f"{{*}}{name}" for name in (*OUTLINE, "interior", "innerBoundaryIs")]
 
 
 class _Place(NamedTuple):
@@ -164,8 +158,14 @@ def _kind(tag):
     name = tag.rpartition("}")[2]
     lod = LOD.fullmatch(name)
     if lod:
-        return "passed by" if lod.group(2).endswith(NO_SURFACES) else "lod" + lod.group(1)
-    if name in LEAVES:
+        return (
+            "passed by"
+            if lod.group(2).endswith(
+                ("TerrainIntersection", "Curve", "HeightType", "Network", "PointCloud", "Point")
+            )
+            else "lod" + lod.group(1)
+        )
+    if name in {"Polygon", "Triangle", "PolygonPatch", "Rectangle"}:
         return "leaf"
     if name in PASSED_BY:
         return "passed by"
@@ -209,7 +209,14 @@ def _step(child, kind, place, content):
 
 def name_element(element):
     """Identifier of an element, "" if it has none."""
-    return next((element.attrib[name] for name in GML_IDS if name in element.attrib), "")
+    return next(
+        (
+            element.attrib[name]
+            for name in ("{http://www.opengis.net/gml}id", "{http://www.opengis.net/gml/3.2}id")
+            if name in element.attrib
+        ),
+        "",
+    )
 
 
 def _note_srs_name(element, content):
@@ -253,7 +260,7 @@ def read_numbers(elements):
 
 def _read_ring(part, place, content):
     """Points of one ring (k, 3), and a problem with them or None."""
-    elements, dimension = list(part.iter(*COORDINATES)), place.dimension
+    elements, dimension = list(part.iter("{*}posList", "{*}pos", "{*}coordinates")), place.dimension
     for element in elements:
         if element.attrib:
             _note_srs_name(element, content)
@@ -261,7 +268,7 @@ def _read_ring(part, place, content):
     numbers = read_numbers(elements)
     if numbers is None:
         words = " ".join(element.text or "" for element in elements)
-        return None, DECIMAL_COMMA if re.search(
+        return None, "coordinates with a decimal comma, not a point" if re.search(
             r"\d,\d", words
         ) else "coordinates that are not numeric"
     if dimension == "2":
@@ -315,7 +322,9 @@ def resolve_references(content):
         file, _, target = link.rpartition("#")
         if target not in index and target not in content.groups:
             content.skip(
-                ELSEWHERE if file else "reference to a polygon that is not in the file",
+                "reference to a polygon in another file, which is not read"
+                if file
+                else "reference to a polygon that is not in the file",
                 link if file else target,
             )
             continue

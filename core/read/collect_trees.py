@@ -20,11 +20,6 @@ LARGEST = {
     "crown_diameter": 80.0,
     "trunk_diameter": 20.0,
 }  # [m] above all known trees
-EVERGREEN = (
-    "1060",
-    "conifer",
-    "evergreen",
-)  # class: 1060 is coniferous trees in the standard's list
 DENSITY = "leafAreaDensity"
 FIELDS = {"height": "height", "crownDiameter": "crown_diameter", "trunkDiameter": "trunk_diameter"}
 FIELDS |= {"averageHeight": "height", DENSITY: "area_density"}  # a cover has the former
@@ -83,7 +78,8 @@ def _set_attributes(tree, given):
         elif not fault or (word == DENSITY and value == 0):
             setattr(tree, field, value)
     kind = str(given.get("class", ("",))[0] or "").lower()
-    tree.evergreen = any(word in kind for word in EVERGREEN)
+    # In the standard's list the class 1060 is coniferous trees.
+    tree.evergreen = any(word in kind for word in ("1060", "conifer", "evergreen"))
 
 
 def _read_size(text, unit, largest):

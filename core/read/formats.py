@@ -10,8 +10,6 @@ from typing import NamedTuple
 from ..settings.errors import InputError
 from .open_input import open_input, suffix_of
 
-HEAD = 64  # bytes of a file that tell what it is
-
 
 class Format(NamedTuple):
     """A format of files that hold a city, or something near it."""
@@ -124,7 +122,8 @@ def format_of(path):
         The file cannot be opened, or is of a format that is not read.
     """
     with open_input(path) as stream:
-        head = stream.read(HEAD).removeprefix(b"\xef\xbb\xbf").lstrip()
+        # The first 64 bytes of a file tell what it is.
+        head = stream.read(64).removeprefix(b"\xef\xbb\xbf").lstrip()
     suffix = suffix_of(path)
     marked = [row for row in (*READ, *NOT_READ) if head.startswith(row.marks)] if head else []
     named = [row for row in (*READ, *NOT_READ) if suffix in row.suffixes]

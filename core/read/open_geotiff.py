@@ -19,12 +19,9 @@ from numba import njit
 from ..settings.errors import parsing
 
 METADATA, NO_DATA = 42112, 42113  # tags of GDAL
-PIXEL_SCALE, TIE_POINT, TRANSFORMATION = 33550, 33922, 34264  # tags of GeoTIFF
-PIXEL_IS_POINT = 2
 UNREADABLE, GIVE = "is not a readable raster", "give a GeoTIFF or an ASC grid"
-WORLD_FILES = (".tfw", ".tifw", ".tiffw", ".wld", ".TFW")
 USER_DEFINED = 32767
-PROJECTED, GEOGRAPHIC = 1, 2  # types of model
+PROJECTED = 1  # type of model
 UNITS = {
     9001: ("metre", 1.0),
     9002: ("foot", 0.3048),
@@ -72,7 +69,8 @@ def _crs_of_keys(keys):
         It has no code of EPSG, or an unknown one.
     """
     model = _number_of_key(keys, "GTModelTypeGeoKey", 0)
-    name = {PROJECTED: "ProjectedCSTypeGeoKey", GEOGRAPHIC: "GeographicTypeGeoKey"}.get(model)
+    # Models of type 1 are projected, of type 2 geographic.
+    name = {PROJECTED: "ProjectedCSTypeGeoKey", 2: "GeographicTypeGeoKey"}.get(model)
     unit = UNITS.get(_number_of_key(keys, "VerticalUnitsGeoKey", 0), ("", None))[0]
     if name is None:
         return None, unit
@@ -125,7 +123,8 @@ def open_geotiff(path, file):
     with parsing(path, UNREADABLE, GIVE):
         page = file.pages[0]
         kind, keys = page.dtype, page.geotiff_tags or {}
-        places = [page.tags.valueof(tag) for tag in (TRANSFORMATION, PIXEL_SCALE, TIE_POINT)]
+        # Tags of GeoTIFF: the transformation, or the pixels' scale and a tie point.
+        places = [page.tags.valueof(tag) for tag in (34264, 33550, 33922)]
         places = [
             None if values is None else np.atleast_1d(np.asarray(values, float))
             for values in places
@@ -217,19 +216,26 @@ def matrix_of_page(places, keys, path):
         column, row, _, east, north, _ = point[:6]
         matrix = np.array([[x, 0.0, east - column * x], [0.0, y, north - row * y]])
     else:
-        beside = next((file for file in map(path.with_suffix, WORLD_FILES) if file.is_file()), None)
+        beside = next(
+            (
+                file
+                for file in map(path.with_suffix, (".tfw", ".tifw", ".tiffw", ".wld", ".TFW"))
+                if file.is_file()
+            ),
+            None,
+        )
         if beside is None:
             return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
         a, d, b, e, x, y = (float(word) for word in beside.read_text("ascii").split()[:6])
         return np.array([[a, b, x - 0.5 * (a + b)], [d, e, y - 0.5 * (d + e)]])
-    if _number_of_key(keys, "GTRasterTypeGeoKey", 1) == PIXEL_IS_POINT:
+    # A raster of type 2 has points, not areas, as pixels.
+    if _number_of_key(keys, "GTRasterTypeGeoKey", 1) == 2:
         matrix[:, 2] -= 0.5 * (matrix[:, 0] + matrix[:, 1])
     return matrix
 
 
-PLAIN, LZW, DEFLATE, OLD_DEFLATE, PACKBITS = 1, 5, 8, 32946, 32773
-KNOWN = (PLAIN, LZW, DEFLATE, OLD_DEFLATE, PACKBITS)
-DIFFERENCES, FLOAT_DIFFERENCES = 2, 3  # predictors (TIFF 6.0, section 14; Adobe's technical note 3)
+LZW, DEFLATE, OLD_DEFLATE, PACKBITS = 5, 8, 32946, 32773
+KNOWN = (1, LZW, DEFLATE, OLD_DEFLATE, PACKBITS)  # 1: not packed
 CLEAR, END = 256, 257
 LARGEST = 4096  # codes
 
@@ -348,13 +354,15 @@ def unpack_segment(packed, compression, predictor, shape, kind):
     if len(data) < size:
         raise ValueError(f"a strip or tile has {len(data)} of {size} bytes")
     data = np.frombuffer(data, np.uint8, size)
-    if predictor == FLOAT_DIFFERENCES:
+    # Predictor 3: differences of floats, Adobe's technical note 3; 2: differences, TIFF 6.0,
+    # section 14.
+    if predictor == 3:
         # The highest bytes of a row come first, then the next ones; each byte is the difference
         # from the one before.
         rows = data.reshape(shape[0], -1, shape[2])
         rows = np.cumsum(rows, axis=1, dtype=np.uint8).reshape(shape[0], kind.itemsize, -1)
         return np.ascontiguousarray(rows.swapaxes(1, 2)).view(kind.newbyteorder(">")).reshape(shape)
-    if predictor == DIFFERENCES:
+    if predictor == 2:
         whole = np.dtype(f"u{kind.itemsize}")
         values = data.view(whole.newbyteorder(kind.byteorder)).reshape(shape)
         return np.cumsum(values, axis=1, dtype=whole).view(kind.newbyteorder("="))

@@ -15,10 +15,7 @@ from ..settings.progress import silent
 LARGEST_GAIN = 200  # highest compression ratio accepted; text of city models has 10 to 30
 FREE_BYTES = 64 * 2**20  # decompressed size that is always accepted
 BUFFER = 2**18  # bytes per read and per progress report
-FREE_MEMORY = 3 * 2**28  # [bytes] that reading a file may always take
-MOST_GAIN = 64  # bytes of memory per byte of the file; a city model takes 12
 LARGEST_COORDINATE = 1e8  # [m, ft or °] larger than any coordinate on Earth in any system
-LONGEST_NAME = 200  # characters
 CUT = "the file is truncated or damaged: download or export it again"
 
 
@@ -51,7 +48,8 @@ class Budget:
         path, step, cure = self._told
         if self._most is None:
             free = free_memory()
-            most = FREE_MEMORY + MOST_GAIN * Path(path).stat().st_size
+            # Any file may take 768 MB, and 64 bytes per byte of its own; a city model takes 12.
+            most = 3 * 2**28 + 64 * Path(path).stat().st_size
             self._most = most if free is None else min(most, free)
         if self._spent > self._most:
             told = f"{step} too large for memory: more than {self._most / GB:.1f} GB"
@@ -62,7 +60,7 @@ def clean_name(text):
     """A name that fits into one line of a table: no control characters or lone surrogates, limited
     in length.
     """
-    text = text[:LONGEST_NAME]
+    text = text[:200]
     return (
         text
         if text.isprintable()

@@ -9,8 +9,6 @@ from ..settings.errors import InputError
 from .open_input import open_input
 
 ENGINE = "h5netcdf"  # NetCDF 4 is HDF5
-CLASSIC = (b"CDF\x01", b"CDF\x02")
-CDF5 = b"CDF\x05"
 
 
 def open_netcdf(path, **options):
@@ -39,13 +37,13 @@ def open_netcdf(path, **options):
 
     with open_input(path) as stream:
         start = stream.read(4)
-    if start == CDF5:
+    if start == b"CDF\x05":
         raise InputError(
             path,
             "is NetCDF in the format CDF-5, which is not read",
             f"type: nccopy -k nc4 {path} new.nc",
         )
-    if start in CLASSIC:
+    if start in (b"CDF\x01", b"CDF\x02"):
         return xarray.open_dataset(path, engine="scipy", **options)
     check_hdf5(path)
     return xarray.open_dataset(path, engine=ENGINE, **options)

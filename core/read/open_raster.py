@@ -42,7 +42,6 @@ UNIT_WORDS |= dict.fromkeys(("ft", "foot", "feet", "international foot"), 0.3048
 UNIT_WORDS |= dict.fromkeys(
     ("us survey foot", "us survey feet", "us-ft", "ftus", "foot_us"), 1200 / 3937
 )
-PIECE = 2**23  # cells that are averaged at a time
 HEAD = re.compile(r"\s*([a-z_]+)\s+(\S+)", re.IGNORECASE)
 MARKS = (
     "ncols",
@@ -56,14 +55,8 @@ MARKS = (
     "dy",
     "nodata_value",
 )
-TIFF_STARTS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 # What damaged bytes and words raise where they are unpacked and read as numbers.
 DAMAGE = (OSError, ValueError, IndexError, ArithmeticError, struct.error, zlib.error)
-CURE = (
-    "type: gdalwarp -t_srs EPSG:4326 -co COMPRESS=DEFLATE old.tif new.tif (or: pip install "
-    "rasterio)"
-)
-LARGEST_BLOCK = 2**28  # bytes of one unpacked block of the raster
 
 
 def _read_ascii_grid(path):
@@ -152,7 +145,8 @@ def open_raster(path):
     with ExitStack() as stack:
         with _tell_damage(path):
             raster = _open(path, stack)
-        if raster.block_bytes > LARGEST_BLOCK:
+        # A block may unpack to 256 MB.
+        if raster.block_bytes > 2**28:
             raise InputError(
                 path, "has blocks of more than 256 MiB", "rewrite it as a tiled GeoTIFF"
             )
@@ -173,7 +167,7 @@ def _tell_damage(path):
 def _open(path, stack):
     with open_input(path) as stream:
         start = stream.read(4)
-        if start not in TIFF_STARTS:
+        if start not in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"):
             return _read_ascii_grid(path)
         with Path(path).open("rb") as plain:
             packed = plain.read(4) != start
@@ -186,7 +180,14 @@ def _open(path, stack):
         return open_geotiff(path, file)
     except (NotImplementedError, CRSError) as reason:
         if importlib.util.find_spec("rasterio") is None:
-            raise InputError(path, " ".join(str(reason).split()), CURE) from reason
+            raise InputError(
+                path,
+                " ".join(str(reason).split()),
+                (
+                    "type: gdalwarp -t_srs EPSG:4326 -co COMPRESS=DEFLATE old.tif "
+                    "new.tif (or: pip install rasterio)"
+                ),
+            ) from reason
         return _open_with_rasterio(path, content, stack)
 
 
@@ -250,7 +251,8 @@ def average_window(raster, window, shape):
         return raster.read_cells(row, row + height, column, column + width)
     across, down = _share_cells(width, shape[1]), _share_cells(height, shape[0]).tocsc()
     total, weight = np.zeros(shape), np.zeros(shape)
-    most = max(PIECE // width, 1)
+    # Eight million cells are averaged at a time.
+    most = max(2**23 // width, 1)
     step = most // raster.block_rows * raster.block_rows or most  # parts of blocks that are larger
     first = row
     while first < row + height:

@@ -9,9 +9,6 @@ from ..settings.progress import silent
 from .open_input import CUT, Budget, open_input
 
 CHUNK = 2**22  # bytes
-# [bytes] upper bound of Python's memory for a character, and more for an item, a list and an
-# object.
-TEXT_WEIGHT, WEIGHTS = 2, ((b",", 32), (b"[", 64), (b"{", 200))
 READ = 0.2  # share of the time spent reading and decoding one text
 WORDS = [b"CityJSON", *("CityJSON".encode(encoding) for encoding in ("utf-16-le", "utf-16-be"))]
 SPACE = re.compile(r"[ \t\n\r\x1e]*")
@@ -112,9 +109,14 @@ def _read(path, stream, before=b"", lines=False):
     budget, pieces = Budget(path, "holds a JSON text", cure), [before]
     read = stream.readline if lines else stream.read
     while pieces[-1] or len(pieces) == 1:
+        # Python takes at most two bytes for a character, and more for an item, a list and an
+        # object.
         budget.spend(
-            TEXT_WEIGHT * len(pieces[-1])
-            + sum(weight * pieces[-1].count(sign) for sign, weight in WEIGHTS)
+            2 * len(pieces[-1])
+            + sum(
+                weight * pieces[-1].count(sign)
+                for sign, weight in ((b",", 32), (b"[", 64), (b"{", 200))
+            )
         )
         if lines and pieces[-1].endswith(b"\n"):
             break

@@ -18,11 +18,10 @@ from ..settings.progress import silent
 from .open_input import CUT, LARGEST_COORDINATE, Budget, clean_name, open_input
 
 LONGEST_LINE = 2**20  # characters
-VERTEX, FACE, CORNER = 200, 400, 50  # [bytes] upper bounds of Python's memory for each
+FACE = 400  # [bytes] upper bound of Python's memory for a face, and 50 more for a corner
 MOST_LIBRARIES = 16  # per OBJ file; one is usual
 ELSEWHERE = re.compile(r"[/\\:\0]")  # characters that lead to another folder or device
 SHORT = 60  # characters of a name in a note
-BYTE_ORDERS = dict.fromkeys((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE), "utf-16")
 FREE_FORMS = {"l", "p", "curv", "curv2", "surf", "call", "csh"}
 SILENT = {"", "vn", "vt", "vp", "s", "mg", "lod", "bevel", "c_interp", "d_interp", "usemap"}
 
@@ -80,10 +79,11 @@ def parse_obj(path, up="z", report_share=silent):
     for line, words in _statements(path, report_share):
         keyword = words[0]
         if keyword == "v":
-            budget.spend(VERTEX)
+            # Python takes at most 200 bytes for a vertex.
+            budget.spend(200)
             vertices.append(_vertex(path, line, words))
         elif keyword == "f":
-            budget.spend(FACE + CORNER * len(words))
+            budget.spend(FACE + 50 * len(words))
             faces.append(_corners(path, line, words, len(vertices)))
             parts.lines.append(line)
             parts.objects.append(number)
@@ -128,7 +128,13 @@ def _statements(path, report_share):
     """Line number and words of every statement; a trailing backslash continues on the next line."""
     with open_input(path, report_share) as stream:
         start = stream.peek(2)[:2] if hasattr(stream, "peek") else b""
-        text = io.TextIOWrapper(stream, BYTE_ORDERS.get(start, "utf-8-sig"), errors="replace")
+        text = io.TextIOWrapper(
+            stream,
+            dict.fromkeys((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE), "utf-16").get(
+                start, "utf-8-sig"
+            ),
+            errors="replace",
+        )
         number, pending, length = 0, [], 0
         for raw in iter(lambda: text.readline(LONGEST_LINE), ""):
             number += 1

@@ -12,9 +12,7 @@ from .open_input import CUT, open_input
 
 SAFE = dict.fromkeys(("resolve_entities", "load_dtd", "dtd_validation", "huge_tree"), False)
 SAFE |= dict.fromkeys(("no_network", "remove_comments", "remove_pis"), True)
-LONGEST_MESSAGE = 300  # characters of a parser message; it quotes whole attributes
 MOST_TAGS = 2**22  # tags in memory at once; the largest buildings have some ten thousand
-HEAD_BYTES = 2**16  # the root element must begin within these
 ROOT = re.compile(rb"<[A-Za-z_][^\s<>/]*")
 NO_CONTENT = re.compile(rb"<!--.*?-->|<\?.*?\?>", re.DOTALL)
 KNOWN_PREFIXES = {
@@ -118,7 +116,8 @@ class _Source:
 
     def __init__(self, path, stream, prefixes):
         self._path, self._stream, self.tags = path, stream, 0
-        self._head = head = stream.read(HEAD_BYTES) if prefixes else b""
+        # The root element must begin within the first 64 KB.
+        self._head = head = stream.read(2**16) if prefixes else b""
         root = ROOT.search(NO_CONTENT.sub(lambda found: b" " * len(found.group()), head))
         names = (
             f' xmlns:{prefix}="{KNOWN_PREFIXES.get(prefix, "urn:undeclared:" + prefix)}"'
@@ -141,9 +140,8 @@ class _Source:
 def _explain(path, error):
     """InputError for an error of the parser."""
     message = re.sub(r"\s+", " ", (error.msg or "not well formed").split(", line ")[0])
-    message = textwrap.shorten(
-        message.replace(", try XML_PARSE_HUGE", ""), LONGEST_MESSAGE, placeholder=" …"
-    )
+    # A message quotes whole attributes.
+    message = textwrap.shorten(message.replace(", try XML_PARSE_HUGE", ""), 300, placeholder=" …")
     line = error.lineno or 1
     prefix = re.match(r"Namespace prefix (\S+)", message)
     if error.code == etree.ErrorTypes.NS_ERR_UNDEFINED_NAMESPACE and prefix:

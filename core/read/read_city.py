@@ -20,7 +20,6 @@ READERS = {
     "obj": read_obj,
 }  # of the table in `formats`
 READING = "reading files"  # name of the stage
-LAST = 0.99  # share of a file: all of it is reached only when it is completely parsed
 
 
 def read_city(paths, lod=None, unit="m", up="z", *, orient="auto", progress=silent, hints=None):
@@ -77,7 +76,8 @@ def _read_files(files, up, progress=silent):
     progress(READING, 0, total, "B")
 
     def report_share(share):
-        progress(READING, done + min(share, LAST) * size, total, "B")
+        # All of a file is reached only when it is completely parsed.
+        progress(READING, done + min(share, 0.99) * size, total, "B")
 
     for file, size in zip(files, sizes, strict=True):
         reader = READERS[format_of(file).reader]

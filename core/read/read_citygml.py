@@ -19,9 +19,7 @@ from .read_relief import BAD_TRIANGLE, GmlRelief
 
 MEMBERS = ("cityObjectMember", "featureMember", "member")
 RELIEFS = ("ReliefFeature", "TINRelief", "RasterRelief", "MassPointRelief", "BreaklineRelief")
-IN_RELIEF = [f"{{*}}{name}" for name in RELIEFS]
 CITYGML = "opengis.net/citygml"  # in the namespaces of the standard
-MOST_UNDECLARED = 16  # prefixes; a file with more is not accepted
 
 
 def read_citygml(path, report_share=silent):
@@ -39,7 +37,8 @@ def read_citygml(path, report_share=silent):
         try:
             content = _read_declared(path, declared, report_share)
         except UndeclaredPrefixError as error:
-            if error.prefix in declared or len(declared) == MOST_UNDECLARED:
+            # A file with more than 16 undeclared prefixes is not accepted.
+            if error.prefix in declared or len(declared) == 16:
                 raise
             declared.append(error.prefix)
         else:
@@ -151,7 +150,7 @@ def _collect_extent(element, content, enveloped):
     """Add an envelope, of a relief, of the file or of a building, and the system that it names."""
     srs_name, of_relief = (
         element.get("srsName", ""),
-        next(element.iterancestors(*IN_RELIEF), None) is not None,
+        next(element.iterancestors(*[f"{{*}}{name}" for name in RELIEFS]), None) is not None,
     )
     if srs_name:
         (content.relief.srs_names if of_relief else enveloped).setdefault(

@@ -26,9 +26,6 @@ from .walk_boundaries import read_transform, read_vertices
 VERSION = re.compile(r"[12]\.\d+(\.\d+)?")
 MOST_NAMED = 5  # in a note
 MOST_TYPES = 30  # types listed in notes
-DRAWN = 0.8  # share of the time when the last object of one text is read
-OBJECTS_AT_ONCE = 64  # objects per progress report
-IMPORTANT = ("type", "CityObjects", "vertices", "transform", "metadata", "geometry-templates")
 
 
 def read_cityjson(path, report_share=silent):
@@ -57,7 +54,18 @@ def read_cityjson(path, report_share=silent):
     # One JSON text or, in CityJSONSeq, one a line: the header first, then features.
     for value, line in iterate_json(path, content.notes, report_share):
         kind = value.get("type") if isinstance(value, dict) else None
-        twice = [name for name in IMPORTANT if name in getattr(value, "names", ())]
+        twice = [
+            name
+            for name in (
+                "type",
+                "CityObjects",
+                "vertices",
+                "transform",
+                "metadata",
+                "geometry-templates",
+            )
+            if name in getattr(value, "names", ())
+        ]
         if twice:
             raise InputError(path, f"line {line}: {twice[0]} is given twice", "keep one of the two")
         if kind == "CityJSON":
@@ -184,8 +192,9 @@ class _Reading:
         )
         # Then shapes of each object: of buildings, trees, terrain.
         for number, (name, one) in enumerate(objects.items()):
-            if number % OBJECTS_AT_ONCE == 0:
-                report_share(READ + (DRAWN - READ) * number / len(objects))
+            if number % 64 == 0:
+                # At 0.8 of the time the last object of one text is read.
+                report_share(READ + (0.8 - READ) * number / len(objects))
             if name in families:
                 top, own = families[name]
                 kind = one["type"] if one["type"] in INSTALLATIONS else ""

@@ -12,8 +12,6 @@ from ..city.transform_crs import full_turn, plane_of, transform_crs, turn_toward
 from ..settings.errors import InputError
 from .open_raster import open_raster, read_posts, windows_around
 
-# [m] around the place the raster is read at full resolution, if that is finer than further out
-NEAR = 4000.0
 MOST_POSTS = 4000  # per side; a finer raster is averaged down to that many
 GLOBE = "EPSG:4326"
 
@@ -88,7 +86,9 @@ def read_heights(path, place, reach):
         grids = []
         bearing = np.arange(0, 360, 5.0)
         ones = np.ones(len(bearing))
-        for distance in (NEAR, reach):
+        # Up to 4 km around the place the raster is read at full resolution, if that is finer than
+        # further out.
+        for distance in (4000.0, reach):
             # The circle around the place, and the place itself as the last point.
             ends = pyproj.Geod(ellps="WGS84").fwd(
                 ones * place[1], ones * place[0], bearing, ones * distance

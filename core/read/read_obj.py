@@ -13,17 +13,13 @@ from ..settings.errors import InputError, list_some
 from ..settings.progress import silent
 from .parse_obj import parse_obj, read_libraries, turn_up
 
-WELD = 1e-3  # [units of the file] vertices closer than this are merged
 TOUCH = 1e-2  # [units of the file] in plan view, a piece this close to a polygon lies on it
 MOST_NAMED = 5  # in a note
 PARSED = 0.5  # share of the time spent parsing statements
-FACES_AT_ONCE = 4096  # polygons per progress report
 # Names that objects or their materials have where a file holds more than buildings, with the
 # suffixes of 3dfier.
 GROUND = r"(?i)(terrain|tinrelief|relief|dtm|landuse|roads?|railway|water|waterbody|forest|vegetation|plantcover)"
 OTHERS = re.compile(GROUND + r"(wall|floor)?(?![a-z])")
-# share of a piece's polygons that must lie above or below another piece to join its building
-ABOVE = 0.5
 
 
 def read_obj(path, up="z", report_share=silent):
@@ -64,7 +60,7 @@ def read_obj(path, up="z", report_share=silent):
     building = _buildings(parts, content)
     rows = zip(parts.faces, parts.lines, building, parts.materials, strict=True)
     for place, (face, line, number, material) in enumerate(rows):
-        if place % FACES_AT_ONCE == 0:
+        if place % 4096 == 0:
             report_share(PARSED + (1 - PARSED) * place / len(parts.faces))
         if len(face) < 3:
             content.skip("fewer than three points", f"line {line}")
@@ -114,7 +110,8 @@ def _pieces(faces, vertices):
     """Connected piece of each polygon, (f,): polygons that share vertices or lie above one
     another.
     """
-    _, place = np.unique(np.round(vertices / WELD).astype(np.int64), axis=0, return_inverse=True)
+    # Vertices closer than a thousandth of the file's unit are merged.
+    _, place = np.unique(np.round(vertices / 1e-3).astype(np.int64), axis=0, return_inverse=True)
     count = np.array([len(face) for face in faces])
     owner = np.repeat(np.arange(len(faces)), count)
     corner = len(faces) + place.reshape(-1)[np.concatenate(faces).astype(np.int64)]
@@ -148,7 +145,8 @@ def _stacked(faces, vertices, piece):
     pairs, faces_on = np.unique(
         np.column_stack([piece[pairs[:, 0]], pairs[:, 1]]), axis=0, return_counts=True
     )
-    mostly = faces_on >= ABOVE * np.bincount(piece)[pairs[:, 0]]
+    # To join the building of another piece, half of a piece's polygons must lie above or below it.
+    mostly = faces_on >= 0.5 * np.bincount(piece)[pairs[:, 0]]
     return pairs[mostly].T
 
 

@@ -19,8 +19,6 @@ from .read_relief import place_layer, read_relief
 
 RASTERS = (".tif", ".tiff", ".asc", ".agr", ".grd")
 RELIEFS = (".gml", ".citygml", ".xml")
-NEAR = 300.0  # [m] around the city the raster is read at full resolution
-NEAR_POSTS, FAR_POSTS = 700, 250  # per side; a finer raster is resampled to that many
 MOST_POSTS = 400_000_000  # that are read
 
 
@@ -135,7 +133,9 @@ def _read_raster(path, city, unit, notes):
         _note_missing(source.crs and f"that of {path}", city.crs, path, notes)
         assumed = plane_of(city.crs)[0].to_wkt() if city.plane is not None else None
         raster = replace(source, crs=source.crs or assumed)
-        for reach, posts in ((NEAR, NEAR_POSTS), (HORIZON, FAR_POSTS)):
+        # The raster is read up to 300 m around the city with 700 posts a side, further out with
+        # 250.
+        for reach, posts in ((300.0, 700), (HORIZON, 250)):
             for window, _ in windows_around(raster, _rectangle(reach, raster, city, unit)):
                 if window[2] * window[3] > MOST_POSTS:
                     problem = f"has {window[2]:,} x {window[3]:,} posts around the city"

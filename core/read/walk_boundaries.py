@@ -10,7 +10,6 @@ import numpy as np
 from ..settings.errors import InputError
 from .open_input import LARGEST_COORDINATE
 
-LARGEST_NUMBER = 1e8  # of a scale or an element of a matrix
 # Nesting depth of the surfaces of a geometry type, less one.
 DEPTHS = {
     "MultiSurface": 0,
@@ -61,9 +60,8 @@ def read_numbers(value, count):
         or not {int, float}.issuperset(map(type, value))
     ):
         return None
-    return (
-        np.array(value, float) if all(abs(number) <= LARGEST_NUMBER for number in value) else None
-    )
+    # No scale or element of a matrix is above 1e8.
+    return np.array(value, float) if all(abs(number) <= 1e8 for number in value) else None
 
 
 def read_vertices(path, line, value, transform=None, name="vertices"):

@@ -35,16 +35,12 @@ YIELDS = [
     "mwh",
     "mwh_error",
 ]  # of `_yields_of`
-SAME = 0.05  # [m] by which middle, root of the area, or normal times 1 m of one surface may differ
-GROUPS = ("weather", "surfaces", "electricity", "sky")  # of settings that have to agree
-FREE = ("series", "monthly", "seed", "threads")  # among them, and of no effect on what is compared
 EXISTING, CHANGED, NEW, GONE = "existing", "changed", "new", "gone"  # the second of buildings alone
 CHANGE, CHANGE_ERROR = "change.csv", "full_load_hours_change_standard_error"  # of a variant
 BEFORE = "before.csv"  # of a variant: hours before the edit, where its base has other hours
 BEFORE_COLUMNS = ("full_load_hours", "full_load_hours_standard_error")
 SIDES = {"facades": ("facade",), "roofs": ("roof", "steep", "flat", "rack")}
 ERROR = "mwh_change_standard_error"
-SUMS = ["mwh_before", "mwh_after", "mwh_change", ERROR, *(f"mwh_change_{side}" for side in SIDES)]
 
 
 @dataclass(repr=False)
@@ -215,8 +211,11 @@ def list_differences(one, other):
     """What two summaries differ in that their numbers rest on: list of str."""
     apart = ["the weather"] * (one["weather"]["label"] != other["weather"]["label"])
     one, other = one["settings"], other["settings"]
-    for name, default, _ in declared_settings(*GROUPS):
-        if name not in FREE and one.get(name, default) != other.get(name, default):
+    for name, default, _ in declared_settings("weather", "surfaces", "electricity", "sky"):
+        # These settings have no effect on what is compared.
+        if name not in ("series", "monthly", "seed", "threads") and one.get(
+            name, default
+        ) != other.get(name, default):
             apart.append(option_of(name))
     return apart
 
@@ -238,7 +237,8 @@ def match_shapes(earlier, later):
     earlier, later = (
         np.column_stack([one[:, :3] - middle, one[:, 3:]]) for one in (earlier, later)
     )
-    distance, nearest = cKDTree(earlier).query(later, distance_upper_bound=SAME)
+    # Middle, root of the area, and normal times 1 m of one surface may differ by 5 cm.
+    distance, nearest = cKDTree(earlier).query(later, distance_upper_bound=0.05)
     _, back = cKDTree(later).query(earlier)
     found = np.flatnonzero(np.isfinite(distance))
     mutual = found[back[nearest[found]] == found]
@@ -314,7 +314,13 @@ def _sum_energy(rows):
     """Sums over some surfaces or buildings, whose errors count as independent: dict."""
     return {
         name: float(rows[name].sum() if name != ERROR else np.sqrt((rows[name] ** 2).sum()))
-        for name in SUMS
+        for name in [
+            "mwh_before",
+            "mwh_after",
+            "mwh_change",
+            ERROR,
+            *(f"mwh_change_{side}" for side in SIDES),
+        ]
     }
 
 

@@ -23,8 +23,6 @@ LIGHT = (
     "{dni_annual:,.0f} kWh/m² "
     "of direct light on a plane that tracks the sun (DNI)"
 )
-METHODS = ("CityPV's own, with the settings below", "as in Bredemeier et al., CityPV")
-NO_LOSSES = "not counted: hours and energy are those of direct current (DC)"
 HEADINGS = {
     "repaired": "Repaired",
     "skipped": "Left out",
@@ -32,7 +30,6 @@ HEADINGS = {
     "sheet": "Lit on both sides",
 }
 USABLE = 0.6  # of facades with windows, as an example
-WORTH_NAMING = 0.01  # share of walls and roofs
 SPREAD = (
     "standard error: the true value lies within it in 68 % of cases, within twice as much in 95 %"
 )
@@ -125,8 +122,18 @@ def describe_assumptions(summary):
         ("Irradiation in a year", LIGHT.format(**weather)),
         ("Module", " ".join(settings["module"].replace("_", " ").split())),
         ("Mounting", MOUNTINGS[settings["mounting"]]),
-        ("Losses and inverter", behind if has_losses(summary) else NO_LOSSES),
-        ("Method", METHODS[settings["method"] == "paper"]),
+        (
+            "Losses and inverter",
+            behind
+            if has_losses(summary)
+            else "not counted: hours and energy are those of direct current (DC)",
+        ),
+        (
+            "Method",
+            ("CityPV's own, with the settings below", "as in Bredemeier et al., CityPV")[
+                settings["method"] == "paper"
+            ],
+        ),
         ("Sky", SKIES[summary["sky"]]),
         ("Sun positions", f"{WAYS[way].format(number)}: {summary['suns']['count']:,} positions"),
         ("Reflections", f"{traced.get('max_bounces', light['max_bounces'])} in succession"),
@@ -176,10 +183,11 @@ def describe_left_out(summary):
     totals, report, lines = summary["totals"], summary["input"].get("report") or {}, []
     parts = {key: one for key, one in totals["without_modules"].items() if key != "ground"}
     whole = totals["eligible_area"] + sum(one["area"] for one in parts.values())
+    # Parts below 1 % of the walls and roofs are not worth naming.
     told = [
         f"{one['area']:,.0f} m² ({percent(100 * one['area'] / whole)}) {LEFT_OUT[key]}"
         for key, one in parts.items()
-        if one["area"] > WORTH_NAMING * whole
+        if one["area"] > 0.01 * whole
     ]
     if told:
         lines.append(f"Walls and roofs without modules: {'; '.join(told)}.")

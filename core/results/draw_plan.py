@@ -12,12 +12,7 @@ from .picture import colour_scale, make_figure
 from .read_results import select_mounted
 
 FROM_ABOVE = ("roof", "flat", "steep", "rack")
-PLAIN, EDGE = "#e4e4e0", "#a9a9a4"  # what has no colour of its own
-WALL_WIDTH = 1.6  # [m] of a facade's line on the ground, as far as a picture can show it
-THINNEST, THICKEST = 1.4, 4.0  # [points]
-WIDTH, FOOT = 10.0, 1.2  # [inch] of the picture, and what the scales need below the city
-SHAPES = 0.3, 1.2  # height over width that the city may take
-SHARE_OF_WIDTH = 0.25  # of the picture, for the scale bar at most
+WIDTH = 10.0  # [inch] of the picture
 COLOUR_MAP = "viridis"
 
 
@@ -93,15 +88,16 @@ def _draw_surfaces(faces, outlines, values, show, look):
     # A picture as wide as high as the city, roofs from the lowest to the highest.
     lower, upper = outlines.points[:, :2].min(axis=0), outlines.points[:, :2].max(axis=0)
     size, (low, high) = upper - lower, look["clim"]
+    # The city may be 0.3 to 1.2 times as high as wide; the scales need 1.2 inches below it.
     figure = make_figure(
-        WIDTH, WIDTH * float(np.clip(size[1] / max(size[0], 1e-3), *SHAPES)) + FOOT
+        WIDTH, WIDTH * float(np.clip(size[1] / max(size[0], 1e-3), 0.3, 1.2)) + 1.2
     )
     axes = figure.subplots()
     _frame_plan(axes, lower, upper)
     roofs = _rows_by_height(outlines, np.flatnonzero(faces["kind"].isin(FROM_ABOVE)))
     grey = [surface for surface in roofs if show == "facade" or surface not in values.index]
     axes.add_collection(
-        _shade_areas(outlines, grey, facecolor=PLAIN, edgecolor=EDGE, linewidth=0.3)
+        _shade_areas(outlines, grey, facecolor="#e4e4e0", edgecolor="#a9a9a4", linewidth=0.3)
     )
     # Facades are lines beside their outline, in metres as wide as they can be told; roofs are
     # areas.
@@ -111,7 +107,9 @@ def _draw_surfaces(faces, outlines, values, show, look):
             facade_line(outlines, surface, faces["surface_azimuth"][surface]) for surface in drawn
         ]
         points = 72 * WIDTH / max(size)  # per metre, about
-        width = float(np.clip(WALL_WIDTH * points, THINNEST, THICKEST))
+        # A facade is a line of 1.6 m on the ground, as far as a picture can show it: 1.4 to 4
+        # points.
+        width = float(np.clip(1.6 * points, 1.4, 4.0))
         coloured = LineCollection(
             lines, array=values[drawn].to_numpy(), linewidth=width, capstyle="butt", **look
         )
@@ -154,7 +152,8 @@ def _frame_plan(axes, lower, upper):
     )
     axes.set(xlim=xlim, ylim=ylim, aspect="equal")
     axes.set_axis_off()
-    length = tick_step(0, 4 * max(SHARE_OF_WIDTH * size[0], 1e-3))
+    # The scale bar takes a quarter of the picture's width at most.
+    length = tick_step(0, 4 * max(0.25 * size[0], 1e-3))
     axes.plot([x, x + length], [y, y], color="black", linewidth=2.5, solid_capstyle="butt")
     axes.text(x + length + 0.4 * margin, y, f"{length:g} m", va="center", fontsize=9)
     north = {"ha": "center", "va": "center", "arrowprops": {"arrowstyle": "-|>", "color": "black"}}

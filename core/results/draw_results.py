@@ -16,7 +16,6 @@ from .picture import DOTS, LINES, OTHER, embed_figure, make_figure, make_logarit
 from .read_results import MONTHS, kind_title, select_mounted, tabulate_histograms, tabulate_periods
 
 ABREAST = 3  # panels side by side
-BAR, LINE = "#5b7fa6", "#222222"
 FAMILIES = {  # beginning of the name -> label, colour, mark
     "--samples": ("sky rays", "#0072B2", "s"),
     "--shadow-samples": ("shadow points", "#E69F00", "^"),
@@ -137,14 +136,14 @@ def draw_histograms(faces):
             area,
             width=np.diff(edges),
             align="edge",
-            color=BAR,
+            color="#5b7fa6",
             edgecolor="white",
             linewidth=0.6,
         )
         # The mean by area as a dashed line.
         own = mounted[mounted["kind"] == kind]
         mean = np.average(own["full_load_hours"], weights=own["area"])
-        axes.axvline(mean, color=LINE, linestyle=(0, (4, 2)), linewidth=1.3)
+        axes.axvline(mean, color="#222222", linestyle=(0, (4, 2)), linewidth=1.3)
         axes.set_title(
             f"{kind_title(kind)}\nmean {mean:,.0f} h, {own['area'].sum():,.0f} m²", fontsize=10
         )

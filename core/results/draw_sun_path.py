@@ -7,15 +7,12 @@ from ..sun.solar_position import solar_position
 from .picture import make_figure
 
 HOUR, DAY = pd.Timedelta(hours=1), pd.Timedelta(days=1)
-LOWEST_NAME = 5.0  # [°] of elevation, for an hour to be named
 EVERY = 4  # [days] between the points of a curve of one hour
-MINUTES = 5  # between the points of the path of a day
 DAYS = {  # month and day: name and colour of its path
     (6, 21): ("21 June", "#D55E00"),
     (3, 21): ("21 March (and 23 September)", "#8a8a86"),
     (12, 21): ("21 December", "#0072B2"),
 }
-CURVES, TRACED = "#b9c9dc", "#009E73"
 
 
 def hour_curves(times, interval, latitude, longitude):
@@ -54,7 +51,7 @@ def day_path(year, month, day, latitude, longitude):
     midnight = pd.Timestamp(year=year, month=month, day=day, tz="UTC") - pd.Timedelta(
         hours=longitude / 15
     )
-    times = pd.date_range(midnight, midnight + DAY, freq=pd.Timedelta(minutes=MINUTES))
+    times = pd.date_range(midnight, midnight + DAY, freq=pd.Timedelta(minutes=5))
     return _place_sun(times, pd.Timedelta(0), latitude, longitude)
 
 
@@ -89,9 +86,10 @@ def draw_sun_path(times, interval, latitude, longitude, suns):
     # Curves of each hour through the year, with its name at the top.
     for name, (azimuth, elevation) in hour_curves(times, interval, latitude, longitude).items():
         x, y = _break_at_edge((azimuth - low) % 360 + low, elevation)
-        axes.plot(x, y, color=CURVES, linewidth=1.2)
+        axes.plot(x, y, color="#b9c9dc", linewidth=1.2)
         top = np.nanargmax(y)
-        if y[top] > LOWEST_NAME:
+        # An hour is named where the sun stands above 5°.
+        if y[top] > 5.0:
             # Beside the path of the longest day, which falls to both sides.
             aside = 16 * float(np.clip((x[top] - low - 180) / 90, -1, 1))
             axes.annotate(
@@ -119,7 +117,7 @@ def draw_sun_path(times, interval, latitude, longitude, suns):
         x,
         elevation,
         "o",
-        color=TRACED,
+        color="#009E73",
         markersize=3.2,
         label=f"traced: {len(suns):,} suns",
         zorder=3,

@@ -9,8 +9,6 @@ from contextlib import contextmanager
 import h5py
 import numpy as np
 
-TEXT = h5py.string_dtype()
-
 
 def write_variables(group, variables):
     """Write variables to a NetCDF file or a group of it. Their dimensions are made, with the
@@ -31,7 +29,7 @@ def write_variables(group, variables):
     for name, (dimensions, values, *more) in variables.items():
         array = np.asarray(values)
         details, packing = more[0] if more else {}, more[1] if len(more) > 1 and array.size else {}
-        kind = TEXT if array.dtype.kind in "OU" else array.dtype
+        kind = h5py.string_dtype() if array.dtype.kind in "OU" else array.dtype
         axes = (dimensions,) if isinstance(dimensions, str) else tuple(dimensions)
         variable = group.create_variable(name, axes, kind, **packing)
         variable[...] = array

@@ -46,11 +46,7 @@ NAMES += (
 )
 SITE_NAMES = ("tiles", "buildings", "page", "index.html")  # of a solar map
 SITE_FILES = "page/files.txt"  # of a solar map: all its files
-LOCK, NEW, OLD = (
-    ".lock",
-    "new",
-    "old",
-)  # in the temporary folder: lock, results that are written, results before
+LOCK, OLD = ".lock", "old"  # in the temporary folder: its lock, and the results before
 
 
 def _check_folder(folder, overwrite, names=NAMES):
@@ -137,7 +133,7 @@ def whole_folder(folder, overwrite=False, names=NAMES):
         ) from error
     with _lock_folder(place, folder):
         try:
-            work = place / NEW
+            work = place / "new"  # the results that are written
             work.mkdir()
             yield work
             _check_folder(folder, overwrite, names)  # hours may have passed

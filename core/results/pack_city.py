@@ -17,11 +17,7 @@ from ..energy.pv_system import KINDS
 from .read_results import in_order
 from .viewer_columns import describe_view, list_layers, measure_faces
 
-GROUND_STEPS = 40  # of the ground's heights along each side
-MARGIN = 0.04  # of the city's size, by which the ground is larger
 BELOW = 0.2  # [m] of the ground below the feet of buildings
-FOOT = 1.0  # [m] above the lowest corner of a building that its feet may lie
-NEAREST = 12  # feet that a height of the ground follows, the nearer the more
 
 
 def pack_city(results, change=None):
@@ -121,8 +117,10 @@ def pack_shapes(outlines, building):
     )
     points, corner_building = outlines.points, np.repeat(building, np.diff(ring_start[start]))
     low, high = points[:, :2].min(axis=0).astype(float), points[:, :2].max(axis=0).astype(float)
-    margin = MARGIN * max(high - low)
-    x, y = (np.linspace(low[axis] - margin, high[axis] + margin, GROUND_STEPS) for axis in (0, 1))
+    # The ground is larger than the city by 4 % of its size on each side.
+    margin = 0.04 * max(high - low)
+    # The ground has 40 heights along each side.
+    x, y = (np.linspace(low[axis] - margin, high[axis] + margin, 40) for axis in (0, 1))
     nodes = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     return {
         "corners": np.round(1000.0 * outlines.points.T).astype(
@@ -141,10 +139,12 @@ def find_feet(corners, building):
     _, building = np.unique(building, return_inverse=True)
     lowest = np.full(building.max() + 1, np.inf)
     np.minimum.at(lowest, building, corners[:, 2])
-    return corners[corners[:, 2] < lowest[building] + FOOT]
+    # The feet of a building lie within 1 m of its lowest corner.
+    return corners[corners[:, 2] < lowest[building] + 1.0]
 
 
 def heights_at(places, feet):
     """Height [m] of the ground at places, (n, 2), from the nearest feet."""
-    distance, near = cKDTree(feet[:, :2]).query(places, k=np.arange(1, min(NEAREST, len(feet)) + 1))
+    # A height of the ground follows twelve feet, the nearer the more.
+    distance, near = cKDTree(feet[:, :2]).query(places, k=np.arange(1, min(12, len(feet)) + 1))
     return np.average(feet[near, 2], axis=1, weights=1 / (distance + 1) ** 2)

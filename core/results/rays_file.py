@@ -66,8 +66,6 @@ TYPES += (
     LightError,
 )
 TYPES = {one.__name__: one for one in TYPES}
-LEFT_OUT = ("links",)  # fields that are found again
-GONE = ("unseen_share",)  # fields that files of version 0.2 have
 FILES = ("albedo_file", "terrain", "horizon")  # settings that name a file, which is kept too
 PACKED = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
 
@@ -227,7 +225,9 @@ def encode(value, arrays):
         return {"array": len(arrays) - 1, "crc32": crc32(np.ascontiguousarray(array)), **sort}
     if is_dataclass(value) or hasattr(value, "_asdict"):
         names = [one.name for one in fields(value)] if is_dataclass(value) else value._fields
-        own = {name: encode(getattr(value, name), arrays) for name in names if name not in LEFT_OUT}
+        own = {
+            name: encode(getattr(value, name), arrays) for name in names if name not in ("links",)
+        }
         return {"type": type(value).__name__, "fields": own}
     if isinstance(value, dict):
         return {"dict": [[encode(key, arrays), encode(one, arrays)] for key, one in value.items()]}
@@ -257,8 +257,11 @@ def decode(value, arrays):
     if "type" in value:
         if value["type"] not in TYPES:
             raise ValueError(f"{value['type']} is unknown")
+        # Files of version 0.2 have a field that is gone.
         given = {
-            name: decode(one, arrays) for name, one in value["fields"].items() if name not in GONE
+            name: decode(one, arrays)
+            for name, one in value["fields"].items()
+            if name not in ("unseen_share",)
         }
         return build_from(TYPES[value["type"]], given)
     if "dict" in value:

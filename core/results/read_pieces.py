@@ -19,7 +19,6 @@ from ..settings.errors import InputError
 from .read_results import FACE_NUMBERS, FACE_TEXTS, check_columns, count_faces, read_summary
 from .surfaces_file import AGAIN, CURE, MONTHLY, NAME, check_names, open_surfaces
 
-ROWS = 20_000  # of faces.csv at a time
 GLOBE = "EPSG:4978"  # x, y and z from the Earth's centre [m]
 
 
@@ -107,7 +106,8 @@ def read_pieces(folder, frame):
     summary = read_summary(folder / "summary.json")
     site = summary["input"]["site"]
     site, path, first = Site(**site | {"origin": tuple(site["origin"])}), folder / "faces.csv", 0
-    rows = {"dtype": dict.fromkeys(FACE_TEXTS, str), "keep_default_na": False, "chunksize": ROWS}
+    # Of faces.csv, 20,000 rows are read at a time.
+    rows = {"dtype": dict.fromkeys(FACE_TEXTS, str), "keep_default_na": False, "chunksize": 20_000}
     try:
         with open_surfaces(folder) as file, pd.read_csv(path, **rows) as tables:
             if "outline_points" not in file:

@@ -23,13 +23,11 @@ from .columns import IDS
 from .surfaces_file import AGAIN, CURE, MONTHLY, check_names, open_surfaces
 from .transfer_file import read_fields
 
-NEEDED = ("summary.json", "faces.csv", "groups.csv", "timeseries.nc")
 FACE_TEXTS = ("surface_id", "building_id", "kind", "orientation", "eligible")
 FACE_TEXTS += ("reason", "reason_note")
 FACE_NUMBERS = ("area", "open_area", "kwp", "surface_tilt", "surface_azimuth")
 FACE_NUMBERS += ("sky_view_factor", "full_load_hours", "full_load_hours_standard_error")
 GROUP_TEXTS = ("kind", "orientation", "period")
-GROUP_NUMBERS = ("index", "full_load_hours", "count", "area", "full_load_hours_standard_error")
 SECTIONS = {  # of summary.json, and what must stand in each
     "input": ("site", "surfaces"),
     "weather": ("label", "ghi_annual", "dhi_annual", "dni_annual"),
@@ -46,7 +44,6 @@ SECTIONS = {  # of summary.json, and what must stand in each
         "dark",
     ),
 }
-PLACE = ("latitude", "longitude")
 
 MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 WORDS = {  # kind -> one, several, what bounds it
@@ -58,7 +55,6 @@ WORDS = {  # kind -> one, several, what bounds it
     "ground": ("Ground", "Ground", ""),
     "rack": ("Rack on a flat roof", "Racks on flat roofs", ""),
 }
-MOST_BINS = 40
 BIN_WIDTHS = (1, 2, 5, 10, 20, 25, 50, 100, 200, 250, 500)  # [h]
 
 
@@ -98,13 +94,17 @@ def read_results(folder):
         raise InputError(
             folder, "is no folder" if folder.exists() else "there is no such folder", CURE
         )
-    for name in NEEDED:
+    for name in ("summary.json", "faces.csv", "groups.csv", "timeseries.nc"):
         if not (folder / name).is_file():
             raise InputError(folder / name, "there is no such file", CURE)
     summary = read_summary(folder / "summary.json")
     path = folder / "faces.csv"
     faces = count_faces(path, read_table(path, FACE_TEXTS, FACE_NUMBERS), summary)
-    groups = read_table(folder / "groups.csv", GROUP_TEXTS, GROUP_NUMBERS)
+    groups = read_table(
+        folder / "groups.csv",
+        GROUP_TEXTS,
+        ("index", "full_load_hours", "count", "area", "full_load_hours_standard_error"),
+    )
     if groups.duplicated([*GROUP_TEXTS, "index"]).any():
         raise InputError(folder / "groups.csv", "has two rows for one period of a group", CURE)
     axis = _read_times(folder / "timeseries.nc")
@@ -127,7 +127,9 @@ def read_summary(path):
         missing = [".".join(names) for names, value in told.items() if value is None]
         site = {} if missing else summary["input"]["site"]
         missing = missing or [
-            f"input.site.{key}" for key in PLACE if not isinstance(site.get(key), Real)
+            f"input.site.{key}"
+            for key in ("latitude", "longitude")
+            if not isinstance(site.get(key), Real)
         ]
     except (ValueError, AttributeError) as error:
         raise InputError(path, f"cannot be read as the summary of a run ({error})", CURE) from error
@@ -302,7 +304,7 @@ def tabulate_histograms(mounted):
         Kind → area in each bin [m²].
     """
     highest = mounted["full_load_hours"].max() if len(mounted) else 1.0
-    width = next((step for step in BIN_WIDTHS if highest / step <= MOST_BINS), BIN_WIDTHS[-1])
+    width = next((step for step in BIN_WIDTHS if highest / step <= 40), BIN_WIDTHS[-1])
     edges = np.arange(int(highest // width) + 2) * float(width)
     areas = {}
     for kind in in_order(mounted["kind"], KINDS):

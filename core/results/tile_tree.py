@@ -19,14 +19,9 @@ from .write_tile import compose_tile
 
 SIDE = 256.0  # [m] of a square
 MOST_BYTES = 500_000  # of a tile after gzip
-MOST_ROOFS = 4000  # in the tile of a square's roofs, the largest
 PIXELS = 64  # along each side of a mosaic
-APART = 3  # levels between files of the tree
-ROOFS = ("roof", "flat", "steep", "rack")
 OVERLAP = 3.0  # [m]
 NODES = 9  # of the ground's heights along each side of a tile
-FEW_DIGITS = np.uint32(0xFFFFF000)  # of numbers from afar, so that gzip finds more
-AFAR = ("kwp", "hours", "error", "sky")  # columns from afar, beside the months
 
 
 @dataclass
@@ -98,10 +93,19 @@ def write_square(folder, place, piece, columns, look):
     }
     # From afar the square shows its largest roofs alone, with rounded values.
     drawn = np.isin(np.arange(count), shapes.feature[shapes.triangles[:, 0]])
-    roofs = np.flatnonzero(np.isin(piece.faces["kind"], ROOFS) & drawn)
+    roofs = np.flatnonzero(np.isin(piece.faces["kind"], ("roof", "flat", "steep", "rack")) & drawn)
     if len(roofs):
-        largest = np.sort(roofs[np.argsort(-columns["area"][roofs], kind="stable")[:MOST_ROOFS]])
-        names = [*AFAR, "tilt", "azimuth", *(key for key in columns if key.startswith("month_"))]
+        # The tile of a square holds its 4,000 largest roofs.
+        largest = np.sort(roofs[np.argsort(-columns["area"][roofs], kind="stable")[:4000]])
+        names = [
+            "kwp",
+            "hours",
+            "error",
+            "sky",
+            "tilt",
+            "azimuth",
+            *(key for key in columns if key.startswith("month_")),
+        ]
         afar = {key: _round_off(columns[key]) for key in names}
         (folder / f"{name}_roofs.glb").write_bytes(compose(largest, afar, True))
         tile["content"] = {"uri": f"{name}_roofs.glb"}
@@ -210,7 +214,8 @@ def join_squares(folder, place, parts, look, top=False):
             _compose_mosaic(np.array(grid) * side, side, pixel, sums, look)
         )
         tile["content"] = {"uri": f"{name}.glb"}
-    if top or level % APART == 0:
+    # Three levels lie between files of the tree.
+    if top or level % 3 == 0:
         write_tileset(folder / f"{name}.json", tile)
         tile = {key: tile[key] for key in ("boundingVolume", "geometricError")} | {
             "content": {"uri": f"{name}.json"}
@@ -256,7 +261,10 @@ def _round_off(values):
     """float32 of fewer digits; whole numbers as they are."""
     if values.dtype.kind != "f":
         return values
-    return (np.ascontiguousarray(values, np.float32).view(np.uint32) & FEW_DIGITS).view(np.float32)
+    # Numbers from afar have fewer digits, so that gzip finds more.
+    return (np.ascontiguousarray(values, np.float32).view(np.uint32) & np.uint32(0xFFFFF000)).view(
+        np.float32
+    )
 
 
 def bound(*points):

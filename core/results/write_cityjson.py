@@ -18,9 +18,7 @@ from .columns import TABLED, column_values
 from .write_buildings import sum_buildings
 
 STAGE = "writing city.city.json"
-FINEST, COARSEST = 6, 3  # decimals of a metre in vertices
 DEGREES = 6  # more decimals in degrees: one has 111 km
-LARGEST = 2**31 - 1  # many readers store vertex integers in 32 bits
 PREFIX = "citypv_"
 MONTHS = [f"full_load_hours_{number:02d}" for number in range(1, 13)]  # of buildings.csv
 SEMANTICS = {
@@ -34,7 +32,6 @@ SEMANTICS = {
     "Door",
 }
 BY_KIND = {"facade": "WallSurface", "ground": "GroundSurface", "downward": "OuterCeilingSurface"}
-HIGHEST_LOD = "3"  # CityJSON has no LoD 4, whose outer shell corresponds to LoD 3
 
 
 def write_cityjson(path, run, progress=silent):
@@ -85,7 +82,8 @@ def write_cityjson(path, run, progress=silent):
     members = {}
     for polygon, building in enumerate(city.building_id):
         lod = (city.lod[polygon] if city.lod else "") or "2"
-        lod = HIGHEST_LOD if lod.startswith("4") else lod
+        # CityJSON has no level 4; its outer shell corresponds to level 3.
+        lod = "3" if lod.startswith("4") else lod
         part = city.part[polygon] if city.part else ""
         members.setdefault(building, {}).setdefault(part, {}).setdefault(lod, []).append(polygon)
     # Energy of each building becomes its attributes.
@@ -185,8 +183,10 @@ def _choose_decimals(span, more):
     """Decimals of coordinates that reach so far: as many as integers of 32 bits hold, between two
     bounds.
     """
-    most = np.floor(np.log10(LARGEST / max(span, 10.0**-more)))
-    return int(np.clip(most, COARSEST + more, FINEST + more))
+    # Many readers store vertex integers in 32 bits.
+    most = np.floor(np.log10((2**31 - 1) / max(span, 10.0**-more)))
+    # Vertices have 3 to 6 decimals of a metre.
+    return int(np.clip(most, 3 + more, 6 + more))
 
 
 def _in_degrees(crs):

@@ -23,12 +23,6 @@ from .write_buildings import sum_buildings
 
 STAGE = "writing city.gpkg"
 APPLICATION_ID, VERSION = 0x47504B47, 10300  # "GPKG", 1.3.0 (requirement 2)
-UNKNOWN, OWN = (
-    -1,
-    100000,
-)  # srs_id: Cartesian without a reference; a reference system without an EPSG code
-LITTLE_ENDIAN, EMPTY = 0b1, 0b10000  # flags of a geometry, whose envelope is left out
-TYPES = {"text": "TEXT", "flag": "BOOLEAN", "number": "DOUBLE"}
 TABLES = """
 CREATE TABLE gpkg_spatial_ref_sys (srs_name TEXT NOT NULL, srs_id INTEGER PRIMARY KEY, organization TEXT NOT NULL,
   organization_coordsys_id INTEGER NOT NULL, definition TEXT NOT NULL, description TEXT);
@@ -76,7 +70,14 @@ def write_geopackage(path, run, progress=silent):
         {column.name: column_values(column, transfer, energy) for column in columns}
     )
     layers = {  # name -> columns, their SQL types, geometries
-        "surfaces": (surfaces, {column.name: TYPES[column.kind] for column in columns}, shapes),
+        "surfaces": (
+            surfaces,
+            {
+                column.name: {"text": "TEXT", "flag": "BOOLEAN", "number": "DOUBLE"}[column.kind]
+                for column in columns
+            },
+            shapes,
+        ),
         "buildings": (rows, types, _draw_footprints(city, shapes, rows["building_id"])),
     }
     # A GeoPackage is an SQLite file with a number that says so, and tables on its layers.
@@ -122,12 +123,14 @@ def write_system(file, crs):
         ("Undefined geographic", 0, "NONE", 0, "undefined", None),
         ("WGS 84", 4326, "EPSG", 4326, pyproj.CRS(4326).to_wkt("WKT1_GDAL"), None),
     ]
-    number = UNKNOWN
+    # -1: Cartesian, without a reference.
+    number = -1
     if crs:
         system = pyproj.CRS.from_user_input(crs)
         system = system.sub_crs_list[0] if system.is_compound else system
         code = system.to_epsg(100)
-        number, organization = (OWN, "NONE") if code is None else (code, "EPSG")
+        # A system without an EPSG code has a number of its own.
+        number, organization = (100000, "NONE") if code is None else (code, "EPSG")
         if number != 4326:
             rows.append(
                 (system.name, number, organization, number, system.to_wkt("WKT1_GDAL"), None)
@@ -162,9 +165,9 @@ def _write_layer(file, layer, table, types, shapes):
         "INSERT INTO gpkg_geometry_columns VALUES (?, 'geom', ?, ?, ?, 0)",
         (name, kind, number, int(spatial)),
     )
+    # Flags of a geometry: little-endian, whether it is empty; its envelope is left out.
     heads = (
-        struct.pack("<2sBBi", b"GP", 0, LITTLE_ENDIAN | EMPTY * shape.is_empty, number)
-        for shape in shapes
+        struct.pack("<2sBBi", b"GP", 0, 0b1 | 0b10000 * shape.is_empty, number) for shape in shapes
     )
     packed = map(
         bytes.__add__, heads, shapely.to_wkb(shapes, output_dimension=3, byte_order=1, flavor="iso")

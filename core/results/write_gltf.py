@@ -19,8 +19,6 @@ from .glb import (
 )
 
 STAGE = "writing city.glb"
-MOST_NODES = 2000  # largest number of nodes; viewers become slow with more
-TRIANGLES = 4
 
 
 def write_gltf(path, run, progress=silent):
@@ -69,7 +67,7 @@ def write_gltf(path, run, progress=silent):
         meshes.append(
             {
                 "name": name,
-                "primitives": [{"attributes": attributes, "material": 0, "mode": TRIANGLES}],
+                "primitives": [{"attributes": attributes, "material": 0, "mode": 4}],
             }
         )
     progress(STAGE, 1, 2, "steps")
@@ -104,7 +102,8 @@ def _group_triangles(scene):
     names, building = np.unique(
         np.array(scene.surfaces.building_id, dtype=object).astype(str), return_inverse=True
     )
-    if len(names) > MOST_NODES:
+    # Viewers become slow with more nodes.
+    if len(names) > 2000:
         names, building = ["buildings"], np.zeros(len(building), np.int64)
     node = np.append(building.reshape(-1), len(names))[surface]
     used, node = np.unique(node, return_inverse=True)

@@ -34,7 +34,6 @@ from .output_folder import write_whole
 from .pack_city import pack_city
 from .read_results import MONTHS, kind_title, tabulate_periods
 
-NAME = "report.html"
 HOURS = (
     "Full load hours are the hours in which modules at nominal power would generate the energy of "
     "a year: 800 h mean "
@@ -44,7 +43,6 @@ OF_WHAT = (
     "direct current (DC), before inverter and cables.",
     "what is fed in (AC), after losses and inverter.",
 )
-ELSEWHERE = "Further uncertainties are listed under “How sure the numbers are”."
 NO_PICTURES = (
     "This page has no pictures, as matplotlib is not installed where it was written. After pip "
     "install matplotlib, "
@@ -72,7 +70,6 @@ CAPTIONS = {
     "histograms": "Area by full load hours; the dashed line marks the mean. The surfaces furthest to the right yield "
     "most.",
 }
-PAPERS_WHOLE = "Facades and roofs of 15° to 60° within 30° of a main direction"
 SECTIONS = {
     "Plan of the city": ("plan-roof", "plan-facade"),
     "Over the year and the day": ("months", "day", "sun-path"),
@@ -101,7 +98,7 @@ def write_report(folder, results):
     pathlib.Path
         Of the page.
     """
-    path = Path(folder) / NAME
+    path = Path(folder) / "report.html"
     city, data = compose_city(results)
     page = fill_page(f"Solar potential: {results.name}", compose_body(results, city), data)
     write_whole(path, lambda file: file.write_text(page, encoding="utf-8", newline="\n"))
@@ -262,7 +259,9 @@ def _compose_totals(summary):
         "full_load_hours",
         *["mwh_dc_per_year"] * has_losses(summary),
     ]
-    parts = {PAPERS_WHOLE if some else "All": totals}
+    parts = {
+        "Facades and roofs of 15° to 60° within 30° of a main direction" if some else "All": totals,
+    }
     for kind, one in totals["kinds"].items():
         parts[kind_title(kind) + (", beside these" if some and kind == "flat" else "")] = one
     rows = [
@@ -317,7 +316,11 @@ def _compose_groups(results):
     return section(
         "Full load hours by kind and direction",
         table(head, rows, numbers=range(2, len(head))),
-        paragraph(f"± is the {SPREAD}. {ELSEWHERE}", "small"),
+        paragraph(
+            f"± is the {SPREAD}. Further uncertainties are listed under "
+            "“How sure the numbers are”.",
+            "small",
+        ),
         _fold_periods(
             results.groups,
             "month",

@@ -41,7 +41,6 @@ from .write_report import (
 )
 
 SHARD = 1000  # buildings in a file of the index, and in the file of the largest
-MOST_SAMPLED = 100_000  # surfaces from which the scales of the legends follow
 SCRIPTS = ("three.js", "tiles.js", "viewer.js", "map.js")
 NO_LICENCE = (
     "The licence of the city model is not stated. Whoever publishes this map has to see to it."
@@ -164,7 +163,8 @@ def _sort_surfaces(store, folders, frame, summary):
     """Keep all surfaces by their squares: their number, and what the page must know to
     show them.
     """
-    step = 1 + summary["input"]["surfaces"] // MOST_SAMPLED
+    # The scales of the legends follow from about 100,000 surfaces.
+    step = 1 + summary["input"]["surfaces"] // 100_000
     sampled, kinds, sides, count = [], set(), set(), 0
     for number, folder in enumerate(folders):
         for found in read_pieces(folder, frame):

@@ -250,9 +250,6 @@ def budget_errors(transfer, energy, weather):
     return budget
 
 
-DARK = 0.01  # of the mean full load hours: open surfaces below it see next to no light all year
-
-
 def sum_totals(transfer, energy, system):
     """Power and annual energy if all eligible area that is open and usable carried modules, whole
     and by kind.
@@ -266,7 +263,8 @@ def sum_totals(transfer, energy, system):
     own = energy.eligible & np.isfinite(energy.full_load_hours)
     counted = energy.counted_area[counts]
     hours = energy.full_load_hours[counts] * area[counts] / counted
-    dark = hours * counted.sum() < DARK * (hours @ counted)
+    # Open surfaces below a hundredth of the mean see next to no light all year.
+    dark = hours * counted.sum() < 0.01 * (hours @ counted)
     # (y,) [MWh]
     by_year = kwp_of_hours(area, energy)[own] @ energy.full_load_hours_by_year[own] / 1000
     return {

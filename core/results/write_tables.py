@@ -22,14 +22,7 @@ from .write_buildings import write_buildings
 HOUR = pd.Timedelta(hours=1)
 GROUP_COLUMNS = ("kind", "orientation", "period", "index", "full_load_hours", "count", "area")
 GROUP_COLUMNS += ("full_load_hours_standard_error", "full_load_hours_dc")
-EPOCH = {"units": "seconds since 1970-01-01", "calendar": "proleptic_gregorian"}
 PACKED = {"compression": "gzip", "fillvalue": np.float32(np.nan)}
-FACTOR = (
-    "AC power over nominal DC power, after losses and inverter: mean over the area of the group "
-    "that counts"
-)
-WHOLE = "all"  # name of the group of all groups
-MEAN = {"units": "1", "cell_methods": "time: mean"}
 
 
 def write_faces(path, transfer, energy, *, monthly=False):
@@ -167,7 +160,7 @@ def write_timeseries(path, energy, weather, system, buildings=None):
     # Start and end of each interval in seconds of the epoch, as CF asks for.
     ends = energy.times.append(energy.times + energy.interval) - pd.Timestamp(0, tz="UTC")
     bounds = (ends // pd.Timedelta(seconds=1)).to_numpy().reshape(2, -1).T
-    names = np.array([*(name_group(*group) for group in energy.groups), WHOLE], dtype=object)
+    names = np.array([*(name_group(*group) for group in energy.groups), "all"], dtype=object)
     # The whole is the mean of the groups, by the share of their modules.
     modules = energy.group_area * [system.usable.get(kind, 1.0) for kind, _ in energy.groups]
     share = modules / max(modules.sum(), np.finfo(float).tiny)
@@ -180,7 +173,8 @@ def write_timeseries(path, energy, weather, system, buildings=None):
                 "standard_name": "time",
                 "long_name": "start of the interval (UTC)",
                 "bounds": "time_bounds",
-                **EPOCH,
+                "units": "seconds since 1970-01-01",
+                "calendar": "proleptic_gregorian",
             },
         ),
         "group": (
@@ -202,7 +196,14 @@ def write_timeseries(path, energy, weather, system, buildings=None):
     found["capacity_factor"] = (
         ("time", "group"),
         factors,
-        {**MEAN, "long_name": FACTOR},
+        {
+            "units": "1",
+            "cell_methods": "time: mean",
+            "long_name": (
+                "AC power over nominal DC power, after losses and inverter: mean "
+                "over the area of the group that counts"
+            ),
+        },
         dict(PACKED),
     )
     if buildings is not None:

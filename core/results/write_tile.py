@@ -22,9 +22,6 @@ from .glb import (
 )
 from .viewer_columns import VIEWED
 
-MISSING_VALUE = -99999.0  # JSON of the schema cannot name NaN
-LIGHT = np.array([-0.35, -0.6, 0.72]) / np.linalg.norm([-0.35, -0.6, 0.72])  # as in web/viewer.js
-
 
 def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright):
     """Bytes of a GLB.
@@ -101,7 +98,10 @@ def _colour_features(columns, level):
         normal = np.stack(
             [np.sin(tilt) * np.sin(azimuth), np.sin(tilt) * np.cos(azimuth), np.cos(tilt)], axis=1
         )
-        shade = 0.87 + 0.13 * normal @ LIGHT
+        # The sun stands as in web/viewer.js.
+        shade = 0.87 + 0.13 * normal @ (
+            np.array([-0.35, -0.6, 0.72]) / np.linalg.norm([-0.35, -0.6, 0.72])
+        )
     linear = linear_light(srgb_light(colour_hours(hours, level, known)) * shade[:, None])
     return np.round(255 * np.column_stack([linear, np.ones(len(linear))])).astype(np.uint8)
 
@@ -124,7 +124,8 @@ def _tabulate(buffer, columns, enums):
         else:
             kind = {"type": "SCALAR", "componentType": values.dtype.name.upper()}
             if values.dtype.kind == "f":
-                kind["noData"] = MISSING_VALUE
+                # JSON of the schema cannot name NaN.
+                kind["noData"] = -99999.0
             known = np.where(np.isfinite(values), values, values.dtype.type(kind.get("noData", 0)))
             classes[name] = {"type": "ENUM", "enumType": name} if name in enums else kind
             properties[name] = {
