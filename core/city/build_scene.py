@@ -190,6 +190,7 @@ def _name_ground(scene):
     """
     surfaces, found = scene.surfaces, np.unique(scene.triangle_surface[find_ground(scene)])
     rows = found[surfaces.kind[found] != "ground"]
+    # Ground carries no modules and faces nowhere; what is ground alone is no building.
     if len(rows):
         surfaces.kind[rows], surfaces.orientation[rows], surfaces.eligible[rows] = (
             "ground",

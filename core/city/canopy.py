@@ -134,10 +134,13 @@ class Canopy:
         -------
         (states, c, s, m) bool
         """
+        # Which rays meet crowns at all; only these are followed through them.
         wanted = free.any(axis=2)
         shaded = free & ~self.ray_scene.trace_shadow_rays(position, wanted, directions)
         row, sun = np.nonzero(shaded.any(axis=2))
         found = np.repeat(free[None], self.states, axis=0)
+        # A ray passes with the probability of its transmittance: a random number below it lets it
+        # through, the same in both states of trees.
         if len(row):
             passed = np.ones((2, len(row), position.shape[1]))
             pair, point = np.nonzero(shaded[row, sun])

@@ -95,6 +95,7 @@ def _build_tree(tree, report):
         part = _build_shape(tree, vertices, triangles, report)
         if part is not None:
             return part
+    # Without a shape a single tree needs a place and a height.
     if tree.cover or tree.place is None or tree.height is None:
         lacks = "height" if tree.height is None else "place"
         report.skip(
@@ -116,6 +117,7 @@ def _build_ellipsoid(tree, report):
             [tree.name],
         )
     middle = tree.place + np.array([0, 0, (base + tree.height) / 2])
+    # A sphere, stretched to the width of the crown and to the height between its base and top.
     sphere, triangles = unit_sphere()
     vertices = middle + sphere * [width / 2, width / 2, (tree.height - base) / 2]
     of_crown = len(triangles)
@@ -155,6 +157,7 @@ def _build_shape(tree, vertices, triangles, report):
 def _triangles_of(polygons):
     """Triangles of polygons with merged corners: (v, 3) float64 and (t, 3) int64."""
     rings, counts = [], []
+    # Rings without corners that fall together; a polygon with fewer than three of them has no area.
     for polygon in polygons:
         keys = [np.round(ring, MERGED) for ring in polygon.rings]
         own = [
@@ -291,6 +294,8 @@ def extrude(vertices, triangles, height):
     """Closed body between triangles that face upwards and the same ones raised by `height` [m]."""
     count, edges = len(vertices), edges_of(triangles).tolist()
     keys = set(map(tuple, edges))
+    # The rim: edges whose reverse belongs to no triangle. On each of them stands a wall of two
+    # triangles.
     begin, end = (
         np.array([edge for edge in edges if (edge[1], edge[0]) not in keys]).reshape(-1, 2).T
     )

@@ -73,6 +73,7 @@ def _middles_of_surfaces(scene):
         / 2
     )
     surface, count = scene.triangle_surface[own], len(scene.surfaces)
+    # Mean of the middles of a surface's triangles, weighed by their area.
     sums = [np.bincount(surface, area * values, count) for values in corners.mean(axis=1).T]
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.stack(sums, axis=1) / np.bincount(surface, area, count)[:, None]

@@ -287,6 +287,7 @@ def _find_twins(scene, order, after, solids, sectors):
     local = replace(after, points=bring_to_origin(after.points, scene.site))
     low, high = polygon_bounds(*local.shape)
     near, asked = np.zeros((2, len(after)), bool)
+    # Polygons near the change are asked; those a bit further off may be their twins.
     for box in boxes:
         near |= ((low - 4 * COMMON <= box[1]) & (high + 4 * COMMON >= box[0])).all(axis=1)
         asked |= ((low - COMMON <= box[1]) & (high + COMMON >= box[0])).all(axis=1)
@@ -300,6 +301,7 @@ def _find_twins(scene, order, after, solids, sectors):
     azimuth = np.array([surfaces.surface_azimuth[rows[name][0]] for name in part.surface_id])
     kind, _, eligible = classify(area, tilt, azimuth, part.thematic, sectors)
     twins = find_twins(part.shape, area, normal, ~np.isin(kind, ("ground", "downward")))
+    # Twins are not eligible, and those that are twins no longer may be.
     for k in np.flatnonzero(asked[near]):
         name = part.surface_id[k]
         own = [row for row in rows[name] if surfaces.kind[row] not in (RACK, "ground")]

@@ -163,9 +163,12 @@ def _hang_between_walls(shapes, low, building, lines, top):
         return hangs
     around = shapely.bounds(shapes) + INSIDE * np.array([-1, -1, 1, 1])
     floor, foot = shapely.STRtree(feet).query(shapely.box(*around.T))
+    # Walls of other buildings that carry a floor: from well below it to above it.
     carries = (owner[foot] != building[floor]) & (height[foot] < low[floor] - FOOTPRINT_STEP)
     carries &= top[owner[foot]] > low[floor]
     for row in np.unique(floor[carries]):
+        # What runs along the outline, and what lies between: the part of the floor in the hull of
+        # these walls.
         outline = shapely.buffer(shapely.boundary(shapes[row]), INSIDE)
         along = shapely.intersection(
             shapely.union_all(feet[foot[carries & (floor == row)]]), outline
@@ -180,6 +183,8 @@ def _above_another(shapes, low, footprints, middles, own):
     above = np.zeros(len(middles), bool)
     if not len(shapes) or not len(middles):
         return above
+    # The middle of the edge lies in plan over another footprint, which is lower by more than a
+    # step.
     edge, shape = find_in_boxes(plant_tree(middles), shapely.bounds(shapes))
     other = footprints[shape]
     higher = (other != own[edge]) & (middles[edge, 2] > low[other] + WALL_STEP)

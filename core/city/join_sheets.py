@@ -62,12 +62,15 @@ def join_sheets(vertices, triangles, sheet, among):
     """
     count, rim = sheet.max() + 1, _look_at_rims(vertices, triangles, sheet)
     area = np.linalg.norm(normals_of(vertices, triangles), axis=1)
+    # Above something: below most of its area lies a front.
     seen = look(vertices, among, vertices[triangles].mean(axis=1) - CURB * UP, -UP)
     above = _share_of(sheet, area, seen.front, count)
+    # Walled: just below most of its rim stands a wall that faces outwards, as under a roof.
     seen = look(vertices, among, rim.place + SEAM * rim.outward - CURB * UP, -rim.outward)
     walled = _share_of(rim.sheet, rim.length, seen.front & (seen.distance < 2 * SEAM), count)
     lowest = (above <= MOST) & (walled <= MOST)
     triangles, sheet = triangles[lowest[sheet]], sheet[lowest[sheet]]
+    # What is neither is joined with what lies as high just beyond its rim, but for a curb.
     seen = look(vertices, triangles, rim.place + SEAM * rim.outward + CURB * UP, -UP)
     meets = lowest[rim.sheet] & seen.front & (seen.distance <= 2 * CURB)
     return np.where(lowest, number_connected(rim.sheet[meets], sheet[seen.hit[meets]], count), -1)
@@ -78,6 +81,8 @@ def _look_at_rims(vertices, triangles, sheet):
     edges, owner = edges_of(triangles), np.tile(sheet, 3)
     named = np.column_stack([owner, np.sort(edges, axis=1)])
     _, first, shared = np.unique(named, axis=0, return_index=True, return_counts=True)
+    # Edges that only one triangle of the sheet has, with their length in plan, and outwards from
+    # them.
     rim = first[shared == 1]
     start = vertices[edges[rim, 0]]
     along = vertices[edges[rim, 1]] - start

@@ -97,9 +97,11 @@ def judge_up(vertices, faces):
     area, normal = measure_polygons(
         vertices[np.concatenate(shaped)], starts, np.arange(len(starts))
     )
+    # Area that faces up and down each axis: together, and how much the two differ.
     ends = [[area[sign * normal[:, axis] > 0.999].sum() for sign in (1, -1)] for axis in (1, 2)]
     (level_y, lean_y), (level_z, lean_z) = ((sum(two), abs(two[0] - two[1])) for two in ends)
     least = 0.01 * area.sum()
+    # Across y the two sides differ, as with floors; across z they are the same, as with walls.
     floors = level_y > least and lean_y > 0.5 * level_y
     if floors and level_z > least and lean_z < 0.1 * level_z:
         words = "The file's y axis was taken to point up: floors lie across it, and walls across z."

@@ -130,8 +130,10 @@ class _Edges:
 
 
 def _edges(points, ring_start, polygon_start, building):
+    # Edges of all rings, grouped where two or more join the same two places in one building.
     ring_polygon = np.repeat(np.arange(len(polygon_start) - 1), np.diff(polygon_start))
     polygon = np.repeat(ring_polygon, np.diff(ring_start))
+    # Corners closer than the weld are one place.
     cells = np.round((points - points.min(axis=0, initial=np.inf)) / WELD).astype(np.int64)
     keys = np.column_stack([building[polygon], cells])
     place = np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1)
@@ -142,6 +144,7 @@ def _edges(points, ring_start, polygon_start, building):
     _, group, uses = np.unique(key[real], return_inverse=True, return_counts=True)
     order = np.argsort(group, kind="stable")
     start, end = start[real][order], end[real][order]
+    # Two neighbours that face the same side run along their edge in opposite ways.
     forward = np.where(place[start] < place[end], 1, -1)
     group = group[order]
     return _Edges(polygon[real][order], start, end, forward, group, uses[group])

@@ -61,6 +61,8 @@ def frame_roof(racks, normal, origin, latitude):
         if south
         else 180.0
     )
+    # The upward axis of the roof leads away from where the rows face, in its plane; across it they
+    # run.
     facing = np.array([math.sin(math.radians(azimuth)), math.cos(math.radians(azimuth)), 0.0])
     upward = facing @ normal * normal - facing
     upward /= np.linalg.norm(upward)

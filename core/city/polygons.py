@@ -44,6 +44,7 @@ def clean_rings(rings, polygon_start):
     repeats = (
         (points == points[next_in_ring(start)]).all(axis=1) if len(points) else np.zeros(0, bool)
     )
+    # A ring ends where it began: its last point repeats the first. Other repetitions are mistakes.
     last = np.zeros(len(points), bool)
     last[start[1:][count > 0] - 1] = True
     keep = ~repeats | (count[ring_of_point] == 1)
@@ -295,6 +296,7 @@ def _clip_touching_holes(plane, rings, area, otherwise):
     """
     shapes = [shapely.Polygon(plane[rings[k] : rings[k + 1]]) for k in range(len(rings) - 1)]
     shapes = shapely.make_valid(np.array(shapes, dtype=object))
+    # Outline less holes, in pieces.
     left = shapely.difference(shapes[0], shapely.union_all(shapes[1:]))
     pieces = [
         piece
@@ -306,6 +308,7 @@ def _clip_touching_holes(plane, rings, area, otherwise):
     for piece in pieces:
         outline = [np.asarray(ring.coords)[:-1] for ring in (piece.exterior, *piece.interiors)]
         coordinates = np.concatenate(outline)
+        # Corners of the pieces are corners of the polygon, by place.
         distance, index = corners.query(coordinates)
         if distance.max() > TOUCHING:
             return otherwise

@@ -194,6 +194,7 @@ def _find_flat_roofs(scene, city, least):
     """
     area, normal = measure_polygons(*city.shape)
     kind = classify(area, *measure_tilt(normal), city.thematic)[0]
+    # What is drawn twice, and ground, carries no racks.
     twice = {whole_of_cell(name) for name in scene.report.repaired.get(DRAWN_TWICE, ())}
     ground = np.flatnonzero(scene.surfaces.kind == "ground")
     left_out = twice | {whole_of_cell(scene.surfaces.surface_id[surface]) for surface in ground}

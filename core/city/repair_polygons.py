@@ -112,6 +112,7 @@ def _exchange_rings(city, report):
 def _find_usable(city, report):
     """Polygons with an area: (n,) bool."""
     area, _ = measure_polygons(*city.shape)
+    # Why a polygon has no area: too few points, a line, or holes larger than itself.
     few = np.diff(city.ring_start)[city.polygon_start[:-1]] < 3
     flat = ~few & ~(area > SMALLEST_AREA)
     eaten = flat & (area < -SMALLEST_AREA)
@@ -147,6 +148,8 @@ def _find_singles(city, report):
     side: (n,) bool.
     """
     area, normal = measure_polygons(*city.shape)
+    # Rough marks first: building, number of corners, middle, area and side; only polygons that
+    # share them are compared corner by corner.
     middles = np.round(0.5 * sum(polygon_bounds(*city.shape)) / SAME)
     size = np.diff(city.ring_start[city.polygon_start])
     sides = np.round(area / SAME), np.round(normal / 0.01)

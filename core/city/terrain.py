@@ -48,6 +48,7 @@ def measure_heights(terrain, places):
     places = check_array("places", places, ("k", 2))
     heights = np.full(len(places), np.nan)
     for layer in terrain.layers:
+        # The finest layer first; further ones where it has gaps.
         missing = np.flatnonzero(np.isnan(heights))
         corners = _corners_near(layer, places[missing], 0.0) if len(missing) else []
         if len(corners):
@@ -80,6 +81,7 @@ def nearest_heights(terrain, places, reach):
             continue
         shapes, points = shapely.polygons(corners[..., :2]), shapely.points(places[missing])
         place, triangle = shapely.STRtree(shapes).query_nearest(points, max_distance=reach)
+        # The nearest place on the nearest triangle; of several the highest.
         lines = shapely.shortest_line(shapes[triangle], points[place])
         on = shapely.get_coordinates(shapely.get_point(lines, 0))
         found = np.full(len(missing), -np.inf)

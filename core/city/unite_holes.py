@@ -97,6 +97,7 @@ def _project(city, polygon):
     axes, origin = np.concatenate(plane_axes(normal)), rings[0][0]
     corners = np.concatenate(rings)
     plane = (corners - origin) @ axes.T
+    # Places on the plane, at the mean height of the corners above the first one.
     height = ((corners - origin) @ normal[0]).mean()
     pieces = np.split(plane, np.cumsum(list(map(len, rings)))[:-1])
     shapes = shapely.make_valid(
@@ -105,6 +106,7 @@ def _project(city, polygon):
     tree = cKDTree(plane)
 
     def lift(places):
+        # Back in space, corners return to where they were; new points lie on the plane.
         distance, nearest = tree.query(places)
         lifted = origin + places @ axes + height * normal[0]
         return np.where((distance <= SAME)[:, None], corners[nearest], lifted)

@@ -65,12 +65,14 @@ def _cluster_patches(scene, patches):
     own = scene.halo == OWN
     low, high = corners[own].min(axis=(0, 1)), corners[own].max(axis=(0, 1))
     distance = gap(corners.min(axis=1), corners.max(axis=1), low, high)
+    # Size of the cubes by distance, as a power of two; patches larger than their cube stay alone.
     level = np.floor(np.log2(np.maximum(WIDTH * distance, 1e-9)))
     longest = np.ptp(corners, axis=1).max(axis=1)
     alone = own | (np.exp2(level) < longest)
     cell = np.floor(corners.mean(axis=1) / np.exp2(level)[:, None])
     facet = np.rint(FACETS * patches.normal)
     kind = np.column_stack([patches.albedo, scene.triangle_surface < 0, patches.receives])
+    # Same cube, direction, albedo and kind: one cluster.
     told = np.column_stack([level, cell, facet, kind])[~alone]
     cluster = np.empty(len(corners), np.int64)
     cluster[alone] = np.arange(alone.sum())

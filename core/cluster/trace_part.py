@@ -209,10 +209,12 @@ def bound_hours(shares, albedo, weather, sky, irradiation):
     if albedo >= 1 or not irradiation > 0:
         return None
     parts, data = split_sky(weather, sky), weather.data
+    # Irradiance that the low sky could bring, and radiosity that the brightest face could have.
     low = float(np.mean(parts.dome))
     low += sum(
         SOURCES[name].low * max(float(np.mean(light)), 0.0) for name, light in parts.sources.items()
     )
     brightest = float((data["dni"] + data["dhi"]).mean())
+    # Left out at first sight, and by all further reflections: a geometric series.
     lost = shares["sky"] * low + shares["reflected"] * albedo * brightest
     return 100 * lost / (1 - albedo) / irradiation

@@ -112,8 +112,10 @@ def _find_hidden(inputs, horizon):
         return NO_SUNS
     data = weather.data
     match = match_suns(suns, *weather.axis, position=data)
+    # A margin lower, so that suns on the very edge are traced.
     lower = replace(horizon, elevation=np.maximum(horizon.elevation - MARGIN, 0))
     open_sky = is_above(lower, sun_direction(data["apparent_zenith"], data["solar_azimuth"]))
+    # How much light of the open hours each sun stands for.
     used = np.bincount(
         match.index[open_sky].ravel(), np.abs(match.weight[open_sky]).ravel(), len(suns)
     )

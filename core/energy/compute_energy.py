@@ -176,6 +176,7 @@ def _prepare_task(transfer, weather, system, electric, sky):
     itself, more by tables.
     """
     hours = prepare_hours(transfer.suns, weather, system, sky, transfer.terrain)
+    # Few surface-hours by pvlib in double precision, many by tables in single.
     plain = electric.sum() * len(hours) < PLAIN_LIMIT
     single = {
         name: one.astype(np.float32) if one.dtype.kind == "f" else one
@@ -211,6 +212,7 @@ def _sum_surfaces(task, group_weight, threads, progress):
     BlockSums
         Of all surfaces.
     """
+    # Surfaces with modules, and those without, apart: the latter need no power.
     kinds = np.flatnonzero(task.electric), np.flatnonzero(~task.electric)
     blocks = [rows[first : first + BLOCK] for rows in kinds for first in range(0, len(rows), BLOCK)]
     count, hours, done = len(task.electric), len(task.hours), 0
@@ -287,6 +289,7 @@ def compute_building_power(transfer, weather, energy, system, threads=None):
     )
     kwp = np.where(energy.eligible, kwp_of_hours(transfer.surfaces.area, energy), 0.0)
     rows = np.flatnonzero(kwp)
+    # Surfaces in the order of buildings, so that a block has few of them.
     rows = rows[np.argsort(building[rows], kind="stable")]
     blocks = [rows[first : first + BLOCK] for first in range(0, len(rows), BLOCK)]
     power = np.zeros((len(weather.data), len(names)), np.float32)
@@ -294,6 +297,7 @@ def compute_building_power(transfer, weather, energy, system, threads=None):
     def share_out(block):
         return np.where(building[block, None] == np.unique(building[block]), kwp[block, None], 0.0)
 
+    # Each state of the trees gives the power of its own hours.
     for state, own in states_of_year(transfer, weather.data.index, weather.interval):
         year = darken_hours(weather, ~own)
         task = _prepare_task(state, year, system, kwp > 0, split_sky(year, energy.sky))

@@ -291,6 +291,7 @@ def find_groups(counted, area):
         key=rank_group,
     )
     members = [eligible & (kind == name) & (orientation == side) for name, side in pairs]
+    # weight  whole area of a surface over the open area of its group.
     total = np.array([counted.counted_area[member].sum() for member in members])
     weight = np.zeros((len(kind), len(pairs)))
     for column, member in enumerate(members):

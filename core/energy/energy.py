@@ -155,6 +155,7 @@ def sum_potential(rows, area, energy):
         "module_area": energy.module_area[rows].sum(),
         "kwp": energy.kwp[rows].sum(),
     }
+    # Energy is hours times power [MWh]; hours of all are energy over power.
     for name, sum_name in (
         ("full_load_hours", "mwh_per_year"),
         ("full_load_hours_dc", "mwh_dc_per_year"),

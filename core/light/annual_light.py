@@ -71,13 +71,14 @@ def sum_suns(context, traced, watch, by_point, suns):
     Annual
     """
     # Light of all suns of a year: of points, elements and patches, with its variance, and what
-    # level ground passes on. unshaded  light of a year on each patch if nothing stood in the way.
+    # level ground passes on.
     (directions, weights), normal = suns, context.patches.normal
     facing = work_in_slices(
         lambda rows: projection_in_front(normal[rows], directions).astype(float) @ weights,
         len(normal),
         context.threads,
     )
+    # unshaded  light of a year on each patch if nothing stood in the way.
     unshaded = np.concatenate([np.zeros(0), *facing])
     # Elements get the light of the point that stands for each, with its error.
     elements, spread = np.zeros((2, len(by_point), context.elements), np.float32)
@@ -139,6 +140,7 @@ def add_points(one, new, share, *, keys, before, whole, covered):
         Covered share.
     """
     rows = np.flatnonzero(whole & new.sent)
+    # Points of a patch that go on in one net are judged as one net: it is more even than its parts.
     nets = _join_nets(
         keys[rows], [*(one.nets or [_Net(0, one.by_point[rows])]), _Net(before, new.by_point[rows])]
     )
@@ -168,6 +170,8 @@ def _join_nets(keys, nets):
         while len(joined) > 1:
             one, other = joined[-2:]
             count = one.light.shape[1]
+            # Two nets of the same size, one right after the other at a multiple of both, are halves
+            # of a larger one.
             halves = count == other.light.shape[1] and other.before == one.before + count
             if not halves or one.before % (2 * count) or 2 * count > MOST_POINTS:
                 break

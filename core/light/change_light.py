@@ -240,6 +240,7 @@ def _find_cover(context, known, todo):
     asked = todo.copy()
     while asked.any():
         found = find_cover(context.ray_scene, patches, asked, context.threads)
+        # Patches whose cover changed; of their surfaces all other patches are asked next.
         turned = asked & (found != covered).any(axis=1)
         covered[asked] = found[asked]
         todo |= turned

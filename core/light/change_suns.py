@@ -82,6 +82,7 @@ def change_suns(edit, drift):
     old, context, states = edit.before, edit.context, len(edit.traced)
     count, first = context.patch_to_surface.shape[0], len(edit.before.context.patches)
     albedo, receives = context.patches.albedo[:first], context.patches.receives[:first]
+    # In a large city of few changes light follows from what the change adds and takes away.
     if (
         states == len(old.states)
         and len(context.patches) * len(edit.task.suns) > SMALL
@@ -96,6 +97,7 @@ def change_suns(edit, drift):
             guessed += _add_further(edit, state) / states
         if guessed <= GUESSED and drift + guessed <= DRIFT:
             return drift + guessed
+    # Else, or where a guess would count for too much, all suns are solved again.
     solved = solve_known_suns(context, edit.traced, edit.task, edit.hooks)
     for direct, new in zip(edit.direct, solved, strict=True):
         direct.visible_share, direct.reflected, direct.specular = (
@@ -269,6 +271,8 @@ def _add_changes(rows, scale, changes, patches, surfaces):
             met = key[entry] >> to_patch
             if number[met] < 0:
                 continue
+            # Element that the ray met, and the light it passes on under each sun that it sees now
+            # or no longer.
             place = number[met] * cells + ((key[entry] >> to_cell) & inside)
             part = share * shine[met]
             for change in range(starts[place], starts[place + 1]):

@@ -123,6 +123,7 @@ def trace_editable(prepared, suns, request, progress=silent, *, specular=lambda 
         raise InputError(
             "the base", "it has further rounds, which cannot be edited", "trace it in one round"
         )
+    # Only one round of gather, of a whole city, keeps what an edit needs.
     prepared = replace(build_tree(prepared, request), editable=True)
     city = trace_light(prepared, suns, request, progress, specular=specular(prepared))
     return EditableCity(suns, request, city, np.arange(len(prepared.scene.surfaces)), specular)

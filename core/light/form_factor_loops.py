@@ -129,6 +129,7 @@ def add_steps(rows, scale, product, radiosity):
     for row in range(len(chosen)):
         total[:] = 0
         for entry in range(start[row], start[row + 1]):
+            # What the ray met, and the replicate that it belongs to, by the bits of its key.
             met = radiosity[key[entry] >> to_cell]
             replicate = key[entry] & (HEMISPHERE_REPLICATES - 1)
             total[replicate] += met[0]

@@ -109,6 +109,7 @@ def find_cramped(ray_scene, patches, scene, *, clearances, threads, asked=True):
     """
     owner, kind = scene.triangle_surface, np.append(np.asarray(scene.surfaces.kind), RACK)
     cramped = np.zeros((len(patches), len(clearances)), np.uint64)
+    # Ground and racks carry no further modules.
     wanted = patches.receives & ~np.isin(kind[owner], ("ground", RACK))
     rows = np.flatnonzero(wanted & asked)
     tasks = [
@@ -172,6 +173,8 @@ def _look_ahead(ray_scene, patches, chosen, clearances):
         return facing_distance(patches, own, hits).reshape(b1.shape)
 
     found = np.zeros((len(chosen), len(clearances), CELL_DIVISIONS**2), bool)
+    # Some cells tell which patches have anything near; of these all cells are measured, straight
+    # ahead.
     near = np.flatnonzero((measure(chosen, UPRIGHT) < max(clearances)).any(axis=1))
     distance = measure(chosen[near], np.arange(CELL_DIVISIONS**2))
     found[near] = distance[:, None] < np.float32(clearances)[:, None]

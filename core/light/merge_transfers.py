@@ -200,6 +200,7 @@ def merge_replicates(one, other, weight, rounds):
     counts = one.shape[1], other.shape[1]
     beside = sum(counts) <= MOST_REPLICATES
     whole = sum(counts) if beside else counts[0]
+    # Deviations scaled so that their variance of the mean is that of the weighted sum.
     scaled = [
         share
         * np.sqrt(whole * (whole - 1) / (count * (count - 1)))
@@ -208,6 +209,7 @@ def merge_replicates(one, other, weight, rounds):
     ]
     if beside:
         return np.concatenate(scaled, axis=1)
+    # Too many replicates: the new ones are added to old ones in turn, as independent deviations.
     place = (rounds * counts[1] + np.arange(counts[1])) % counts[0]
     scaled[0][:, place] += scaled[1]
     return scaled[0]

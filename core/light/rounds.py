@@ -109,6 +109,7 @@ def _append_rays(context, traced, size, before):
     sends = context.patches.receives & (asked > 0)
     most, done = size * int(asked[sends].sum()), 0
     for after in range(before, before + size):
+        # The next points of the sequences, for as many rays as each patch had in the first round.
         more = _continue_points(context, after)
         for one in traced:
             if one.form_factors is not None:
@@ -194,6 +195,8 @@ def _scale_reflected(context, state, annual, light, folder):
     and Light."""
     matrix = state.direct.reflected
     reflected = light.by_replicate.mean(axis=1, dtype=float) - annual.light
+    # Reflected light of the year by all rays, without the far ground, over what the matrix of this
+    # sum gives.
     reflected = context.patch_to_surface @ (
         reflected - annual.lit_ground * state.traced.far_ground.mean(axis=1)
     )

@@ -214,12 +214,15 @@ def bound_further(reflect, last, count=3):
     """
     light, further = np.stack([last, np.ones(len(last))], axis=1), np.zeros(len(last))
     for _ in range(count):
+        # Both lights go one reflection further.
         before, light = light, reflect(light)
         further += light[:, 0]
     if not light[:, 0].any():
         return further
     tails = []
     for v, step in zip(before.T, light.T, strict=True):
+        # ratio  r, how much brighter a step makes any patch at most; times  the light over that
+        # step.
         ratio, times = _largest_ratio(step, v), _largest_ratio(light[:, 0], step)
         known = ratio < 1 and np.isfinite(times)
         tails.append(times * ratio / (1 - ratio) * step if known else np.full(len(last), np.inf))

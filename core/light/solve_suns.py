@@ -97,6 +97,7 @@ def _trace_shadows(context, task, block, report):
     if block.start in task.traced_shadows:
         return task.traced_shadows.pop(block.start)
     part = block_of_suns(task.suns, block)
+    # Suns behind terrain are not traced.
     lit = context.plan.lit(part.directions)
     few = SunBlock(part.directions[lit], part.weights[lit])
     found = sun_visibility(task.watch, few, report)

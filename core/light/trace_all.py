@@ -188,12 +188,14 @@ def fill_closed_forms(context, traced):
     """
     patches, plan, known = context.patches, context.plan, context.known
     normal = patches.normal[known]
+    # Share of the sky, and of each source, above distant terrain.
     shares = {SKY_DOME: sky_view_of_tilt(normal, plan.terrain)}
     shares |= {
         one.name: one.unshaded(normal) * one.seen(normal, plan.terrain) for one in context.sources
     }
     for name, share in shares.items():
         traced.first[name].light[known] = traced.first[name].element[known] = share[:, None]
+    # Share of the ground below it.
     far_ground = ground_view_of_tilt(normal, plan.terrain)[:, None]
     traced.far_ground[known] = far_ground
     traced.element_far_ground[known] = far_ground / context.elements

@@ -301,6 +301,7 @@ def light_of_surfaces(context, traced, lights, annual):
     annual : Annual
     """
     sky, suns, to_surface = lights[SKY_DOME], lights[SUNS], context.patch_to_surface
+    # Means of surfaces; variances go by the squares of the weights.
     squares, sources = to_surface.power(2), {}
     for source in context.plan.sources:
         view, light = traced.first[source.name].light.mean(axis=1, dtype=float), lights[source.name]
@@ -354,6 +355,7 @@ def _bound_cut_light(context, lights):
     found = {}
     for name, weight in (groups | {"all": area if area.any() else surfaces.area}).items():
         counted = weight > 0
+        # Light that was cut, and all light, on the group by area.
         sums = {
             key: weight[counted] @ np.stack([light.cut, light.mean])[:, counted].T
             for key, light in lights.items()
@@ -406,6 +408,8 @@ def _measure_outcome(context, traced, lights, left):
     """
     groups, area, sky = _group_surfaces(context), context.eligible_area, lights[SKY_DOME]
     noise, light = np.sqrt(variance_of_mean(groups @ sky.error.transported)), groups @ sky.mean
+    # What the far ground passes on of the sky, and the noise of what surfaces pass on, as shares of
+    # the light.
     far = context.request.ground_albedo * (
         area @ (context.patch_to_surface @ traced.far_ground.mean(axis=1))
     )

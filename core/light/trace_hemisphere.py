@@ -90,6 +90,7 @@ def trace_part(city, chosen, covered, sequence):
     """
     patches, dark = city.patches, covered.all(axis=1)
     rows, covered, lost = chosen[~dark], covered[~dark], chosen[dark]
+    # Rays of all patches that are not covered as a whole, and what they meet.
     origins, directions, start_cells = hemisphere_rays(patches, rows, sequence)
     hits, fates = _follow_rays(city, covered, (origins, directions, start_cells))
     near_cover = find_covered.cells_near_cover(covered, np.flatnonzero(covered.any(axis=1)))
@@ -99,6 +100,7 @@ def trace_part(city, chosen, covered, sequence):
     ray_count = {SKY_DOME: fates[0].size} | {name: count for name, (_, count) in sources.items()}
     cell_of, found = sample_points.cells_inside(CELL_DIVISIONS, round(np.sqrt(city.elements))), []
     start_of = start_cells, cell_of if city.starts > 1 else np.zeros_like(cell_of), city.starts
+    # In each state of trees: sky light by element, and hits that pass light on.
     for state, own in enumerate(fates):
         _hide_sky(city, directions, own)
         fate, (sky, *others) = _tally_counted(city, rows, (own, start_cells, near_cover))
@@ -206,6 +208,7 @@ def source_rays(patches, source, chosen, sequence, *, share):
         Of CELL_DIVISIONS², in which each ray starts.
     """
     keys = mix(patches.key[chosen] ^ source.stream)
+    # Points of the net go on from those of earlier rounds, shifted by each patch's own digits.
     digits = (
         sequence[None, None]
         ^ shift_replicates(keys, patches.rays_before[chosen] // share)[:, :, None]
@@ -265,6 +268,7 @@ def _tally_counted(city, chosen, rays):
     )
     fate = fate.copy()
     fate[some] = np.where(starts, np.uint8(DARK), fate[some])
+    # The light without these rays; elements keep what they pass on.
     less = _tally_rays(fate[some], *(part[some] for part in rays[1:]), city.elements)
     tally[0].light[some] = less[0].light
     for part, counted in zip(tally[1:3], less[1:3], strict=True):

@@ -147,6 +147,7 @@ class Traced:
     def append(self, part, count):
         """Add what `count` further rays of each patch of a RowLight met."""
         rows = part.rows
+        # Running mean: the new rays have as much weight as they are many.
         share = (count / (self.samples[rows] + count)).astype(np.float32)[:, None]
         for name, first in self.first.items():
             first.append(rows, part.first[name], share)

@@ -81,6 +81,7 @@ def _sample_facets(seen_from, roughness, draws):
     Stretching turns the facets into a hemisphere; its projection along the view direction is half a
     disk and half an ellipse. A point is sampled there and projected back to the sphere.
     """
+    # Stretched so that facets of any roughness become a hemisphere; its frame looks along the view.
     stretched = seen_from * [roughness, roughness, 1]
     stretched /= np.linalg.norm(stretched, axis=1, keepdims=True)
     level = np.hypot(stretched[:, 0], stretched[:, 1])
@@ -90,11 +91,13 @@ def _sample_facets(seen_from, roughness, draws):
         upright[:, None], [1.0, 0, 0], sideways / np.where(upright, 1, level)[:, None]
     )
     upwards = np.cross(stretched, sideways)
+    # An even point on a disk, of which one half is pressed to the ellipse that is seen.
     radius, angle = np.sqrt(draws[:, 0]), 2 * np.pi * draws[:, 1]
     across, along = radius * np.cos(angle), radius * np.sin(angle)
     share = (1 + stretched[:, 2]) / 2
     along = (1 - share) * np.sqrt(np.maximum(1 - across**2, 0)) + share * along
     height = np.sqrt(np.maximum(1 - across**2 - along**2, 0))
+    # Back on the sphere, and shrunk to the roughness again.
     facet = across[:, None] * sideways + along[:, None] * upwards + height[:, None] * stretched
     facet = facet * [roughness, roughness, 1]
     facet[:, 2] = np.maximum(facet[:, 2], 0)

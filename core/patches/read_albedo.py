@@ -215,6 +215,7 @@ def materials_of_surfaces(scene, found):
     *found, ground = found
     distinct, which = _list_distinct(found)
     counts, areas = np.bincount(which), np.bincount(which, scene.surfaces.area)
+    # One row for each albedo and where it is from, with number and area of its surfaces.
     rows = {}
     for one, more, area in zip(distinct, counts.tolist(), areas.tolist(), strict=True):
         count, whole = rows.get(one, (0, 0.0))

@@ -225,6 +225,8 @@ def _slip_past_edges(target, places, directions, front):
     longest = np.linalg.norm(
         np.concatenate([edges, edges[:, 1:] - edges[:, :1]], axis=1), axis=2
     ).max(axis=1)
+    # inside  distance of the hit from the nearest edge, at least [m]: weight times height over the
+    # longest edge.
     height = 2 * target.patches.area[hit] / np.maximum(longest, np.finfo(np.float32).tiny)
     inside = np.minimum(np.minimum(b1, b2), 1 - b1 - b2) * height
     near = np.flatnonzero(front & (inside < target.patches.offset[hit]))

@@ -82,6 +82,7 @@ def photons_of_sun(target, faces, power, direction, batch):
     Photons
         Their weight is the reflected share; those in the dark are left out.
     """
+    # Places on the faces by the light that falls there; those that see the sun reflect it.
     places, _ = _place_on_faces(faces, power, batch, 2)
     origins, _ = leave_patches(target.patches, places, np.zeros((3, len(places[0]))))
     direction = np.asarray(direction, np.float32)
@@ -121,6 +122,7 @@ def photons_of_surroundings(target, faces, batch, is_sky):
         From which it comes.
     """
     patches = target.patches
+    # A place on a face and a direction by the cosine law: from what it meets the light comes.
     places, numbers = _place_on_faces(faces, patches.area[faces], batch, 4)
     towards = np.stack(sample_points.cosine_direction(numbers[:, 0], numbers[:, 1]))
     origins, directions = leave_patches(patches, places, towards)
@@ -132,6 +134,7 @@ def photons_of_surroundings(target, faces, batch, is_sky):
         NOTHING
     )
     origin[end_in_crowns(target, origins, directions, hits)] = NOTHING
+    # Light that comes the other way is reflected at the face.
     some = np.flatnonzero(origin != NOTHING)
     photons = _reflect_first(target, batch, places.take(some), -directions[some], some)
     return photons, origin, directions

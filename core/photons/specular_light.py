@@ -87,6 +87,8 @@ class _SpecularLight:
         """
         request = self.context.request
         height = np.maximum(suns.directions[:, 2], 0).astype(float) * request.ground_albedo
+        # Light of patches and of the far ground under these suns, by the matrix; then each sun
+        # itself by photons.
         found = (self.mean @ radiosity) + self.far_ground.mean(axis=0)[:, None] * height
         weighted = self.from_patches(radiosity @ suns.weights)
         weighted += self.far_ground * float(suns.weights @ height)

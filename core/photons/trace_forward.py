@@ -234,6 +234,7 @@ def _trace_surroundings(run, plan, seed, bounces):
         {one.name: others.pop(0) for one in plan.sources},
         no_light(run.target.surface_count),
     )
+    # Distant terrain counts as far ground.
     for light in others:
         far.add(light)
     return sky, far, parts

@@ -67,6 +67,7 @@ def trace_closest(tree, rays, found):
     count = len(hit)
     for first in range(0, count, width):
         lanes = min(width, count - first)
+        # A packet of rays side by side; lanes beyond the last ray are not valid.
         for lane in range(width):
             valid[lane] = -1 if lane < lanes else 0
             ray = first + min(lane, lanes - 1)

@@ -71,6 +71,8 @@ def sobol_points(index):
 @functools.cache
 def _all_directions():
     """Direction numbers of all four dimensions, multiples of 2^-DIGITS: (DIGITS, 4) uint32."""
+    # The first dimension is the van der Corput sequence; the others follow from their polynomials
+    # by the recurrence of Sobol.
     found = [[1 << (DIGITS - digit) for digit in range(1, DIGITS + 1)]]
     for coefficients, initial in DIRECTION_NUMBERS:
         degree, numbers = len(initial), list(initial)

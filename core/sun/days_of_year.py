@@ -231,8 +231,10 @@ def cubic_weights(place, nodes, known):
     left, right = known[:, 1], known[:, 2]
     share = (place - nodes[:, 1]) / (nodes[:, 2] - nodes[:, 1])
     weight = np.zeros(nodes.shape)
+    # Linear between the middle two, or the one of them that is known.
     weight[:, 1] = np.where(left & right, 1.0 - share, left)
     weight[:, 2] = np.where(left & right, share, right & ~left)
+    # Lagrange: at each node the product of (x - x_j) / (x_i - x_j) over the other three.
     full = known.all(axis=1)
     for node in range(4):
         others = np.delete(nodes[full], node, axis=1)

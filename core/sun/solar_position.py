@@ -131,14 +131,18 @@ def sun_of_place(sun, latitude, longitude):
     """
     check_place(latitude, longitude)
     spa = pvlib.spa
+    # hour_angle  of the sun from the meridian of the place [°]; reduced  latitude on the sphere
+    # [rad]; x, y  place in radii of the Earth from its axis and equator [–].
     hour_angle = spa.local_hour_angle(sun.sidereal_time, longitude, sun.right_ascension)
     reduced = spa.uterm(latitude)
     x, y = spa.xterm(reduced, latitude, 0.0), spa.yterm(reduced, latitude, 0.0)
+    # shift  of the right ascension by parallax [°]: the place is not the centre of the Earth.
     shift = spa.parallax_sun_right_ascension(x, sun.parallax, hour_angle, sun.declination)
     declination = spa.topocentric_sun_declination(
         sun.declination, x, y, sun.parallax, shift, hour_angle
     )
     hour_angle = spa.topocentric_local_hour_angle(hour_angle, shift)
+    # Elevation without, then with the bending of light in air, and azimuth from north [°].
     elevation = spa.topocentric_elevation_angle_without_atmosphere(
         latitude, declination, hour_angle
     )

@@ -59,6 +59,8 @@ def choose_suns(sampling, times, interval, latitude, longitude, *, position=None
     check_times(times, interval)
     check_place(latitude, longitude)
     year = TimeAxis(times, interval, latitude, longitude)
+    # Suns of every hour, of a grid of directions, or of some days; weights are of the year at this
+    # place.
     if name == "hourly":
         return hourly_suns(*year, position)
     if name == "sky-grid":

@@ -433,6 +433,7 @@ def name_factor(wanted, interval):
             "they look like energy per interval that was read as energy per hour"
         )
         factors[interval / HOUR] = "they look like hourly sums repeated in every interval"
+    # The unit whose factor is nearest, if it is near enough.
     nearest = min(factors, key=lambda factor: abs(np.log(factor / wanted)))
     if abs(np.log(nearest / wanted)) > np.log(NEAR):
         return f"check the unit; values times {wanted:.2g} would fit"

@@ -139,6 +139,7 @@ def measure_sun_times(data, interval, latitude, position):
     if not any(values.any() for values in given.values()):
         return _SunTimes(*6 * [None])
 
+    # Closure first, where all three are given; then the shape of the days.
     found = None, None, None
     if len(given) == 3 and given["ghi"].any():
         ghi, dhi, dni = given.values()
@@ -204,6 +205,8 @@ def _compare_daylight(given, interval, sun, latitude):
     offsets = ((np.arange(parts) + 0.5) / parts - 0.5) * (interval / MINUTE)
 
     def residual(shift):
+        # Clear days against the clear sky under the shifted sun, each scaled to fit; what is left
+        # over is the residual.
         clear = (
             clear_days(given["dhi"] + given["dni"] * cos_zenith_after(sun, latitude, shift))
             if always is None
