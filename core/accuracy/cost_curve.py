@@ -143,8 +143,8 @@ class PricedCity:
         corners = np.asarray(scene.vertices)[scene.triangles]
         edges = ROUNDED * np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
         longest = np.maximum(edges.max(axis=1), self.patch_size)
-        # ground  patches grow by the distance that an edge has beyond the patch size, so their
-        # number falls with the square.
+        # ground  patches there are longer by the difference of the two sizes, whatever their
+        # distance, and as many fewer by the square.
         ground = (longest / (longest + size - self.patch_size)) ** 2
         # Larger patches are fewer, but a surface keeps at least its two.
         if size > self.patch_size:

@@ -129,7 +129,7 @@ def decide_stop(errors, goal):
     """
     if np.isnan(errors.at_share()):
         return NOTHING_COUNTS
-    # Close enough to the part that no round lowers, further rounds only cost time.
+    # Reached; or nearly all of the error that is left is one that no round lowers.
     if goal.target is not None:
         now = errors.at_share()
         if now <= goal.target:

@@ -93,8 +93,7 @@ def _make_rays(places, shift, sequence, made):
         for replicate in range(shift.shape[1]):
             first = replicate * samples
             mask = shift[patch, replicate]
-            # Where each ray starts: from the unit square to the triangle, by a fold that keeps
-            # areas.
+            # Where each ray starts: the unit square becomes the triangle, areas keep their shares.
             for sample in range(samples):
                 s, t = (
                     fraction(sequence[0, sample] ^ mask[0]),
