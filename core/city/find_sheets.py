@@ -100,7 +100,8 @@ def judge_faces(faces, rows, sheet, report_share):
         whole, total = np.bincount(surface, area, count), np.bincount(surface, area * values, count)
         return np.divide(total, whole, out=np.zeros(count), where=whole > 0)[surface]
 
-    # Faces narrower than 1 cm are rounding of the data.
+    # A sheet is a face without thickness that encloses nothing: from both of its sides rays reach
+    # the sky. Faces narrower than 1 cm are rounding of the data.
     rows = rows[mean(rows, faces.width[rows]) >= 0.01]
     backs, _ = _follow_rays(
         faces, rows, -1, FEW, hops=1, report_share=partial(report_part, report_share, 0, AFTER_FEW)

@@ -149,6 +149,11 @@ def place_rows(racks, frame, free):
     # What is left over lies half before the first row and half behind the last.
     first = 0.5 * (bounds[1] + bounds[3] - width - (count - 1) * frame.pitch)
     # A row leans back from its lower edge: depth · cos tilt in plan, depth · sin tilt up.
+    #
+    #      top  ╱│
+    #         ╱  │ depth · sin tilt
+    # bottom ╱───┘
+    #     depth · cos tilt
     tilt, bottom = math.radians(racks.tilt), racks.height
     across, top = racks.depth * math.cos(tilt), bottom + racks.depth * math.sin(tilt)
     rows = []

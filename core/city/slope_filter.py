@@ -55,6 +55,11 @@ def _hangs_above_feet(points, step, slope, others):
     for first in range(0, len(points), ENDS_AT_ONCE):
         some = slice(first, first + ENDS_AT_ONCE)
         distance, index = tree.query(points[some, :2], k=np.arange(1, min(32, len(lowest)) + 1))
+        #         ● hangs
+        #       ╱   slope
+        #     ╱
+        #     ┆ step
+        #   ──●── foot
         rise = points[some, 2, None] - lowest[index, 2]
         hangs[some] = (rise > step[some, None] + slope[some, None] * distance).any(axis=1)
     return hangs

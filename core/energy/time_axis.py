@@ -80,6 +80,10 @@ def lay_on_axis(times, interval, zone):
         one = _rows_at(starts, step, whole, length)
         # elapsed  of the weather's interval when the axis' one begins [ns]; what lacks comes from
         # the next.
+        #
+        # weather  ├── one ──┼─ other ─┤
+        # axis         ├─────────┤
+        #          ├───┤ elapsed
         elapsed = np.where(one >= 0, (whole - starts[one]) % step, 0)
         other = np.where(elapsed == 0, one, _rows_at(starts, step, whole + step - elapsed, length))
         kept = (one >= 0) & (other >= 0)

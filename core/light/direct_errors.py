@@ -208,5 +208,7 @@ def differences(by_point):
     # Points in rows and columns, cut into squares:  a b / c d
     rows, columns = grid_of(by_point.shape[1])
     square = by_point.reshape(len(by_point), rows // 2, 2, columns // 2, 2)
+    # a b   light that is a plane over the square has a - b = c - d,
+    # c d   and so no contrast
     a, b, c, d = (square[:, :, row, :, column] for row in (0, 1) for column in (0, 1))
     return a - b - c + d, (a - b + c - d) / 2, (a + b - c - d) / 2

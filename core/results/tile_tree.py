@@ -56,6 +56,7 @@ def write_square(folder, place, piece, columns, look):
     -------
     Node
     """
+    # A square of the map in 3D: its surfaces in tiles of limited size, and a coarser one from afar.
     # Ground below the buildings of the square, and the box around all.
     low, name = np.array(place) * SIDE, f"0_{place[0]}_{place[1]}"
     shapes, count = piece.shapes, len(piece.faces)

@@ -68,6 +68,7 @@ def _loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
     """Fill `found`, (h, 2 g), hour by hour; see `sum_groups`. Inner loops are plain, so that they
     are vectorised.
     """
+    # Power of each group at each hour: with all light, and without what is reflected.
     index, weight, sun, level = suns
     direction, light, heating, spectral = place
     diffuse, far_ground, sky, iam, (views, reflected) = surfaces
