@@ -27,9 +27,6 @@ BLOCK = 1024
 # surface-hours up to which pvlib itself is called; for more, tables take half of its time or less
 PLAIN_LIMIT = 1e6
 YEAR = pd.Timedelta(days=365)
-# of CountedArea, also of Energy
-AREAS = ("kind", "eligible", "open_area", "counted_area", "module_area")
-AREAS += ("kwp", "reason", "reason_note")
 
 
 def compute_energy(
@@ -109,6 +106,7 @@ def compute_energy(
         for share, (one, _) in zip(sunny, states, strict=True)
     ]
     energy = Energy(
+        **vars(counted),
         direct_relative_annual=sums["direct_relative"] / max(sum(sunny), 1.0),
         direct_relative_annual_standard_error=sum(direct_errors) / max(sum(sunny), 1.0),
         poa_global_annual=poa,
@@ -125,7 +123,6 @@ def compute_energy(
         capacity_factor=capacity_factor,
         years=years,
         longitude=weather.longitude,
-        **{name: getattr(counted, name) for name in AREAS},
         sky=sky,
         series=found if len(rows) else None,
     )

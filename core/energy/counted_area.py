@@ -35,7 +35,7 @@ STEEPEST_UNDERSIDE = 165.0  # [°] of tilt; beyond it a surface is a ceiling, wi
 
 
 @dataclass
-class _CountedArea:
+class CountedArea:
     """The area that counts, of n surfaces, and why others carry no modules."""
 
     kind: np.ndarray  # (n,) str; facade also where overhangs count as such
@@ -113,7 +113,7 @@ def find_counted_area(transfer, system):
     # Area that is open, area that counts, and of it the usable share with its power.
     open_area = area * (1.0 - taken)
     counted_area = np.where(carries, area if whole else open_area, 0.0)
-    return _CountedArea(
+    return CountedArea(
         kind=kind,
         orientation=orientation,
         eligible=eligible & carries,

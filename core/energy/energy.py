@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
+from .counted_area import CountedArea
+
 WHOLE_YEAR = pd.Timedelta(days=364)  # shorter years are not reported separately
 
 
@@ -21,7 +23,7 @@ class HourlySeries:
 
 
 @dataclass
-class Energy:
+class Energy(CountedArea):
     """Irradiance and full load hours of n surfaces, capacity factors of the groups."""
 
     direct_relative_annual: np.ndarray  # (n,) over suns above 2°, reflections included
@@ -40,15 +42,6 @@ class Energy:
     capacity_factor: np.ndarray  # (T, g) float64, mean over the group's counted area
     years: float  # number of years of the weather
     longitude: float  # [°] of the weather
-    # of `counted_area.find_counted_area`: kinds, areas [m²] and power [kWp], and why it has none
-    kind: np.ndarray  # (n,) str
-    eligible: np.ndarray  # (n,) bool
-    open_area: np.ndarray  # (n,)
-    counted_area: np.ndarray  # (n,)
-    module_area: np.ndarray  # (n,)
-    kwp: np.ndarray  # (n,)
-    reason: np.ndarray  # (n,) str
-    reason_note: np.ndarray  # (n,) str
     # (n,) [h] from rays, patch sizes and suns
     full_load_hours_standard_error: np.ndarray | None = None
     # (g,) [h] of the mean full load hours of each group

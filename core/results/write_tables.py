@@ -144,7 +144,7 @@ def _write_series(path, transfer, energy):
     write_table(path, pd.DataFrame(columns))
 
 
-def write_timeseries(path, energy, weather, system, buildings=None):
+def write_timeseries(path, energy, weather, buildings=None):
     """Write `capacity_factor(time, group)`; the last group is the whole, `all`: its factors times
     kWp are its power.
 
@@ -153,7 +153,6 @@ def write_timeseries(path, energy, weather, system, buildings=None):
     path : path-like
     energy : Energy
     weather : Weather
-    system : PvSystem
     buildings : callable, optional
         `compute_building_power` of a run whose buildings get series, too.
     """
@@ -162,8 +161,13 @@ def write_timeseries(path, energy, weather, system, buildings=None):
     bounds = (ends // pd.Timedelta(seconds=1)).to_numpy().reshape(2, -1).T
     names = np.array([*(name_group(*group) for group in energy.groups), "all"], dtype=object)
     # The whole is the mean of the groups, by the share of their modules.
-    modules = energy.group_area * [system.usable.get(kind, 1.0) for kind, _ in energy.groups]
-    share = modules / max(modules.sum(), np.finfo(float).tiny)
+    kwp = np.array(
+        [
+            energy.kwp[energy.eligible & (energy.kind == kind) & (energy.orientation == side)].sum()
+            for kind, side in energy.groups
+        ]
+    )
+    share = kwp / max(kwp.sum(), np.finfo(float).tiny)
     # Axes first, then sizes of groups, their factors, and the power of buildings where asked for.
     found = {
         "time": (
@@ -258,7 +262,7 @@ def write_tables(folder, transfer, energy, weather, request, *, progress):
             path, transfer, energy, weather, monthly=monthly
         ),
         "timeseries.nc": lambda path: write_timeseries(
-            path, energy, weather, system, power if wanted else None
+            path, energy, weather, power if wanted else None
         ),
         "surfaces.nc": lambda path: write_surfaces(path, transfer, energy),
     }

@@ -18,7 +18,6 @@ from transfers import Horizons, unshaded_transfer
 from weathers import ERA5, PVGIS
 
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.energy.pv_system import dc_system
 from citypv.core.read import open_netcdf
 from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.results.write_summary import peak_memory
@@ -138,7 +137,7 @@ def test_groups(weighed, tmp_path):
 def test_time_series(weighed, tmp_path):
     _, weather, energy = weighed
     path = tmp_path / "timeseries.nc"
-    write_timeseries(path, energy, weather, dc_system())
+    write_timeseries(path, energy, weather)
     with xr.open_dataset(path) as dataset:
         assert dataset["capacity_factor"].dims == ("time", "group")
         assert dataset["group"].to_numpy().tolist() == [
@@ -293,7 +292,7 @@ def test_a_series_without_groups_keeps_names_of_text(weighed, tmp_path):
         energy.capacity_factor[:, :0],
     )
     none = replace(energy, groups=[], group_area=area, group_count=count, capacity_factor=factor)
-    write_timeseries(tmp_path / "none.nc", none, weather, dc_system())
+    write_timeseries(tmp_path / "none.nc", none, weather)
     with xr.open_dataset(tmp_path / "none.nc") as data:
         assert data["group"].to_numpy().tolist() == ["all"] and not data["capacity_factor"].any()
     with netCDF4.Dataset(tmp_path / "none.nc") as data:
@@ -316,7 +315,7 @@ def test_files_that_are_no_transfer(weighed, tmp_path):
     good = tmp_path / "transfer.nc"
     write_transfer(good, transfer)
     content = good.read_bytes()
-    write_timeseries(tmp_path / "timeseries.nc", energy, weather, dc_system())
+    write_timeseries(tmp_path / "timeseries.nc", energy, weather)
     paths = [ERA5, tmp_path / "missing.nc", tmp_path, tmp_path / "timeseries.nc"]
     parts = {
         "empty": b"",
