@@ -48,6 +48,8 @@ world:
 STYLE = echo "[test] style: ruff"; .venv/bin/ruff check . || failed=1; .venv/bin/ruff format --check . || failed=1
 # Compiled tests are kept: else each process compiles all of them again, for 15 s.
 check test test-all oldest: export PYTHONDONTWRITEBYTECODE =
+# Threads of linear algebra that wait for each other take seconds of two workers.
+check test test-all oldest: export OPENBLAS_NUM_THREADS = 1
 # Each worker takes neighbouring tests, which share what they trace, and helps the other at the end.
 PYTEST = -m pytest --numprocesses 2 --dist worksteal
 FAST = "(law or not slow) and not thorough and not window"

@@ -7,6 +7,7 @@ and the checks below are made from these declarations: a new setting is one entr
 
 import shlex
 from dataclasses import asdict, dataclass, fields, replace
+from functools import cache
 from typing import get_args
 
 from .errors import InputError
@@ -294,8 +295,9 @@ class Request(SystemSettings):
         return asdict(self)
 
 
+@cache
 def declared_settings(*groups):
-    """Name, default and Setting of each field of Request, of some groups or all: list of tuple.
+    """Name, default and Setting of each field of Request, of some groups or all: tuples.
 
     What a Setting leaves open follows from the field: its kind from the type, its title from the
     name.
@@ -316,7 +318,7 @@ def declared_settings(*groups):
             found.append(
                 (one.name, default, replace(details, kind=kind, title=title, metavar=metavar))
             )
-    return found
+    return tuple(found)
 
 
 def option_of(name):

@@ -154,6 +154,7 @@ def test_escape_twice_ends_a_step_at_once_which_is_silent(addon):
     step._job.join()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["export", "timeline", "energy"])
 def test_work_that_goes_on_after_escape_twice_changes_no_session(traced, tmp_path, name):
     """What it reads and weighs in its thread is kept in Blender's, once it is finished: a session
@@ -183,7 +184,6 @@ def stand():
     return {kind: sorted(one.name for one in getattr(bpy.data, kind)) for kind in kinds}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("stage", [READING, JOINING, "triangulating"])
 def test_nothing_is_left_of_a_cancelled_import(addon, city_file, row_file, monkeypatch, stage):
     """An earlier city stays as it was, with its session."""

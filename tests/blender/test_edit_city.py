@@ -172,6 +172,7 @@ class Watched:
         """Tell nobody."""
 
 
+@pytest.mark.slow
 def test_an_edit_while_an_estimate_is_shown_is_one_of_what_was_traced(traced, monkeypatch):
     """A second tower comes while the estimate of the first is seen: the light is that of a full run
     with both.
@@ -389,6 +390,7 @@ def test_what_was_added_comes_and_goes_with_its_city(traced, row_file):
     assert hours_of(session_here()) == pytest.approx(hours, rel=0, abs=0, nan_ok=True)
 
 
+@pytest.mark.slow
 def test_what_was_kept_as_before_gets_the_light_that_the_edited_city_asks_for(addon, tmp_path):
     """A house with walls beside a level roof calls for Perez's sky: before is that roof
     under it.

@@ -227,7 +227,6 @@ def test_an_object_that_comes_or_goes_marks_the_results_stale(addon, town, city_
     refuse("trace", "its mesh was edited; classify and trace")
 
 
-@pytest.mark.slow
 def test_a_city_of_a_file_may_be_moved_but_not_turned(addon, city_file):
     city = run("import_city", "classify", city_path=str(city_file))
     for place, turn, state in ((100.0, 0.0, "done"), (100.0, 0.5, "stale"), (0.0, 0.0, "done")):
@@ -289,6 +288,7 @@ def roof_in_picture(place, path):
     return np.array(picture.pixels[:]).reshape(16, 16, 4)[8, 8, :3]
 
 
+@pytest.mark.slow
 def test_pictures_show_the_colours_on_the_users_objects(addon, town, tmp_path):
     """Roofs have the colour in a picture by Cycles that the view shows: of a box alone, of one that
     shares its mesh, and of the second of a row by a modifier, of an instance. The materials of the

@@ -139,6 +139,7 @@ def test_a_file_may_be_dropped_for_what_it_can_be(addon, suffix, operator, setti
         assert getattr(addon, setting) == path
 
 
+@pytest.mark.slow
 def test_an_edit_after_reopening_names_the_button_that_goes_on(traced, tmp_path):
     tower = add_box("tower", (5.0, -12.0, 20.0))
     bpy.context.view_layer.update()

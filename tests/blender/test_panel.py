@@ -26,7 +26,6 @@ def run_steps(path, *steps):
     )
 
 
-@pytest.mark.slow
 def test_a_saved_city_is_not_swapped_for_a_cube(addon, city_file, tmp_path):
     run_steps(city_file, "import_city", "classify")
     path = str(tmp_path / "city.blend")
@@ -75,7 +74,6 @@ def views_of(screen):
     return [area.spaces.active for area in screen.areas if area.type == "VIEW_3D"]
 
 
-@pytest.mark.slow
 def test_other_workspaces_keep_their_shading(addon, city_file):
     bpy.ops.wm.read_homefile(use_empty=False, use_factory_startup=True)
     seen = {window.screen for window in bpy.context.window_manager.windows}
@@ -92,7 +90,6 @@ def test_other_workspaces_keep_their_shading(addon, city_file):
     assert {v.shading.light for screen in seen for v in views_of(screen)} <= {"FLAT"}
 
 
-@pytest.mark.slow
 def test_a_picture_leaves_the_users_scene_alone(addon, city_file):
     run_steps(city_file, "import_city", "classify")
     scene = bpy.context.scene

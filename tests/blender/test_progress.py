@@ -83,7 +83,6 @@ def test_every_stage_of_the_steps_is_expected(addon, city_file, monkeypatch):
     assert {READING, JOINING} < set(ImportCity.stages)
 
 
-@pytest.mark.slow
 def test_compiling_is_a_stage_of_its_own(addon, city_file, monkeypatch):
     told = []
     monkeypatch.setattr(

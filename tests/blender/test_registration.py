@@ -59,7 +59,6 @@ def list_traces():
     }
 
 
-@pytest.mark.slow
 def test_disabling_leaves_nothing_in_blender():
     citypv.register()  # subclasses of Blender's types are listed once the modules are imported
     citypv.unregister()

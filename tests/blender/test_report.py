@@ -64,7 +64,6 @@ def test_the_report_follows_the_steps(addon, city):
     assert read_rows(city, "repaired")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("group", "expected"),
     [
@@ -99,7 +98,6 @@ def test_every_group_with_faces_selects_as_many_surfaces_as_it_says(city):
         assert row["area"].startswith(f"{area:.0f}" if area >= 100 else f"{area:.1f}"), row["key"]
 
 
-@pytest.mark.slow
 def test_a_building_and_what_belongs_to_a_face(city):
     assert bpy.ops.citypv.select_group(group="building/b") == {"FINISHED"}
     whole = selected_surfaces(city)
@@ -110,7 +108,6 @@ def test_a_building_and_what_belongs_to_a_face(city):
     assert selected_surfaces(city) == whole
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("operator", ["select_group", "copy_group"])
 def test_a_group_that_is_not_there_is_an_error_in_one_line(city, operator):
     refuse(
@@ -121,7 +118,6 @@ def test_a_group_that_is_not_there_is_an_error_in_one_line(city, operator):
     refuse("select_group", "City: it has no building 'c'", group="building/c")
 
 
-@pytest.mark.slow
 def test_nothing_selected_or_hidden_is_told(city):
     bpy.ops.citypv.select_group(group="kind/roof")
     run("deselect")
@@ -143,7 +139,6 @@ def test_the_steps_go_on_from_edit_mode(addon, city):
     assert bpy.context.mode == "OBJECT"
 
 
-@pytest.mark.slow
 def test_the_report_as_text_is_complete(city, row_file):
     run("show_report", "show_report")
     assert [text.name for text in bpy.data.texts] == ["CityPV report"]

@@ -23,7 +23,6 @@ def run_steps(path, *steps):
     return find_city(bpy.context.scene)
 
 
-@pytest.mark.slow
 def test_importing_again_takes_the_place_of_the_first(addon, city_file):
     run_steps(city_file, "import_city", "classify", "import_city")
     assert [item.name for item in bpy.context.scene.objects] == ["City"]

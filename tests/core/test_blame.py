@@ -6,6 +6,7 @@ import h5netcdf
 import numpy as np
 import pytest
 from test_rasters import make_heights, write_tiff
+from thorough import mark_cases
 from transfers import unshaded_transfer
 from weathers import BARROW, BERLIN, ERA5, POTSDAM_2018, PVGIS, STOCKHOLM, TMY3
 
@@ -112,7 +113,9 @@ def damage(lines, way, random):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "path", [BARROW, TMY3, STOCKHOLM, POTSDAM_2018, PVGIS], ids=lambda path: path.name[:9]
+    "path",
+    mark_cases([BARROW, TMY3, STOCKHOLM, POTSDAM_2018, PVGIS], kept=3),
+    ids=lambda path: path.name[:9],
 )
 def test_any_damage_of_weather_is_one_line(path, tmp_path):
     random, refused = np.random.default_rng(1), 0

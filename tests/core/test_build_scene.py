@@ -168,7 +168,6 @@ def test_no_wall_of_berlin_hangs(berlin):
     assert np.mean(gap < -0.5) < 0.02
 
 
-@pytest.mark.slow
 def test_the_ground_of_berlin_is_small_and_faces_up(berlin):
     vertices, triangles = ground_of(berlin)
     assert 4_000 < len(triangles) < 15_000
@@ -193,7 +192,6 @@ def test_no_courtyard_of_berlin_is_lost(berlin):
     assert not np.isnan(heights_below(*ground_of(berlin), inside)).any()
 
 
-@pytest.mark.slow
 def test_the_ground_reaches_four_building_heights_beyond(berlin):
     low, high = berlin.vertices.min(axis=0), berlin.vertices.max(axis=0)
     built = berlin.vertices[np.unique(berlin.triangles[berlin.triangle_surface >= 0])]

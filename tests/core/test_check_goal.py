@@ -35,6 +35,7 @@ def test_with_a_time_budget_the_first_round_has_few_rays(arguments, samples):
     )
 
 
+@pytest.mark.slow
 def test_a_target_below_the_error_of_the_suns_is_refused_at_once(city, tmp_path, capfd):
     options = ["simulate", str(city), "--out", str(tmp_path / "a"), *COMMON, "--suns", "days:4"]
     assert main([*options, "--target-error", "0.05"]) == 2
@@ -47,6 +48,7 @@ def test_a_target_below_the_error_of_the_suns_is_refused_at_once(city, tmp_path,
     assert main([*options, "--target-error", least]) == 0
 
 
+@pytest.mark.slow
 def test_a_budget_below_that_of_the_first_round_is_refused_with_one_that_is_kept(
     city, tmp_path, capfd
 ):
@@ -73,7 +75,7 @@ def test_more_time_leaves_no_more_error_than_a_target_takes(city, tmp_path):
         summary = json.loads((tmp_path / name / "summary.json").read_text(encoding="utf-8"))
         return time.monotonic() - started, summary["error_budget"]["surfaces"]["all"]["at_95"]
 
-    seconds, error = run("target", "--target-error", "0.4")
+    seconds, error = run("target", "--target-error", "0.8")
     taken, left = run("budget", "--time-budget", f"{2.7 * seconds:.1f}")
     assert taken < 5 * seconds  # a busy machine may slow down after it was measured
     assert left <= error

@@ -80,7 +80,6 @@ BAD_DOCUMENTS = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", BAD_DOCUMENTS)
 def test_refused_with_file_place_and_cure(tmp_path, name):
     text, problem = BAD_DOCUMENTS[name]

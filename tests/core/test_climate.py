@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pvlib
 import pytest
+from thorough import mark_cases
 from weathers import BARROW, HOUR, PVGIS, TMY3
 
 from citypv.core.settings.errors import InputError
@@ -76,7 +77,7 @@ def cells():
 # --- the grids
 
 
-@pytest.mark.parametrize("place", CELLS)
+@pytest.mark.parametrize("place", mark_cases(CELLS, kept=2))
 def test_air_is_that_of_the_grid(place, cells):
     temp_air, wind_speed = CELLS[place]
     data = cells[place].data

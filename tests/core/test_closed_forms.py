@@ -52,7 +52,6 @@ def direct_relative(transfer):
     return first + transfer.direct_reflected + far_ground
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("tilt", "expected"),
     mark_cases([(0, 1.0), (30, 0.949759526), (60, 0.8125), (90, 0.625)], kept=2),

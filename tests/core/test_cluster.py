@@ -338,7 +338,6 @@ def test_a_planted_task_is_not_opened(tmp_path):
 # -- schedulers that do not answer, programs that are none, errors that workers send back --
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("speech", [b"", b"SSH-2.0-x\r\n", b"220"])
 def test_a_port_where_no_scheduler_listens_is_named(tmp_path, refused, monkeypatch, speech):
     """One that accepts and stays silent, one that speaks another protocol, and one that stops

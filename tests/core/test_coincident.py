@@ -164,7 +164,6 @@ def test_a_floor_drawn_on_a_roof_leaves_the_roof_lit(estimator):
     assert transfer.visible_share[:4] == pytest.approx(1, abs=0.02)
 
 
-@pytest.mark.slow
 @both
 def test_a_court_drawn_from_both_sides_lights_a_wall(estimator):
     """It reflects as one drawn once: beyond half of the sky the wall gets 0.5 · F of the court."""

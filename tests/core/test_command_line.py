@@ -72,7 +72,6 @@ def test_faces(results):
     assert faces.loc["a_south", "surface_azimuth"] == pytest.approx(180 - 1.285, abs=0.02)
 
 
-@pytest.mark.slow
 def test_summary(results):
     summary = json.loads((results / "summary.json").read_text(encoding="utf-8"))
     assert summary["input"]["surfaces"] == 21

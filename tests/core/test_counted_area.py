@@ -91,7 +91,6 @@ def test_hidden_walls_are_left_out(transfer, berlin):
     }
 
 
-@pytest.mark.slow
 def test_what_has_no_room_carries_no_modules(transfer, berlin):
     """0.3 of the first wall, 0.4 of the second and 0.3 of the third, of which half is covered; all
     of a roof.
@@ -119,7 +118,6 @@ def test_what_has_no_room_carries_no_modules(transfer, berlin):
         compute_energy(known, berlin, build_system(Request(clearance=0.1)))
 
 
-@pytest.mark.slow
 def test_hidden_walls_counted_as_in_the_paper(transfer, berlin):
     system = build_system(Request(hidden_walls="count"))
     energy = compute_energy(transfer, berlin, system)
@@ -138,7 +136,6 @@ def test_hidden_walls_counted_as_in_the_paper(transfer, berlin):
     np.testing.assert_array_equal(energy.open_area, other.open_area)
 
 
-@pytest.mark.slow
 def test_overhangs_are_facades_where_asked(transfer, berlin):
     energy = compute_energy(transfer, berlin, build_system(Request(overhangs="count")))
     assert energy.eligible.tolist() == [True] * 3 + [False] * 2 + [
@@ -155,7 +152,6 @@ def test_overhangs_are_facades_where_asked(transfer, berlin):
     assert transfer.surfaces.kind[5] == "downward"  # the Transfer is not touched
 
 
-@pytest.mark.slow
 def test_usable_shares_and_flat_roofs(transfer, berlin):
     system = build_system(Request(usable={"facade": 0.6, "flat": 0.5}))
     energy = compute_energy(transfer, berlin, system)
@@ -195,7 +191,6 @@ def test_usable_shares_and_flat_roofs(transfer, berlin):
     )
 
 
-@pytest.mark.slow
 def test_with_the_papers_sectors_flat_roofs_stand_beside_the_whole(transfer, berlin):
     paper = replace(
         transfer, surfaces=replace(transfer.surfaces, eligible=transfer.surfaces.kind == "facade")

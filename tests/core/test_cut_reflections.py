@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from test_rounds_unbiased import REQUEST, street
+from thorough import mark_cases
 
 from citypv.core.accuracy.error_budget import bound_cut_reflections
 from citypv.core.accuracy.sun_sampling import name_groups
@@ -67,7 +68,7 @@ def assert_bounded(name, bounces, rounds=(), most=None, **changes):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["alone", "street", "court", "tower"])
+@pytest.mark.parametrize("name", mark_cases(["alone", "street", "court", "tower"], kept=2))
 @pytest.mark.parametrize(
     ("albedo", "bounces", "most"), [(0.3, 1, 5), (0.3, 2, 5), (0.6, 5, 5), (0.9, 5, None)]
 )
@@ -75,6 +76,7 @@ def test_forty_reflections_add_no_more_than_is_stated(name, albedo, bounces, mos
     assert_bounded(name, bounces, most=most, albedo=albedo, ground_albedo=albedo)
 
 
+@pytest.mark.slow
 def test_without_reflections_and_after_rounds():
     assert_bounded("street", 0)
     assert_bounded("street", 2, rounds=(1, 2))

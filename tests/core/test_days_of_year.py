@@ -100,7 +100,6 @@ def test_the_year_of_tracing_does_not_matter():
     assert np.median(angles(several, year_of(2015, 2017), HOUR, 52.5, 13.4)) < 0.03
 
 
-@pytest.mark.slow
 def test_days_are_spread_evenly():
     suns = choose_suns("days:24", year_of(), HOUR, 52.5, 13.4)
     dates = np.unique(suns.day)

@@ -209,7 +209,7 @@ def try_edit(base_of, name, seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", mark_cases(CITIES, kept=5))
+@pytest.mark.parametrize("name", mark_cases(CITIES, kept=4))
 def test_the_change_alone_is_the_edited_scene_traced_wholly(base_of, name):
     try_edit(base_of, name, seed=1)
 
@@ -222,7 +222,7 @@ def test_two_hundred_edits_are_the_edited_scenes_traced_wholly(base_of, name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["houses", "all rays"])
+@pytest.mark.parametrize("name", mark_cases(["houses", "all rays"], kept=1))
 def test_ten_edits_in_a_row_keep_the_law(base_of, name):
     """Patches and surfaces that are gone give their numbers away when they are many."""
     city, base = base_of(name)
@@ -237,7 +237,7 @@ def test_ten_edits_in_a_row_keep_the_law(base_of, name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["houses", "courtyard", "trees", "all rays"])
+@pytest.mark.parametrize("name", mark_cases(["houses", "courtyard", "trees", "all rays"], kept=2))
 def test_single_suns_of_a_large_city_follow_the_change(base_of, name, monkeypatch):
     """Visible shares are exact, so is the sum over the suns; what is guessed moves light from sun
     to sun by little.
@@ -279,7 +279,6 @@ def test_buildings_are_taken_moved_raised_and_named_apart():
             edit_city(city, wrong)
 
 
-@pytest.mark.slow
 def test_only_the_ground_under_what_comes_and_goes_changes(base_of):
     """A tower in an open place punches a hole of its own size; where a house goes ground closes its
     footprint.
@@ -302,7 +301,6 @@ def test_only_the_ground_under_what_comes_and_goes_changes(base_of):
     assert plan["gone"] - plan["before"] == pytest.approx(size, abs=1e-3)
 
 
-@pytest.mark.slow
 def test_what_cannot_be_edited_is_refused_with_a_cure(base_of):
     city, base = base_of("row")
     prepared = base.city.prepared

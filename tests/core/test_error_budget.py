@@ -80,7 +80,6 @@ def test_own_noise_averages_out_and_shared_noise_does_not(walls, own, shared, ex
     assert found == pytest.approx(expected, rel=1e-4, abs=1e-4)
 
 
-@pytest.mark.slow
 def test_covered_area_is_not_counted(walls):
     """The mean is over the open area, 8 of 10 m²: error and hours grow alike, and so does the
     group's error.
@@ -94,7 +93,6 @@ def test_covered_area_is_not_counted(walls):
     assert energy.group_standard_error[0] == pytest.approx(energy.sampling_error, rel=1e-9)
 
 
-@pytest.mark.slow
 def test_a_wall_whose_error_is_unknown(walls):
     """It makes that of the mean unknown; one that is not counted does not."""
     transfer, weather = walls
@@ -110,7 +108,6 @@ def test_a_wall_whose_error_is_unknown(walls):
 SUMMER = (5, 6, 7, 8, 9, 10)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("leaf", "bare"), [(1.0, 0.0), (0.0, 1.0), (1.0, 1.0)])
 def test_each_state_has_its_share_of_the_year(walls, leaf, bare):
     """Noise in the diffuse light of one state makes an error in proportion to DHI of its months,
@@ -148,7 +145,6 @@ def run(berlin):
     return transfer, berlin, compute_energy(transfer, berlin, threads=1)
 
 
-@pytest.mark.slow
 def test_sources_add_up_to_the_stated_error(run):
     transfer, weather, energy = run
     errors = split_errors(transfer, weather, energy)
@@ -160,7 +156,6 @@ def test_sources_add_up_to_the_stated_error(run):
     assert errors.variance["shadows"].max() > 0
 
 
-@pytest.mark.slow
 def test_groups_add_up_to_their_stated_error(run):
     transfer, weather, energy = run
     budget = budget_groups(transfer, weather, energy, {"facade south": 0.004})
@@ -173,7 +168,6 @@ def test_groups_add_up_to_their_stated_error(run):
     assert budget["facade north"]["cut_reflections"]["percent"] is None
 
 
-@pytest.mark.slow
 def test_the_last_sentence_names_the_largest_part(run):
     transfer, weather, energy = run
     many = replace(transfer, record=replace(transfer.record, sun_sampling={"rms": 50.0}))
@@ -188,7 +182,6 @@ def test_the_last_sentence_names_the_largest_part(run):
     assert " times the samples would halve it" in suggest_more(untimed, weather, energy)
 
 
-@pytest.mark.slow
 def test_the_sky_model_moves_walls_as_published(berlin):
     """Perez over isotropic, Berlin 2017, by pvlib: south wall +12.1, north wall -8.4 %, and nothing
     on level ground.
@@ -200,7 +193,6 @@ def test_the_sky_model_moves_walls_as_published(berlin):
     )
 
 
-@pytest.mark.slow
 def test_the_sky_model_of_a_group_is_that_of_its_planes(run):
     transfer, weather, energy = run
     found = budget_groups(transfer, weather, energy, {})["facade south"]["sky_model"]["percent"]
@@ -210,7 +202,6 @@ def test_the_sky_model_of_a_group_is_that_of_its_planes(run):
     )
 
 
-@pytest.mark.slow
 def test_a_scene_without_eligible_surfaces_has_no_sources(run):
     transfer, weather, _ = run
     dark = replace(

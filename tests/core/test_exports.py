@@ -64,7 +64,6 @@ def test_cityjson_has_the_rows_of_faces_csv(small_results, document):
             assert sum(months) == pytest.approx(row["full_load_hours"], rel=1e-4)
 
 
-@pytest.mark.slow
 def test_cityjson_has_the_shapes_of_the_input(small_results, document):
     vertices = (
         np.array(document["vertices"]) * document["transform"]["scale"]
@@ -80,7 +79,6 @@ def test_cityjson_has_the_shapes_of_the_input(small_results, document):
     assert types == dict(zip(before.surface_id, before.thematic, strict=True))
 
 
-@pytest.mark.slow
 def test_cityjson_sums_up_each_building(small_results, document):
     table = pd.read_csv(small_results / "faces.csv")
     summary = json.loads((small_results / "summary.json").read_text(encoding="utf-8"))
@@ -147,7 +145,6 @@ def test_name_of_the_system():
         assert pyproj.CRS.from_user_input(name_system(crs)).to_epsg() == number
 
 
-@pytest.mark.slow
 def test_gltf_has_the_areas_and_colours_of_the_faces(small_results):
     city = Glb((small_results / "city.glb").read_bytes())
     assert [node["name"] for node in city.json["nodes"]] == ["a", "b", "c", "ground"]
@@ -222,7 +219,6 @@ def read_layer(path, name):
     return table, shapes
 
 
-@pytest.mark.slow
 def test_a_geopackage_has_the_tables_that_the_standard_requires(small_results):
     with closing(sqlite3.connect(small_results / "city.gpkg")) as file:
         assert file.execute("PRAGMA application_id").fetchone()[0] == int.from_bytes(b"GPKG", "big")
@@ -246,7 +242,6 @@ def test_a_geopackage_has_the_tables_that_the_standard_requires(small_results):
         np.testing.assert_allclose(box, expected, atol=1e-6)
 
 
-@pytest.mark.slow
 def test_a_geopackage_has_the_rows_of_the_tables_and_the_shapes_of_the_input(small_results):
     city = read_city(small_results.parent / "city.gml")
     for layer, name, key in (

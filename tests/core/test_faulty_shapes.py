@@ -270,6 +270,7 @@ def test_what_no_longer_stands_of_cityjson(tmp_path):
     assert list(city.report.skipped.values()) == [["old", "tree"]]
 
 
+@pytest.mark.slow
 def test_a_ring_that_crosses_itself_very_often_is_left_out(tmp_path):
     """60,000 corners at random have 600 million crossings. A star of 25 points has 25 · 11 = 275
     and stays.

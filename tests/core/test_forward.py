@@ -107,7 +107,6 @@ def test_where_the_light_goes():
     assert dark.diffuse_relative @ dark.surfaces.area == pytest.approx(absorbed, rel=1e-9)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("albedo", "bounces", "mirrors"),
     mark_cases(

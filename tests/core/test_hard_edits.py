@@ -73,7 +73,7 @@ EDITS = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "name", mark_cases(EDITS, kept=12, law=(list(EDITS).index("mirrors come"),))
+    "name", mark_cases(EDITS, kept=8, law=(list(EDITS).index("mirrors come"),))
 )
 def test_a_hard_edit_is_the_edited_scene_traced_wholly(base_of, tmp_path, name):
     kind, edit, albedo = EDITS[name]

@@ -95,7 +95,6 @@ def slopes():
     return join([strip(start, [4, 0, 0], up, 1) for start, up in zip(starts, south, strict=True)])
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("estimator", "shape"),
     [("gather", uniform), ("gather", valley), ("rays", valley), ("forward", uniform)],
@@ -173,7 +172,6 @@ def test_suns_behind_the_ridge_are_off_hour_by_hour():
     assert (energy.full_load_hours < whole.full_load_hours).all()
 
 
-@pytest.mark.slow
 def test_a_low_horizon_is_left_out_with_its_height_as_the_reason(slopes, tmp_path):
     for height, on in ((1.9, False), (2.1, True)):
         path = write_angles(tmp_path / f"{height}.csv", uniform(height))

@@ -43,7 +43,6 @@ def test_horizon_is_that_of_all_posts(place):
     assert np.sqrt((difference**2).mean()) < 0.03 and np.abs(difference).max() < 0.15
 
 
-@pytest.mark.slow
 def test_curvature_and_refraction_count():
     """A plateau of 1,000 m from 40 km on: its angle by hand, with and without refraction."""
     near, found = plateau(1000.0, 40_000.0), []

@@ -113,7 +113,6 @@ def test_the_horizon_is_the_same_at_any_longitude_however_it_is_written(
         assert found.known.min() > 49_000
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("unit", "factor"),
     [("ft", 0.3048), ("US survey foot", 1200 / 3937), ("Foot_US", 1200 / 3937), ("cm", 0.01)],
@@ -123,7 +122,6 @@ def test_heights_have_the_unit_that_the_raster_names(tmp_path, plain, unit, fact
     assert look(path, 10.0).elevation == pytest.approx(plain, abs=1e-6)
 
 
-@pytest.mark.slow
 def test_heights_that_no_land_has_are_gaps(tmp_path, plain):
     """-9999 without a word on it, at the site and in single posts beside it."""
     path = write_hills(

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import tifffile
 from memory_of_reading import memory_of_refusal
+from thorough import mark_cases
 from weathers import ERA5
 
 from citypv.__main__ import main
@@ -149,6 +150,7 @@ def test_ids_are_no_formulas_in_tables(tmp_path, name):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows tells no peak of memory this way")
 def test_a_packed_mesh_has_the_budget_of_a_text(tmp_path):
     """150 kB that unpack to 13 million triangles, which would take 4 GB."""
@@ -247,8 +249,11 @@ def test_a_scene_that_does_not_fit_is_refused_by_what_it_needs(city, monkeypatch
         build_scene(buildings)
 
 
+@pytest.mark.slow
 @POSIX
-@pytest.mark.parametrize("ends", ["1>&-", "2>&- 1>&-", "1>/dev/full", "2>/dev/full"])
+@pytest.mark.parametrize(
+    "ends", mark_cases(["1>&-", "2>&- 1>&-", "1>/dev/full", "2>/dev/full"], kept=2)
+)
 def test_closed_and_full_outputs_are_no_traceback(tmp_path, city, ends):
     """Whatever is left of the streams: no traceback; a full disk is one line and status 1."""
     command = (
@@ -265,6 +270,7 @@ def test_closed_and_full_outputs_are_no_traceback(tmp_path, city, ends):
     )
 
 
+@pytest.mark.slow
 @POSIX
 def test_a_full_disk_ends_a_plot_in_one_line(tmp_path, city):
     """Files may have 4 or 8 kB at most, so that a picture ends in its middle, as on a full disk."""

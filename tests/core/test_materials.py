@@ -47,7 +47,6 @@ def test_a_glossy_facade_throws_a_blurred_beam(tmp_path):
     assert rough[3] > 0.02
 
 
-@pytest.mark.slow
 def test_the_pilot_follows_a_forward_run_with_mirrors(tmp_path):
     path = finish(tmp_path, "surface,material\nfacade,glass\n")
     request = Request(estimator="forward", samples=16, albedo_file=path)

@@ -100,7 +100,6 @@ def test_replicates_side_by_side_state_the_variance_of_the_mean():
         assert stated.var() == pytest.approx(2 / freedom / (4 * rounds) ** 2, rel=0.25)
 
 
-@pytest.mark.slow
 def test_forward_rounds_merge_too():
     scene, request = three_houses(), Request(estimator="forward", samples=8, threads=1)
     rounds = [

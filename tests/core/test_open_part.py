@@ -12,6 +12,7 @@ from planes import run_chain
 from scenes import run_forward, run_gather, suns_towards
 from test_closed_forms import direct_relative
 from test_energy import KWP
+from thorough import mark_cases
 from transfers import unshaded_transfer
 
 import citypv
@@ -44,7 +45,7 @@ def cover(transfer, covered, cramped=0.0):
     )
 
 
-@pytest.mark.parametrize("cramped", [0.0, COVERED / 3, COVERED])
+@pytest.mark.parametrize("cramped", mark_cases([0.0, COVERED / 3, COVERED], kept=2))
 @pytest.mark.parametrize("plain", [True, False])
 def test_covered_walls_yield_the_hours_of_their_open_part_by_pvlib(
     berlin, plain, cramped, monkeypatch

@@ -260,7 +260,6 @@ def test_tiles_join(tmp_path):
     )
 
 
-@pytest.mark.slow
 def test_triangles_of_a_building_stay_its_own(tmp_path):
     """Of a triangulated roof nothing is lost to the terrain, wherever the relief stands in the
     file.
@@ -293,7 +292,6 @@ def test_large_reliefs_are_read_in_pieces(tmp_path, monkeypatch):
     assert len(only(city).triangles) == len(triangles)
 
 
-@pytest.mark.slow
 def test_what_cannot_be_used_is_named(tmp_path):
     points, triangles = tin(step=60.0)
     text = relief(points, triangles)

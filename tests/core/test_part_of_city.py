@@ -120,7 +120,6 @@ def test_light_is_that_of_the_same_patches_in_arrays_of_all(city, buildings, gro
         )
 
 
-@pytest.mark.slow
 def test_a_small_city_and_one_with_mirrors_stay_whole(city, tmp_path):
     scene, prepared, _ = city
     every = np.arange(len(prepared.patches))

@@ -38,7 +38,6 @@ def test_patches_are_those_that_a_run_with_more_rays_traces(city, pilot):
     assert len(pilot.errors.rows) == city.scene.surfaces.eligible.sum()
 
 
-@pytest.mark.slow
 def test_seconds_follow_the_formula(pilot):
     """Those of the run for its own settings; its suns take as much longer as there are more,
     patches of both parts.
@@ -52,7 +51,6 @@ def test_seconds_follow_the_formula(pilot):
     assert all(own.predict_seconds(replace(own, **one)) > before + suns for one in changes)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("size", [5.0, 2.5, 20.0])
 def test_finer_patches_are_counted_before_they_are_made(size, city, pilot):
     """Of surfaces within a third; where edges just fit, each is cut into four."""

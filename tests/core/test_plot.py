@@ -85,14 +85,12 @@ def test_the_report_opens_by_itself(small_results, page):
     assert "url(" not in style and "@import" not in style
 
 
-@pytest.mark.slow
 def test_names_are_escaped(small_results, page):
     assert "Solar potential: Tom & Co" in page.text
     assert "Tom &amp; Co" in (small_results / "report.html").read_text(encoding="utf-8")
     assert "&lt;b&gt;" in table(("a",), [("<b>",)]) and "<b>" not in table(("a",), [("<b>",)])
 
 
-@pytest.mark.slow
 def test_the_tables_are_those_of_the_files(small_results, page):
     groups = pd.read_csv(small_results / "groups.csv")
     annual = groups[groups["period"] == "annual"]
@@ -116,7 +114,6 @@ def test_the_tables_are_those_of_the_files(small_results, page):
     assert [float(text.replace(",", "")) for text in first[1:4]] == pytest.approx(expected, abs=0.5)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("period", "shift"), [("month", 0), ("solar_hour", 0.5)])
 def test_the_lines_are_those_of_groups_csv(small_results, results, period, shift):
     groups = pd.read_csv(small_results / "groups.csv")
@@ -136,7 +133,6 @@ def test_the_lines_are_those_of_groups_csv(small_results, results, period, shift
             )
 
 
-@pytest.mark.slow
 def test_histograms_hold_the_area_and_hours_of_the_groups(small_results, results):
     """groups.csv is written from hourly sums, the bars from faces.csv."""
     annual = pd.read_csv(small_results / "groups.csv").query("period == 'annual'")
@@ -169,7 +165,6 @@ def test_the_traced_suns_are_drawn_where_they_stand(small_results, results):
     assert drawn == pytest.approx(directions, abs=1e-6)
 
 
-@pytest.mark.slow
 @pytest.mark.law
 def test_the_plan_has_the_shapes_of_the_city(results):
     """Areas seen from above are area · cos(tilt), by shapely; a wall's line is as long as the
@@ -189,7 +184,6 @@ def test_the_plan_has_the_shapes_of_the_city(results):
     assert np.degrees(np.arctan2(along[0], along[1])) % 180 == pytest.approx(90 - 1.285, abs=0.05)
 
 
-@pytest.mark.slow
 def test_the_plan_is_coloured_by_the_hours_of_faces_csv(small_results, results):
     table = pd.read_csv(small_results / "faces.csv").query("eligible")
     for show, kind in (("roof", "roof"), ("facade", "facade")):
@@ -231,6 +225,7 @@ def test_yield_keeps_the_shapes(small_results, tmp_path):
     assert "earlier run" in page.text
 
 
+@pytest.mark.slow
 def test_a_folder_of_an_earlier_version_is_refused_with_the_cure(small_results, tmp_path, refused):
     """As 0.2.0 began: no areas of modules, no sums by kind; citypv yield writes what is missing."""
     old = tmp_path / "old"
@@ -309,7 +304,6 @@ SPOIL = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", mark_cases(SPOIL, kept=4))
 def test_a_spoilt_folder_ends_in_one_line(name, small_results, tmp_path, refused):
     shutil.copytree(small_results, tmp_path / "bad", ignore=shutil.ignore_patterns("report.html"))
@@ -325,19 +319,16 @@ def test_a_spoilt_folder_ends_in_one_line(name, small_results, tmp_path, refused
     assert not list((tmp_path / "bad").glob("*report*"))
 
 
-@pytest.mark.slow
 def test_what_is_no_folder_of_results_ends_in_one_line(small_results, tmp_path, refused):
     for place in (tmp_path / "nowhere", tmp_path, small_results / "faces.csv"):
         assert str(place) in refused("plot", place)
 
 
-@pytest.mark.slow
 def test_without_matplotlib_one_line_tells_how_to_get_it(small_results, monkeypatch, refused):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     assert "type: pip install matplotlib" in refused("plot", small_results)
 
 
-@pytest.mark.slow
 def test_the_lead_tells_the_error_of_the_weather(small_results, page):
     """Of the built-in climate it is that of the published table; P90 of several years stands there,
     too.

@@ -209,7 +209,6 @@ def test_the_defaults_are_pvwatts_plant(berlin, hourly):
     np.testing.assert_allclose(energy.full_load_hours_standard_error, 0)
 
 
-@pytest.mark.slow
 def test_the_spectral_polynomial_ends_where_its_coefficients_do():
     system = dc_system()
     found = spectral_factor(np.array([1.0, 9.9, 10.0, 20.0, 38.0, np.nan]), system)
@@ -259,7 +258,6 @@ def test_modules_of_the_libraries_work(library):
         assert power[0] == pytest.approx(1, abs=0.01) and 0 <= power[1] < 0.002, name
 
 
-@pytest.mark.slow
 def test_inverter_names():
     assert pick_inverter("PVWatts", 1.2).dc_ac_ratio == 1.2
     assert pick_inverter("abb micro 0.25 i outd us 208 [208v]").name == INVERTER

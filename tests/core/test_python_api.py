@@ -113,7 +113,6 @@ def test_tables_are_those_of_the_files(result):
     assert "<table" in shown and "data:image/png;base64," in shown
 
 
-@pytest.mark.slow
 def test_saved_and_read_again(result, tmp_path):
     saved = result.save(tmp_path / "mine")
     again = citypv.read_results(tmp_path / "mine")
@@ -303,6 +302,7 @@ def test_another_state_of_a_city_stands_where_the_first_one_does(city, result, t
         citypv.simulate(tmp_path / "local.obj", site_of=result.folder, **FEW)
 
 
+@pytest.mark.slow
 def test_groups_without_orientation_have_plain_names(tmp_path):
     """`flat`, as in the tables; the names of version 0.2.0 are read as these."""
     result = citypv.simulate(
@@ -317,6 +317,7 @@ def test_groups_without_orientation_have_plain_names(tmp_path):
     assert Result(tmp_path).timeseries["group"].to_numpy().tolist() == names
 
 
+@pytest.mark.slow
 def test_areas_of_all_tables_agree(result):
     """Of faces.csv, groups.csv and the summary: what counts, and what does not, by whole surfaces
     and parts.

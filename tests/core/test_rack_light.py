@@ -100,7 +100,6 @@ def test_narrow_rows_shade_each_other(new_york):
     assert (np.diff(hours) > 0.003).all() and hours[0] < 0.95 and hours[-1] > 0.99
 
 
-@pytest.mark.slow
 def test_pairs_that_face_east_and_west_are_alike(new_york):
     """Under suns that stand as often in the east as in the west, mirrored rows get the
     same light.

@@ -88,7 +88,6 @@ def assert_as_gdal(path, window=(3, 41, 150, 90), posts=(37, 50), rounding=1e-12
 STRIPS, TILES = {"blockysize": 7}, {"tiled": True, "blockxsize": 64, "blockysize": 32}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("compress", "kind", "layout"),
     [
@@ -167,7 +166,6 @@ def test_compressed_by_gzip(tmp_path):
         )
 
 
-@pytest.mark.slow
 def test_a_grid_as_text_is_as_gdal_reads_it(tmp_path):
     heights = make_heights("float32")[:40, :50]
     head = "NCOLS 50\nnrows 40\nxllcenter 390000.5\nyllcenter 5820000\ncellsize 2\nNODATA_value 0\n"

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from thorough import mark_cases
 
 from citypv.core.city.classify import measure_tilt
 from citypv.core.city.polygons import measure_polygons
@@ -85,7 +86,7 @@ def test_counts_and_areas_of_every_lod(name, lod):
         assert area[chosen].sum() == pytest.approx(square_metres * scale(name), rel=1e-3, abs=0.06)
 
 
-@pytest.mark.parametrize("name", EXPECTED)
+@pytest.mark.parametrize("name", mark_cases(EXPECTED, kept=8))
 def test_every_polygon_is_met_and_counted_once(name):
     city = read_city(find(name))
     assert name not in SYSTEMS or city.crs == SYSTEMS[name]
@@ -100,7 +101,9 @@ def test_every_polygon_is_met_and_counted_once(name):
     assert all(identifier for names in left_out for identifier in names)
 
 
-@pytest.mark.parametrize("name", [name for name, e in EXPECTED.items() if e["lod2_area_by_tilt"]])
+@pytest.mark.parametrize(
+    "name", mark_cases([name for name, e in EXPECTED.items() if e["lod2_area_by_tilt"]], kept=6)
+)
 def test_area_by_tilt(name):
     area, normal = measure(read_lod(name, "2", orient="as-drawn"))
     tilt, _ = measure_tilt(normal)

@@ -47,7 +47,6 @@ def areas(city):
     return measure_polygons(city.points, city.ring_start, city.polygon_start)[0]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("name", "lod"), CASES)
 def test_counts_and_areas_of_every_lod(name, lod):
     city = read_city(find(name), lod=lod)

@@ -139,7 +139,6 @@ def test_the_tower_stands_upright_with_y_up():
     )
 
 
-@pytest.mark.slow
 def test_the_floors_of_lyon_are_turned_as_the_tower_around_them():
     city = read_city(find("lyon_tour_part_dieu.obj"))
     area, _, tilt = measure(city)

@@ -88,7 +88,6 @@ def test_trees_of_berlin_stand_where_their_attributes_say(tmp_path):
     assert (volume_of_crowns(crowns) > 0).all() and crowns.trunk.any()
 
 
-@pytest.mark.slow
 def test_a_tree_of_which_only_numbers_are_given(tmp_path):
     numbers = (
         "<veg:class>1060</veg:class><veg:height "
@@ -134,7 +133,6 @@ def test_the_lowest_faces_of_a_round_crown_are_no_trunk(tmp_path):
     assert crowns.trunk.sum() == len(stem[1])
 
 
-@pytest.mark.slow
 def test_an_area_of_plants_is_raised_by_its_height(tmp_path):
     area = [(390020, 5810000, 2), (390030, 5810000, 2), (390030, 5810004, 2), (390020, 5810004, 2)]
     shape = f"<veg:lod1MultiSurface>{surfaces(area)}</veg:lod1MultiSurface>"
@@ -161,7 +159,6 @@ def terraces(step, wall):
     return faces
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("step", mark_cases([0, 0.4], kept=1))
 def test_lawns_on_a_hillside_are_no_crowns(tmp_path, step):
     """3dfier draws them so. Their convex hull would be a hedge as high as the hill, which hides the
@@ -177,7 +174,6 @@ def test_lawns_on_a_hillside_are_no_crowns(tmp_path, step):
     ] == ["oak"]
 
 
-@pytest.mark.slow
 def test_plants_with_walls_around_them_are_a_body(tmp_path):
     """A wood of 4 m without a bottom: 20 m by 10 m."""
     plants = tree(

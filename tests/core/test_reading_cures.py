@@ -132,6 +132,7 @@ def test_an_upward_axis_that_is_named_sets_the_houses_on_their_floors(tmp_path, 
         assert areas == pytest.approx(expected, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_a_place_that_is_asked_for_is_enough(tmp_path, capsys):
     path = write_houses(tmp_path / "houses.obj", 1.0)
     out = ["--preset", "draft", "--suns", "days:1", "--out", str(tmp_path / "out")]

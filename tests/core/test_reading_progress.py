@@ -118,7 +118,6 @@ def test_reading_is_told(files, number):
     assert len(paths) > 1 or len(city) == len(read_city(paths))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("number", "stage", "share"),
     [

@@ -79,7 +79,6 @@ def measure(vertices, triangles):
     return longest, 2 * area / longest, area
 
 
-@pytest.mark.slow
 def test_a_long_wall_and_its_neighbours_still_meet_edge_to_edge():
     """A wall of 300 × 3 m between a roof, the ground and two short walls, turned any way: no gap,
     no face turned.

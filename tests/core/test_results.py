@@ -91,7 +91,6 @@ def test_faces(weighed, tmp_path):
         np.testing.assert_allclose(written, values, rtol=5e-6)
 
 
-@pytest.mark.slow
 def test_groups(weighed, tmp_path):
     transfer, weather, energy = weighed
     write_groups(tmp_path / "groups.csv", energy)
@@ -133,7 +132,6 @@ def test_groups(weighed, tmp_path):
     assert noon == pytest.approx(12 - weather.longitude / 15 + offset, abs=0.45)
 
 
-@pytest.mark.slow
 def test_time_series(weighed, tmp_path):
     _, weather, energy = weighed
     path = tmp_path / "timeseries.nc"
@@ -283,7 +281,6 @@ def test_transfer_of_other_ways_and_without_surfaces(way, tmp_path):
         assert_same(transfer, read_transfer(path))
 
 
-@pytest.mark.slow
 def test_a_series_without_groups_keeps_names_of_text(weighed, tmp_path):
     _, weather, energy = weighed
     area, count, factor = (

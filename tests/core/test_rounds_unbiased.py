@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from cities import box, make_city
 from scipy import stats
+from thorough import mark_cases
 
 from citypv.core.accuracy.trace_run import trace_round, trace_run
 from citypv.core.city.build_scene import build_scene
@@ -75,7 +76,7 @@ def mean_hours(name, transfer, energy):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", HOUSES)
+@pytest.mark.parametrize("name", mark_cases(HOUSES, kept=2))
 def test_rounds_end_where_long_runs_do(name):
     """Six seeds, each within what it states of the long runs, and their mean too."""
     long = [
@@ -94,6 +95,7 @@ def test_rounds_end_where_long_runs_do(name):
     assert np.abs(found[:, 0].mean() - true) < 3 * np.sqrt(found[:, 1].mean() / len(found) + left)
 
 
+@pytest.mark.slow
 def test_each_sun_becomes_known_better_with_every_round():
     """What a facade receives of single suns by reflection scatters less, in proportion to the
     number of samples.

@@ -162,7 +162,6 @@ def test_the_horizon_over_a_wall_opposite():
     assert mean_of(transfer, ground) == (0, 0)
 
 
-@pytest.mark.slow
 def test_the_horizon_over_a_court():
     """Square court, side 1, walls 0.2 high: from each point of a wall, the rims of the other three,
     integrated.

@@ -142,7 +142,6 @@ def plan_of(scene, weather=None, **settings):
     return plan_effects(scene, prepared.patches, Request(**settings), weather=weather)
 
 
-@pytest.mark.slow
 def test_the_plan_takes_perez_where_inclined_surfaces_count(berlin):
     level = scene_of_triangles(*strip([0, 0, 0], [10, 0, 0], [0, 10, 0], 1))
     wall = scene_of_triangles(*strip([0, 0, 0], [10, 0, 0], [0, 0, 10], 1))

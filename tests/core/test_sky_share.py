@@ -45,7 +45,6 @@ def test_share_and_outcome_of_the_sky_are_those_of_pvlib(berlin):
     assert largest == pytest.approx(np.abs(1 - even / perez)[area > 0].max(), abs=5e-3)
 
 
-@pytest.mark.slow
 def test_a_wall_without_sun_loses_all_but_the_dome_as_pvlib_has_it(berlin):
     """The bound of the isotropic sky: DHI over the dome's part of it, for unshaded planes that
     change less.

@@ -135,7 +135,6 @@ def lines_across_a_triangle(angle, generator):
     return normal, edge, np.where(edge < middle, before, beyond)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("count", [2, 4, 8, 16, 64, 256])
 def test_what_is_left_of_the_variance_along_the_straight_edge_of_a_shadow(count):
     """Edges at any place and angle across a right triangle, whose lit area is known in

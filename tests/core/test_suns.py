@@ -168,7 +168,6 @@ def test_sky_grid_shares_the_sky_equally():
     assert nearest.min() > 0.6 * spacing and nearest.max() < 1.2 * spacing
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("latitude", "longitude"),
     mark_cases([(0.0, 0.0), (52.5, 13.4), (-33.4, -70.8), (90.0, 0.0)], kept=2, law=(1,)),

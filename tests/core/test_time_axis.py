@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from small_city import write_small_city
+from thorough import mark_cases
 from weathers import BERLIN, ERA5, HOUR, PVGIS, TMY3
 
 from citypv.__main__ import main
@@ -26,7 +27,9 @@ def integrate(times, interval, values, edges):
 
 
 @pytest.mark.parametrize("zone", ["utc", "+01:00", "-05:00", "+05:45", "-12:00", "+14:00"])
-@pytest.mark.parametrize("file", [ERA5, PVGIS, TMY3], ids=lambda file: file.name)
+@pytest.mark.parametrize(
+    "file", mark_cases([ERA5, PVGIS, TMY3], kept=1), ids=lambda file: file.name
+)
 def test_days_are_those_of_exact_integration(file, zone):
     weather = read_weather(file, *BERLIN)
     times, values = weather.data.index, weather.data["ghi"].to_numpy()
@@ -77,6 +80,7 @@ def test_what_is_no_fixed_offset_is_refused(text):
         read_zone(text)
 
 
+@pytest.mark.slow
 def test_yield_puts_a_traced_city_onto_a_calendar_year(tmp_path):
     """As `simulate`: 8,760 hours from midnight at UTC+1, and the sums of the weather's
     own hours.

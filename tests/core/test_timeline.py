@@ -44,7 +44,6 @@ def test_unshaded_surfaces_have_the_irradiance_of_pvlib(berlin, way):
         np.testing.assert_allclose(relative[:, row], np.where(lit, cosine + ground, 0), atol=2e-6)
 
 
-@pytest.mark.slow
 @pytest.mark.law
 def test_shaded_surfaces_have_the_shares_of_their_skyline(berlin):
     # With a traced sun for every hour, the error is that of the nearest hour of the year: some
@@ -88,7 +87,6 @@ def test_hours_are_those_of_the_standard_time():
     )  # New York, UTC-5
 
 
-@pytest.mark.slow
 def test_the_weather_of_an_hour_is_its_mean_over_the_month(berlin):
     found = mean_of_months(berlin.data["dni"], berlin.data.index, berlin.interval, LONGITUDE)
     local = (berlin.data.index + berlin.interval / 2).tz_convert("Etc/GMT-1")
@@ -101,7 +99,6 @@ def test_the_weather_of_an_hour_is_its_mean_over_the_month(berlin):
     assert np.isnan(part[48:]).all()
 
 
-@pytest.mark.slow
 def test_the_months_add_up_to_the_year(berlin):
     transfer, system = (
         unshaded_transfer(choose_suns("days:4", *berlin.axis), TILT, AZIMUTH),

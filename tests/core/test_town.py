@@ -22,11 +22,11 @@ TOWN = Path(__file__).parents[1] / "data" / "town.npz"
 
 
 @cache
-def traced_town():
+def traced_town(samples):
     """The town's arrays, the scene and the Transfer of one trace."""
     town = np.load(TOWN)
     scene = scene_of_triangles(town["vertices"], town["triangles"])
-    request = Request(samples=256, shadow_samples=16, far_ground=False)
+    request = Request(samples=samples, shadow_samples=16, far_ground=False)
     return town, scene, trace_gather(scene, suns_towards(town["sun"]), request, silent)
 
 
@@ -49,7 +49,7 @@ def spread(values, freedom):
 @pytest.mark.thorough
 @pytest.mark.slow
 def test_town():
-    town, scene, transfer = traced_town()
+    town, scene, transfer = traced_town(256)
     chosen = town["triangle"]
     cosine = np.maximum(scene.surfaces.normal[chosen] @ town["sun"].T, 0)
     assert rms(cosine * transfer.visible_share[chosen] - town["direct"]) <= 0.0118
@@ -62,7 +62,7 @@ def test_town():
 @pytest.mark.slow
 def test_diffuse_errors_follow_student_s_t():
     """With the three degrees of freedom of four replicates, where there is noise."""
-    town, _, transfer = traced_town()
+    town, _, transfer = traced_town(64)
     chosen = town["triangle"]
     error = transfer.diffuse_relative_standard_error[chosen]
     clear = error > ERRORS_KNOWN
@@ -81,7 +81,7 @@ def test_direct_errors_are_conservative():
     spread and the four replicates of the reflected part have fewer, four in the median
     (Satterthwaite's formula).
     """
-    town, _, transfer = traced_town()
+    town, _, transfer = traced_town(64)
     chosen = town["triangle"]
     known = (town["direct"].astype(float) + town["direct_reflected"]).mean(axis=1)
     difference = (direct_relative(transfer) @ transfer.suns.weight)[chosen] - known

@@ -39,7 +39,6 @@ def trace(tmp_path, text=TEXT, trace=trace_forward, **settings):
     return trace(street(), SUNS, request, silent)
 
 
-@pytest.mark.slow
 def test_albedo_and_material_of_every_surface(tmp_path):
     transfer = trace(tmp_path, materials={"Backstein": MaterialSpec(0.31)})
     assert transfer.albedo == pytest.approx([0.31, 0.7, 0.6, 0.4])

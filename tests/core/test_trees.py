@@ -194,7 +194,6 @@ def test_gather_and_forward_agree_behind_a_tree():
         assert np.median(np.hypot(error, own)) < 0.1 * np.abs(value - without).max()
 
 
-@pytest.mark.slow
 def test_a_scene_without_trees_has_no_second_scene_and_the_same_light():
     request = Request(samples=64, shadow_samples=4)
     prepared = prepare_scene(wall_and_tree(trees=False), request)
@@ -232,7 +231,6 @@ def test_the_check_of_suns_sees_the_trees_of_its_plan():
     assert found[1].sum() > 1.05 * found[0].sum()
 
 
-@pytest.mark.slow
 def test_results_do_not_depend_on_threads():
     request = Request(samples=64, shadow_samples=4, threads=1)
     found = trace_gather(wall_and_tree(), SUNS, request, silent)

@@ -14,7 +14,7 @@ import pandas as pd
 import pytest
 from cities import box, make_city
 from small_city import UP, house, write_gml, write_small_city
-from thorough import draw_count
+from thorough import draw_count, mark_cases
 
 import citypv
 from citypv.__main__ import main
@@ -111,6 +111,7 @@ def test_the_results_of_a_run_of_the_edited_city(name, folder, monkeypatch):
     assert error.sum() < own[change["surface_id"]].sum()  # the noise that both share cancels
 
 
+@pytest.mark.slow
 def test_a_building_that_does_not_stand_on_the_ground_is_told(folder, tmp_path):
     """A run of the edited files would lay its ground through the new feet, 0.4 m higher; of 0.05 m
     nothing is said.
@@ -272,7 +273,7 @@ def test_rays_of_an_earlier_version_are_refused_with_the_command_that_traces_aga
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("rise", [-6, -6.5, -50])
+@pytest.mark.parametrize("rise", mark_cases([-6, -6.5, -50], kept=1))
 def test_no_building_is_turned_inside_out(rise, folder, monkeypatch, refused):
     """c is 6 m high up to its eaves."""
     monkeypatch.chdir(folder)
@@ -295,7 +296,7 @@ def described(folder):
     return told
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_flipped_bit_is_refused_or_changes_nothing(folder, tmp_path):
     data, generator, refused = (
         (folder / "base" / "rays.nc").read_bytes(),
@@ -356,7 +357,7 @@ def check_before(base, variant, expected):
     return compared
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_city_that_reflects_more_often_is_told_against_its_base_with_as_many_reflections(
     tmp_path, monkeypatch, capfd
 ):
@@ -401,6 +402,7 @@ def test_a_city_that_reflects_more_often_is_told_against_its_base_with_as_many_r
     assert cloudy.dropna().between(0.97, 1.03).all()
 
 
+@pytest.mark.slow
 def test_a_white_canyon(tmp_path, monkeypatch):
     """Full runs before and after, of 15 reflections, say +55.4 ± 0.5 MWh; with the base's three it
     would be +41.5.

@@ -148,7 +148,8 @@ def test_weather_of_new_york_used_for_berlin(tmp_path):
     assert (weather.latitude, weather.longitude) == (40.65, -73.8)
 
 
-@pytest.mark.parametrize("shift", [-30, 0, 30])
+@pytest.mark.slow
+@pytest.mark.parametrize("shift", mark_cases([-30, 0, 30], kept=1))
 def test_light_that_closes_at_another_time_is_refused(tmp_path, shift):
     """DNI derived from GHI and DHI with the sun of the stamps closes, however late these are."""
     data = (

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pvlib
 import pytest
+from thorough import mark_cases
 from weathers import (
     BERLIN,
     CAIRO,
@@ -57,8 +58,10 @@ def facades(weather):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("minutes", [-60, -30, 20, 30, 60])
-@pytest.mark.parametrize("columns", [("ghi", "dhi", "dni"), ("ghi", "dhi")], ids=len)
+@pytest.mark.parametrize("minutes", mark_cases([-60, -30, 20, 30, 60], kept=2))
+@pytest.mark.parametrize(
+    "columns", mark_cases([("ghi", "dhi", "dni"), ("ghi", "dhi")], kept=1), ids=len
+)
 def test_the_shift_of_a_file_runs_and_is_right(tmp_path, minutes, columns):
     path, right = shifted_table(tmp_path, minutes, columns)
     place = right.latitude, right.longitude
@@ -94,7 +97,9 @@ def dni_of_another_sun(tmp_path, light, direct):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("light", "direct"), [(30, 0), (-30, 0), (45, 0), (0, 30)])
+@pytest.mark.parametrize(
+    ("light", "direct"), mark_cases([(30, 0), (-30, 0), (45, 0), (0, 30)], kept=2)
+)
 def test_dni_of_another_sun_than_its_light(tmp_path, light, direct):
     """As in Essen's file: GHI of stamps in the middle of the hour, DNI made as if they ended it."""
     path, right = dni_of_another_sun(tmp_path, light, direct)
@@ -106,6 +111,7 @@ def test_dni_of_another_sun_than_its_light(tmp_path, light, direct):
     assert mended == pytest.approx(expected, rel=0.05)
 
 
+@pytest.mark.slow
 def test_direct_light_of_another_sun_in_a_real_file():
     assert cure_of(CAIRO) == {"without": "dni"}
     mended = read_weather(CAIRO, *BERLIN, **cure_of(CAIRO))

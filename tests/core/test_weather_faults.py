@@ -110,7 +110,6 @@ FAULTS = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.__name__)
 @pytest.mark.parametrize("name", mark_cases(["New York", "Potsdam"], kept=1))
 def test_a_fault_is_refused(name, fault):

@@ -308,7 +308,6 @@ def test_an_answer_that_is_no_typical_year(server):
         read_weather("pvgis", 9.0, 8.0)
 
 
-@pytest.mark.slow
 def test_without_a_network_it_ends_at_once(tmp_path, monkeypatch, refused):
     # Port 9 of this machine: nobody answers.
     monkeypatch.setattr(pvlib.iotools.pvgis, "URL", "http://127.0.0.1:9/api/")

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from thorough import mark_cases
 from weathers import (
     BERLIN,
     DATA,
@@ -121,6 +122,7 @@ def test_real_years_in_csv_are_left_as_they_are(tmp_path, year):
     refuse(tmp_path / "gap.csv", "a gap in the time axis")
 
 
+@pytest.mark.slow
 def test_typical_year_of_pvlib_with_the_cure_that_is_named(tmp_path):
     with gzip.open(PVGIS, "rt") as file:
         lines = file.read().splitlines()
@@ -179,7 +181,9 @@ def epw_lines(year, parts, energy=False):
     return head
 
 
-@pytest.mark.parametrize(("parts", "energy"), [(2, False), (2, True), (4, True), (6, False)])
+@pytest.mark.parametrize(
+    ("parts", "energy"), mark_cases([(2, False), (2, True), (4, True), (6, False)], kept=2)
+)
 def test_epw_with_several_records_an_hour(tmp_path, year, parts, energy):
     path = write_lines(tmp_path / "sub.epw", epw_lines(calendar_year(year), parts, energy))
     record = read_record(path)

@@ -9,6 +9,7 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
+from thorough import mark_cases
 from weathers import BERLIN, ERA5, HOUR, refuse, save_era5, write_lines
 
 from citypv.core.weather.formats import read_as, recognise_weather
@@ -80,7 +81,8 @@ def write_open_meteo(path, head, units, columns):
 
 
 @pytest.mark.parametrize(
-    ("zone", "wind", "temperature"), [(0, "km/h", "°C"), (1, "m/s", "°F"), (-5, "mp/h", "°C")]
+    ("zone", "wind", "temperature"),
+    mark_cases([(0, "km/h", "°C"), (1, "m/s", "°F"), (-5, "mp/h", "°C")], kept=1),
 )
 def test_open_meteo_as_csv_and_json(tmp_path, year, zone, wind, temperature):
     head, units, columns = open_meteo(year, zone, wind, temperature)
@@ -222,6 +224,7 @@ def cams_lines(year, reference="Universal time (UT)"):
     return lines
 
 
+@pytest.mark.slow
 def test_cams_has_neither_temperature_nor_wind(tmp_path, year):
     record = read_record(write_lines(tmp_path / "cams.csv", cams_lines(year)))
     assert set(record.data) == set(MAIN)

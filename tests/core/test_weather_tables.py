@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pvlib
 import pytest
+from thorough import mark_cases
 from weathers import (
     BARROW,
     BERLIN,
@@ -84,7 +85,7 @@ def test_february_of_a_leap_year(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("freq", ["h", "30min", "15min"])
+@pytest.mark.parametrize("freq", mark_cases(["h", "30min", "15min"], kept=2))
 def test_real_years_and_steps_in_this_format(tmp_path, freq):
     interval = pd.Timedelta(1, "h") if freq == "h" else pd.Timedelta(freq)
     table = plain_table(year_of(2020, freq=freq) - HOUR)
@@ -134,7 +135,8 @@ def test_sam_csv_of_another_source(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("zone", "place"), [(5.5, (28.6, 77.1)), (5.75, (27.7, 85.3)), (-3.5, (47.6, -52.7))]
+    ("zone", "place"),
+    mark_cases([(5.5, (28.6, 77.1)), (5.75, (27.7, 85.3)), (-3.5, (47.6, -52.7))], kept=2),
 )
 def test_nsrdb_in_zones_of_half_hours(tmp_path, zone, place):
     """Delhi, Kathmandu and St. John's: images at half past the hour of UTC."""
@@ -205,7 +207,6 @@ def test_words_among_numbers_are_named_by_row(tmp_path, path, field, row, column
     )
 
 
-@pytest.mark.slow
 def test_typical_year_of_pvgis_with_rows_missing_or_cut(tmp_path):
     lines = lines_of(PVGIS)
     refuse(

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pvlib
 import pytest
+from thorough import mark_cases
 
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import dc_system
@@ -86,12 +87,15 @@ def test_each_direction_lies_in_its_triangle(count):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("place", "sky"),
-    [
-        ((52.5, 13.4), "isotropic"),
-        ((-33.4, -70.6), "perez"),
-        ((9.0, 179.9), "isotropic"),
-        ((71.3, -156.8), "perez"),
-    ],
+    mark_cases(
+        [
+            ((52.5, 13.4), "isotropic"),
+            ((-33.4, -70.6), "perez"),
+            ((9.0, 179.9), "isotropic"),
+            ((71.3, -156.8), "perez"),
+        ],
+        kept=2,
+    ),
 )
 def test_a_place_is_what_yield_gives(skylines, place, sky):
     world = world_of(skylines, Places(*np.array([place]).T), sky=sky)

@@ -40,7 +40,7 @@ def folder(tmp_path_factory):
     return out
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_plot_draws_them_anew(folder, tmp_path, capfd, refused):
     """From world.nc alone, the same bytes; what is no grid, or no world, ends in one line."""
     shutil.copy(folder / "world.nc", tmp_path / "world.nc")
@@ -69,7 +69,6 @@ def test_plot_draws_them_anew(folder, tmp_path, capfd, refused):
         assert f"{place / 'world.nc'}: " in said and words in said
 
 
-@pytest.mark.slow
 def test_file_follows_the_conventions(folder):
     with xr.open_dataset(folder / "world.nc") as dataset:
         assert dataset.attrs["Conventions"].startswith("CF-")
@@ -94,7 +93,6 @@ def test_file_follows_the_conventions(folder):
         np.testing.assert_allclose(months, hours, rtol=1e-5)
 
 
-@pytest.mark.slow
 def test_gain_lies_where_the_ground_is(folder):
     """The further a facade faces away from the sun, the more of its light comes from the ground."""
     with xr.open_dataset(folder / "world.nc") as dataset:
@@ -178,7 +176,6 @@ def test_a_region_across_the_date_line_is_one_piece(folder):
         assert join_at_date_line(whole)["longitude"].to_numpy().tolist() == longitude
 
 
-@pytest.mark.slow
 def test_every_environment_has_a_map_of_what_faces_the_equator(folder):
     """South facades in the north and north ones in the south; each environment that was asked for,
     with its title.

@@ -16,7 +16,7 @@ from citypv.core.study import compute_energy, measure_sun_sampling, read_year, t
 
 pytestmark = pytest.mark.slow
 
-SEEDS = 6
+SEEDS = 4
 RUN = Request(weather=str(ERA5), threads=1)
 REFERENCE = replace(RUN, suns="hourly", seed=100, samples=512, shadow_samples=16)
 

@@ -14,7 +14,7 @@ from citypv.core.city.split_edges import refine_triangles
 from citypv.core.commands.plain_scenes import room
 from citypv.core.photons import trace_sources
 
-SCENES = draw_count(200, 12, 4)
+SCENES = draw_count(200, 6, 4)
 law = settings(law_of_gather, max_examples=SCENES)
 
 # of the reflected part: what gather errs by where light is even over patches of six metres

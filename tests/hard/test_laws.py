@@ -114,6 +114,7 @@ def lit_inside():
         yield
 
 
+@pytest.mark.slow
 @law
 @given(seeds)
 def test_energy_in_a_closed_room(seed):

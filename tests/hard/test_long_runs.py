@@ -104,7 +104,7 @@ def test_twenty_runs_do_not_grow():
 
 
 @POSIX
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_killed_while_results_are_replaced(tmp_path):
     """The folder holds all of the earlier results, or all of the new ones: here the new ones,
     beside which the earlier ones are about to be deleted.

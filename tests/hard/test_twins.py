@@ -84,7 +84,6 @@ def test_a_chain_of_walls_each_on_half_of_the_next_stays():
     assert twins(nested) == [1, 2]
 
 
-@pytest.mark.slow
 def test_walls_back_to_back_beside_each_other_or_further_apart_are_no_twins():
     for gap in (0.0, 1e-3, -1e-3):
         assert twins([*house(), *house((10 + gap, 0, 0), (20, 10, 8))]) == []

@@ -63,7 +63,6 @@ def test_a_house_in_a_terrain_of_100_km(away, cells):
     )
 
 
-@pytest.mark.slow
 def test_a_courtyard_far_from_the_origin_stays_dark():
     """A closed box 50 km out: float32 knows its corners to 4 mm only, and still nothing
     leaks in.

@@ -32,7 +32,6 @@ def trace_all(scene, **settings):
 # Albedo
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("albedo", "bounces"),
     mark_cases(

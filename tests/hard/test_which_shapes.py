@@ -8,7 +8,6 @@ from test_which_geometry import SUNS, assert_unshaded, trace
 from citypv.core.commands.plain_scenes import box
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("aspect", [1e3, 1e6])
 def test_slivers(aspect):
     """A roof cut into slivers as thin as rounding lets them be: each gets what the whole
@@ -83,7 +82,6 @@ def test_a_needle_tower(width):
     ) > 1 - 0.02 * np.sqrt(width)
 
 
-@pytest.mark.slow
 def test_a_roof_overhang_of_one_centimetre():
     """The wall below sees the sun but for the overhang's shadow: 1 cm · tan(elevation)."""
     wall = strip([0, 0, 0], [10, 0, 0], [0, 0, 1], 1)

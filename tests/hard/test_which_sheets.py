@@ -17,7 +17,6 @@ from citypv.core.patches.patches import patches_of_scene
 from citypv.core.read.read_city import read_city
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("missing", range(7))
 def test_what_encloses_is_no_sheet(missing):
     """A house, one with a face missing, one face of it turned; the whole is judged the same in
@@ -77,7 +76,6 @@ HANGING = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "given"), list(product(HANGING, ("nothing", "a plain", "terrain")))[::2]
 )
