@@ -77,7 +77,7 @@ def cells():
 # --- the grids
 
 
-@pytest.mark.parametrize("place", mark_cases(CELLS, kept=2))
+@pytest.mark.parametrize("place", mark_cases(CELLS, kept=2, single=True))
 def test_air_is_that_of_the_grid(place, cells):
     temp_air, wind_speed = CELLS[place]
     data = cells[place].data

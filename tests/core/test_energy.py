@@ -28,10 +28,7 @@ AZIMUTH = [180, 90, 270, 0, 180, 0, 0, 135, 350, 210, 45, 300]
     ("plain", "way"),
     mark_cases(
         [(True, "hourly"), (False, "days:24"), (True, "typical-days:12"), (False, "sky-grid:300")],
-        law=(
-            0,
-            1,
-        ),
+        law=(0, 1),
     ),
 )
 def test_unshaded_surfaces_equal_pvlib(berlin, way, plain, monkeypatch):

@@ -111,10 +111,7 @@ def test_where_the_light_goes():
     ("albedo", "bounces", "mirrors"),
     mark_cases(
         [(0.0, 1, 0), (0.25, 0, 6), (0.25, 3, 12), (0.999, 50, 6), (1.0, 1, 12), (1.0, 50, 0)],
-        law=(
-            1,
-            2,
-        ),
+        law=(1, 2),
     ),
 )
 def test_closed_furnace(albedo, bounces, mirrors):

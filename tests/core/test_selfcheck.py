@@ -59,7 +59,7 @@ def test_the_command_prints_numbers_and_says_pass(monkeypatch, capsys):
 @pytest.mark.parametrize(
     "found",
     mark_cases(
-        [((1.02, 0.004),), ((0.98, 0.004),), ((np.nan, 0.0),), ((1.0, np.nan),), None], kept=2
+        [(1.02, 0.004), (0.98, 0.004), (np.nan, 0.0), (1.0, np.nan), None], kept=2, single=True
     ),
     ids=["above", "below", "nan", "no error", "breaks off"],
 )

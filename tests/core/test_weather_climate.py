@@ -91,7 +91,7 @@ def test_real_records_are_within_what_is_usual(file):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("place", mark_cases([*WARM.values(), *DULL.values()], kept=2))
+@pytest.mark.parametrize("place", mark_cases([*WARM.values(), *DULL.values()], kept=2, single=True))
 @pytest.mark.parametrize(
     ("freq", "words"), [("h", r"values times (1\.9|2) would fit"), ("30min", "energy per interval")]
 )
@@ -118,7 +118,7 @@ def test_a_dull_year_is_named_and_not_refused():
 
 
 @pytest.mark.parametrize("model", ["ineichen", "bird"])
-@pytest.mark.parametrize("place", mark_cases(DULL.values(), kept=2))
+@pytest.mark.parametrize("place", mark_cases(DULL.values(), kept=2, single=True))
 def test_columns_of_a_clear_sky_are_refused(place, model):
     """Of a model that the check has, and of one that it has not."""
     with pytest.raises(InputError, match="these are columns of a clear sky"):
@@ -130,7 +130,7 @@ def test_a_desert_without_dull_days_is_no_clear_sky():
     assert check_record(record)
 
 
-@pytest.mark.parametrize("place", mark_cases(WARM.values(), kept=2))
+@pytest.mark.parametrize("place", mark_cases(WARM.values(), kept=2, single=True))
 def test_temperature_and_wind_in_each_others_column(place):
     record = year_at(*place)
     assert check_record(record)

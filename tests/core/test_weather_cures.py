@@ -60,7 +60,7 @@ def facades(weather):
 @pytest.mark.slow
 @pytest.mark.parametrize("minutes", mark_cases([-60, -30, 20, 30, 60], kept=2))
 @pytest.mark.parametrize(
-    "columns", mark_cases([("ghi", "dhi", "dni"), ("ghi", "dhi")], kept=1), ids=len
+    "columns", mark_cases([("ghi", "dhi", "dni"), ("ghi", "dhi")], kept=1, single=True), ids=len
 )
 def test_the_shift_of_a_file_runs_and_is_right(tmp_path, minutes, columns):
     path, right = shifted_table(tmp_path, minutes, columns)

@@ -15,25 +15,26 @@ def draw_count(whole, part, few=None):
     return whole if THOROUGH else few if QUICK and few else part
 
 
-def mark_cases(cases, kept=None, law=()):
+def mark_cases(cases, kept=None, law=(), single=False):
     """Cases for `parametrize` with their marks.
 
     Parameters
     ----------
     cases : iterable
-        A case is one value (if that is a tuple, a tuple around it) or a tuple of values; a
-        `pytest.param` stays as it is.
+        A case is one value or a tuple of values; a `pytest.param` stays as it is.
     kept : int, optional
         So many from the first on are run by `make test`; the others are thorough, but for laws.
     law : tuple of int
         Which of them `make check` runs although the test is slow.
+    single : bool
+        A tuple is one value.
     """
     marked = []
     for number, case in enumerate(cases):
         if hasattr(case, "marks"):
             marked.append(case)
             continue
-        values = case if isinstance(case, tuple) else (case,)
+        values = case if isinstance(case, tuple) and not single else (case,)
         marks = [pytest.mark.law] if number in law else []
         if kept is not None and number >= kept and not marks:
             marks = [pytest.mark.thorough]

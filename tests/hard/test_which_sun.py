@@ -115,7 +115,7 @@ def test_no_sun_above_the_horizon():
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "place",
-    mark_cases([((0.0, 10.0),), ((90.0, 0.0),), ((-33.9, 18.4),), ((-16.8, 180.0),)], kept=2),
+    mark_cases([(0.0, 10.0), (90.0, 0.0), (-33.9, 18.4), (-16.8, 180.0)], kept=2, single=True),
 )
 def test_places(place):
     """A year of clear sky at the equator, a pole, in the south and on the date line: finite, dark
