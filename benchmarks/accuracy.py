@@ -76,13 +76,13 @@ PRESETS = {
     "standard": (256, 16, "days:24"),
     "reference": (1024, 64, "days:52"),
 }
+# [%] of rounds to a target, on 95 % of the area
 TARGETS = {
     "town": (2.0, 1.4, 1.0),
     "midtown": (3.5, 2.0, 1.4),
-}  # [%] of rounds to a target, on 95 % of the area
-PHOTONS = (
-    4,
-)  # from each patch, the fewest; four times as many take four times as long for half of the error
+}
+# from each patch, the fewest; four times as many take four times as long for half of the error
+PHOTONS = (4,)
 PEERS = {
     "mitsuba": ((16, 1), (64, 4), (256, 16), (1024, 64), (4096, 256)),  # rays, points
     "mitsuba sky rays": ((16, 16), (64, 16), (1024, 16), (4096, 16)),
@@ -346,9 +346,8 @@ def main():
     for name in options.city:
         city = (Town if name == "town" else Midtown)(options)
         if options.only:
-            run(
-                city, trace_gather, {"samples": 16, "shadow_samples": 1}, options.threads, "days:4"
-            )  # compiles
+            # compiles
+            run(city, trace_gather, {"samples": 16, "shadow_samples": 1}, options.threads, "days:4")
         for _ in range(options.runs):
             city.traced = {}
             for curve in options.only:

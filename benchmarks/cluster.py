@@ -142,9 +142,8 @@ def grow(city, side, request, options):
         cut = lap()
         peak = peak_memory() / 1e6
         figures = [run_alone(task) for task in chosen]
-    share = sum(len(rows) for _, rows in sample) / len(
-        scene.surfaces
-    )  # of the city's area, by surfaces
+    # of the city's area, by surfaces
+    share = sum(len(rows) for _, rows in sample) / len(scene.surfaces)
     return {
         "side": side,
         "area": area,

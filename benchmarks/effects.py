@@ -87,9 +87,8 @@ def compare(title, given, runs, *, brief):
                 if way or turn
                 else planned
             )
-            known = found.setdefault(
-                name, {**row, "seconds": [], "transfer": None}
-            )  # which is large
+            # which is large
+            known = found.setdefault(name, {**row, "seconds": [], "transfer": None})
             known["seconds"] += (
                 found["the plan's choice"]["seconds"][-1:] if electric else [row["seconds"]]
             )

@@ -76,9 +76,8 @@ def compute_yield(latitude, longitude, surface_tilt, surface_azimuth, weather):
 
 def write_shed(surface_tilt, surface_azimuth):
     """A shed whose roof falls towards an azimuth, as OBJ with z up."""
-    corners = (
-        SIDE / 2 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-    )  # the first two at the eaves, which face south
+    # the first two at the eaves, which face south
+    corners = SIDE / 2 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
     high = EAVES + (corners[:, 1] + SIDE / 2) * np.tan(np.radians(surface_tilt))
     turn = np.radians(180.0 - surface_azimuth)
     turned = corners @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])

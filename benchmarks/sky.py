@@ -30,12 +30,13 @@ DATA = Path(__file__).parents[1] / "tests" / "data" / "sky"
 HOUR = pd.Timedelta(hours=1)
 HOLZKIRCHEN = (47.874, 11.728, 680.0)  # latitude [°], longitude [°], altitude [m]
 GROUND = 0.23  # albedo
+# tilt, azimuth [°]
 WALLS = {
     "north": (90, 0),
     "east": (90, 90),
     "south": (90, 180),
     "west": (90, 270),
-}  # tilt, azimuth [°]
+}
 FIRST = {1: 10, 2: 5}  # [min] from the start of an interval to its stamp, by period of measurement
 YEARS = {1: 2013, 2: 2014}
 LOWEST = 3.0  # [°] of the sun in the hours that are compared

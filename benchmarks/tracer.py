@@ -244,9 +244,8 @@ def main():
         np.zeros(count, np.int32),
         np.arange(count),
     )
-    trace(
-        scene, suns, "packets", options.threads
-    )  # numba's loops are compiled before anything is timed
+    # numba's loops are compiled before anything is timed
+    trace(scene, suns, "packets", options.threads)
     rows, found = make_rows(options, scene, suns, town)
     seconds, errors, transfers = {name: [] for name in rows}, {}, {}
     for number in range(options.runs):

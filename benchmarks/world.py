@@ -40,6 +40,7 @@ SHIFT_LATITUDES, SHIFT_LONGITUDES = (
     np.array([-50.0, -30, 0, 20, 40, 60, 70, 80]),
     [2.0, 7.5, 10, 52.5, 97.5, 180 - 1e-6],
 )
+# from the Pacific to the Atlantic, without Mexico and Canada
 PARALLELS = (
     34.0,
     36.0,
@@ -47,7 +48,7 @@ PARALLELS = (
     39.0,
     40.0,
     41.0,
-)  # from the Pacific to the Atlantic, without Mexico and Canada
+)
 SHOWN = ["facade_south", "facade_east", "facade_west", "facade_north", "roof_south", "roof_east"]
 
 
@@ -163,9 +164,8 @@ def print_reading():
     climate.
     """
     north, east = 52 - np.arange(8) / 4, 9 + np.arange(32) / 4
-    noise = (
-        np.random.default_rng(0).normal(1, 1e-3, (8760, 8, 32)).astype(np.float32)
-    )  # as hard to pack as real data
+    # as hard to pack as real data
+    noise = np.random.default_rng(0).normal(1, 1e-3, (8760, 8, 32)).astype(np.float32)
     for title, chunks in (
         ("whole years of 32 points", (8760, 1, 32)),
         ("whole maps of 24 hours", (24, 8, 32)),

@@ -20,13 +20,14 @@ ALLOWED = {
     "operators": BLENDER | {"numpy", "core", "operators"},
     "citypv_addon": BLENDER | {"operators", "citypv_addon", "__main__"},
 }
+# who lacks them is told so
 OPTIONAL = {
     "dask",
     "distributed",
     "hdf5plugin",
     "matplotlib",
     "rasterio",
-}  # who lacks them is told so
+}
 
 # The rooms of core in the order in which they build on each other: each imports from those before
 # it, never from those after it. study.py is a file and stands between rooms.

@@ -30,9 +30,8 @@ USERS = (
     "three/examples/jsm/loaders/GLTFLoader.js",
     "three/examples/jsm/utils/BufferGeometryUtils.js",
 )
-USERS += (
-    "3d-tiles-renderer/build/renderer-*.js",
-)  # files of tiles.js, which take what they need from three.js
+# files of tiles.js, which take what they need from three.js
+USERS += ("3d-tiles-renderer/build/renderer-*.js",)
 TILES = 'export { TilesRenderer } from "3d-tiles-renderer/three";'
 # What fetches is in tiles.js alone: nothing in the report may.
 FETCHING = ("FileLoader", "ImageBitmapLoader", "TextureLoader", "ImageLoader")

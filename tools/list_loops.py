@@ -19,6 +19,7 @@ HEAD = (
     "# Loops that `citypv simulate --preset draft` calls, in this order. Written by "
     "tools/list_loops.py.\n"
 )
+# the same loops as with all of a draft's rays
 FEW = [
     "--preset",
     "draft",
@@ -26,7 +27,7 @@ FEW = [
     "16",
     "--patch-size",
     "50",
-]  # the same loops as with all of a draft's rays
+]
 
 
 def main(arguments):

@@ -28,12 +28,13 @@ import pvlib
 from scipy.spatial import cKDTree
 
 TARGET = Path(__file__).resolve().parent.parent / "core" / "weather" / "climate_grid.npz"
+# of the fine grid: centre of its first cell [°]
 CELL, SOUTH, WEST, SHAPE = (
     0.25,
     -59.875,
     -179.875,
     (576, 1440),
-)  # of the fine grid: centre of its first cell [°]
+)
 STEPS = {"temp_air": 0.1, "wind_speed": 0.1}  # kept steps: [°C], [ms⁻¹]
 COLUMNS = {"temp_air": "T_air_mean_C", "wind_speed": "wind_speed_rms"}
 GHI_STEP, SHARE_STEP, SEA_STEP = 0.01, 0.002, 0.1  # [kWh/m² per day], [–], [°C] and [ms⁻¹]
@@ -41,10 +42,11 @@ DARK = 1.0  # [Wm⁻²] outside the atmosphere; darker months tell nothing of th
 DAYS = np.array([31, 28.25, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31])
 EARTH_RADIUS, REACH = 6371.0, 100.0  # [km]
 LAPSE = 0.0065  # [K/m], ISO 2533
+# number of coastal cells that tell the air at sea; latitudes count as three times as far
 COASTS, STRETCH = (
     8,
     3.0,
-)  # number of coastal cells that tell the air at sea; latitudes count as three times as far
+)
 
 
 def main():

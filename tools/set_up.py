@@ -36,12 +36,13 @@ SYSTEM_LIBRARIES = {  # what Blender loads, and the Debian package that brings i
     "libEGL.so.1": "libegl1",
 }
 SOFTWARE_RENDERER = "libgl1-mesa-dri"  # comes along when a graphics library is missing
+# as in tests/core/browser.py
 BROWSERS = (
     "chromium",
     "chromium-browser",
     "google-chrome",
     "google-chrome-stable",
-)  # as in tests/core/browser.py
+)
 NO_NETWORK = re.compile(
     r"ConnectionError|connection error|timed out|Temporary failure|resolve|Network is "
     r"unreachable|ProxyError"

@@ -24,9 +24,8 @@ import drjit as dr  # noqa: E402 - only now it is known for which variant
 ALBEDO = 0.25
 REFLECTIONS = 3
 RAY_OFFSET = 1e-3  # [m] along the normal
-RAYS_PER_CHUNK = (
-    1 << 21
-)  # of the hemisphere; with 16 points for 256 rays up to 19 M shadow rays under 143 suns
+# of the hemisphere; with 16 points for 256 rays up to 19 M shadow rays under 143 suns
+RAYS_PER_CHUNK = 1 << 21
 ROWS_PER_TASK = 1024
 # by which light is divided at least, as far as a triangle lies under something
 LEAST_OPEN_SHARE = 0.05
@@ -248,9 +247,8 @@ def light_city(city, options, pool, clock):
         first = direct.numpy().reshape(city.count, -1)
         first[:, -1] = sky
     with clock("reflections"):
-        matrix.data *= (ALBEDO / np.maximum(1 - covered, LEAST_OPEN_SHARE))[
-            columns
-        ]  # light leaving per light arriving
+        # light leaving per light arriving
+        matrix.data *= (ALBEDO / np.maximum(1 - covered, LEAST_OPEN_SHARE))[columns]
         arriving, reflected = first, np.zeros_like(first)
         for _ in range(REFLECTIONS):
             arriving = reflect_once(matrix, arriving, reflected, pool)

@@ -26,11 +26,12 @@ from .trace_run import choose_year
 
 TRACED = tuple(key for key in TABLE if key not in ELECTRIC)  # effects that change the light
 SMALL = 1_000  # patches of a city that is traced with all rays
+# suns of each pair, so that the pairs tell what the choice of suns does
 PAIRS = (
     "days:11",
     "days:12",
     "days:13",
-)  # suns of each pair, so that the pairs tell what the choice of suns does
+)
 MOST_SURFACES = 64  # looked at, as evenly over the area as the eligible surfaces are
 SWITCHED_ON = {
     "on": True,
@@ -98,13 +99,11 @@ def measure_effects(inputs, progress=silent):
     for key, pairs in found.items():
         effect = plan[key]
         runs = [pair if effect.on else pair[::-1] for pair in pairs]  # with, and without
-        light, spent = (
-            np.array([[one[k] for one in pair] for pair in runs]) for k in (0, 1)
-        )  # (pairs, 2)
+        # (pairs, 2)
+        light, spent = (np.array([[one[k] for one in pair] for pair in runs]) for k in (0, 1))
         effect.share, effect.share_standard_error = compare_light(*light.T)
-        effect.seconds = float(
-            np.median(spent[:, 0] - spent[:, 1])
-        )  # the first run loads compiled code
+        # the first run loads compiled code
+        effect.seconds = float(np.median(spent[:, 0] - spent[:, 1]))
     return planned[-1]
 
 

@@ -38,10 +38,11 @@ COSTS = (1.0, 0.005), (1.0, 0.2, 0.0015)  # benchmarks/results/accuracy_predicti
 # power of its rays with which the matrix entries of a patch grow: rays that meet the same patch are
 # one
 MERGED = 0.8
+# stages of processor time: of the scene, not the pilot; of the suns
 PLAN, SUNS = (
     "plan and tree",
     ("suns", COUNTING),
-)  # stages of processor time: of the scene, not the pilot; of the suns
+)
 
 
 @dataclass

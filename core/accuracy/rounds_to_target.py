@@ -21,10 +21,11 @@ from .yield_errors import CURES, SAMPLED, SOURCES
 # shadow points from which patches are resolved into as many elements: the fewest of a run with
 # rounds
 CELLS = 16
+# in one round of more than the first one's: the memory grows with them
 MOST_RAYS, MOST_POINTS = (
     1024,
     64,
-)  # in one round of more than the first one's: the memory grows with them
+)
 MOST_ROUNDS = 10_000
 CERTAIN = 0.8  # of what no round lowers: it is itself an estimate
 # where a target cannot be reached: error, over what no round can lower, at which to stop

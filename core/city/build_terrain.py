@@ -106,9 +106,8 @@ def _spread(foot_points, feet, terrain, near):
     heights = measure_heights(terrain, places)
     at_feet = np.arange(len(places)) < len(foot_places)
     rest = np.flatnonzero(np.isnan(heights) & at_feet)
-    heights[rest] = nearest_heights(
-        terrain, places[rest], JOINED
-    )  # the same place but for rounding
+    # the same place but for rounding
+    heights[rest] = nearest_heights(terrain, places[rest], JOINED)
     gap = np.isnan(heights)
     heights[gap & at_feet] = nearest_heights(terrain, places[gap & at_feet], NEAR)
     if np.isnan(heights[at_feet]).all():
@@ -119,9 +118,8 @@ def _spread(foot_points, feet, terrain, near):
     # Gaps far from the buildings stay gaps: points there are left out, but the rim.
     on_grid = bring_to_grid(np.pad(places, ((0, 0), (0, 1))), site)[:, :2]
     inside = ((on_grid >= near.low - JOINED) & (on_grid <= near.high + JOINED)).all(axis=1)
-    rim = np.arange(len(places)) >= len(places) - len(
-        far.draw_rim()
-    )  # spread_points ends with them
+    # spread_points ends with them
+    rim = np.arange(len(places)) >= len(places) - len(far.draw_rim())
     keep = ~gap | inside | rim
     # Gaps near the buildings are told, and filled.
     notes = []
@@ -165,9 +163,8 @@ def _refine(vertices, terrain, foot_places):
     low, high = vertices.min(axis=0)[:2], vertices.max(axis=0)[:2]
     own = np.concatenate([layer.points for layer in terrain.layers])
     own = own[((own[:, :2] > low) & (own[:, :2] < high)).all(axis=1)]
-    own = own[
-        np.abs(measure_heights(terrain, own[:, :2]) - own[:, 2]) < JOINED
-    ]  # not covered by a finer layer
+    # not covered by a finer layer
+    own = own[np.abs(measure_heights(terrain, own[:, :2]) - own[:, 2]) < JOINED]
     distance = feet.query(own[:, :2])[0]
     own, distance = own[distance > 1.0], distance[distance > 1.0]
     # The ground may err by 0.15 m in height, and by 0.01 m more per metre of distance.
@@ -218,9 +215,8 @@ def _join(feet, ground, longest):
     along = (end - start)[lifted]
     turned = outward[:, 0] * along[:, 1] - outward[:, 1] * along[:, 0] < 0
     k, n = np.arange(lifted.sum()), int(lifted.sum())
-    vertices = np.concatenate(
-        [start[lifted], end[lifted], *lower]
-    )  # top left, top right, bottom left, bottom right
+    # top left, top right, bottom left, bottom right
+    vertices = np.concatenate([start[lifted], end[lifted], *lower])
     triangles = np.concatenate(
         [np.column_stack([k, k + 2 * n, k + 3 * n]), np.column_stack([k, k + 3 * n, k + n])]
     )

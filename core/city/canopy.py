@@ -53,10 +53,11 @@ class Canopy:
         corners = crowns.vertices[crowns.triangles]
         *hierarchy, order = build_hierarchy(corners, 2 * crowns.tree + crowns.trunk)
         filled = np.where(order[..., None, None] >= 0, corners[order], 0.0)
+        # (l, 3, 3, LEAF)
         self._bodies = (
             tuple(hierarchy),
             np.ascontiguousarray(np.moveaxis(filled, 1, -1)),
-        )  # (l, 3, 3, LEAF)
+        )
         tree, trunk = crowns.tree[order], crowns.trunk[order]
         # A crossing of a crown is an entry and an exit: half each.
         costs = (
@@ -65,10 +66,11 @@ class Canopy:
             np.where(trunk, 1e6, per_crossing[tree] / 2),
         )
         share = np.ones(len(per_metre)) if without_leaves is None else without_leaves
+        # the triangles of a leaf are of one body
         self._costs = (
             *costs,
             np.where(trunk[:, 0], 1.0, share[tree[:, 0]]),
-        )  # the triangles of a leaf are of one body
+        )
 
     def transmittance(self, ray_origins, ray_directions, reach=None, least=None):
         """Share of light that passes along rays.

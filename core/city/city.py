@@ -68,17 +68,15 @@ class City:
     points: np.ndarray  # (m, 3) float64 [m], x east, y north, z up, in the plane below
     ring_start: np.ndarray  # (r + 1,) int64 into points
     polygon_start: np.ndarray  # (n + 1,) int64 into ring_start
-    crs: (
-        str | None
-    )  # of the files, as accepted by pyproj.CRS.from_user_input, or None if they give none
+    # of the files, as accepted by pyproj.CRS.from_user_input, or None if they give none
+    crs: str | None
     report: ImportReport = field(default_factory=ImportReport)
     # (n,) str, "" in formats without levels of detail; None if not recorded
     lod: list | None = None
     # (n,) str, names of materials, "" if there is none; None if not recorded
     material: list | None = None
-    colours: dict = field(
-        default_factory=dict
-    )  # name of a material of the files -> (3,) diffuse colour, or None
+    # name of a material of the files -> (3,) diffuse colour, or None
+    colours: dict = field(default_factory=dict)
     trees: list = field(default_factory=list)  # of Tree [m]
     # city.terrain.Terrain of the files, in the system of the points, or None
     terrain: object = None
@@ -205,9 +203,8 @@ class Relief:
     # LoD, "" where none is named -> array of 9 float64 per triangle, in the order and the units of
     # the file:
     corners: dict = field(default_factory=partial(defaultdict, partial(array, "d")))
-    srs_names: dict = field(
-        default_factory=dict
-    )  # spelling that the relief itself has -> line where it was met
+    # spelling that the relief itself has -> line where it was met
+    srs_names: dict = field(default_factory=dict)
 
     def count(self):
         """Number of triangles."""
@@ -263,15 +260,13 @@ class FileContent:
     skipped: dict = field(default_factory=dict)  # reason -> ids
     notes: list = field(default_factory=list)
     extents: list = field(default_factory=list)  # of Extent
-    demolitions: dict = field(
-        default_factory=dict
-    )  # (building, part) -> last day on which it stood
+    # (building, part) -> last day on which it stood
+    demolitions: dict = field(default_factory=dict)
     crs: str | None = None
     axes: str = "xy"  # order of coordinates, of `transform_crs.Grid`
     up: str = "z"  # upward axis as read
-    colours: dict = field(
-        default_factory=dict
-    )  # name of a material -> (3,) diffuse colour, or None if not given
+    # name of a material -> (3,) diffuse colour, or None if not given
+    colours: dict = field(default_factory=dict)
     relief: Relief = field(default_factory=Relief)  # terrain of the file
     trees: list = field(default_factory=list)  # of Tree
     # polygons of the trees while they are read; `building` is the tree

@@ -46,11 +46,12 @@ def build_hierarchy(corners, body):
     body = np.unique(body, return_inverse=True)[1]
     sums = np.column_stack([np.bincount(body, centre[:, axis]) for axis in range(3)])
     middle = (sums / np.bincount(body)[:, None])[body]  # of the body of each triangle
+    # nodes of one level
     order, first, whole = (
         np.arange(len(corners)),
         np.zeros(1, np.int64),
         np.ones(1, bool),
-    )  # nodes of one level
+    )
     # Level by level: every node that is too large for a leaf is halved into two of the next level.
     boxes, links, leaves, nodes = [], [], [], 1
     while len(first):

@@ -23,9 +23,8 @@ class Change:
 
     removed: Collection[str] = ()
     moved: dict = field(default_factory=dict)  # id -> [m] to true east and north
-    raised: dict = field(
-        default_factory=dict
-    )  # id -> [m] by which all above its foot goes up, or down
+    # id -> [m] by which all above its foot goes up, or down
+    raised: dict = field(default_factory=dict)
     added: tuple = ()  # of City, in the system of the files
 
 

@@ -38,9 +38,8 @@ def find_ground(scene):
     check_scene(scene)
     # Surfaces that are classified as ground, and what is generated, count at once.
     surface = scene.triangle_surface
-    named = np.append(
-        np.asarray(scene.surfaces.kind) == "ground", True
-    )  # -1, generated ground, takes the last
+    # -1, generated ground, takes the last
+    named = np.append(np.asarray(scene.surfaces.kind) == "ground", True)
     ground = named[surface_of_triangles(scene)] & ~scene.footprint
     building = np.append(number_names(scene.surfaces.building_id), -1)[surface]
     vertices, triangles, own = np.asarray(scene.vertices, float), scene.triangles, building >= 0

@@ -24,10 +24,11 @@ from .join_sheets import look
 FEW, MANY = 8, 64  # rays per triangle: to exclude clear cases, and to judge the others
 # of the rays hit backs: a wall beside a floor without a roof has half, a vault of faces 0.36
 ENCLOSED = 0.4
+# share of the time for the FEW rays, and for each pass of the next four
 AFTER_FEW, EACH = (
     0.35,
     0.125,
-)  # share of the time for the FEW rays, and for each pass of the next four
+)
 RAYS_PER_TASK = 1 << 13  # so that what they need stays in the cache
 PERPENDICULAR = 4  # points per triangle with a ray straight ahead
 AT_ONCE = 1 << 16  # triangles that are measured together, so that they need little memory

@@ -14,9 +14,8 @@ from .polygons import plane_axes, polygon_bounds
 ACCURACY = 0.01  # [m] coordinates come in millimetres or centimetres
 ONE_PLACE = 1e-4  # [m] closer than this, neither of two surfaces is in front of the other
 COMMON = 0.05  # [m] least overlap of two bounding boxes along two axes: less is an edge
-AT_ONCE = (
-    1 << 14
-)  # surfaces whose neighbours are looked at together, so that they need little memory
+# surfaces whose neighbours are looked at together, so that they need little memory
+AT_ONCE = 1 << 14
 TWIN_SHARE = 0.5  # of its area that lies on others, the same share as for covered surfaces
 
 
@@ -40,16 +39,14 @@ def find_twins(shape, area, normal, wanted):
     rank = np.empty(len(area), np.int64)
     rank[order] = np.arange(len(area))
     pairs = _find_parallel_pairs(shape, normal, wanted)
-    pairs = np.where(
-        (rank[pairs[:, 0]] < rank[pairs[:, 1]])[:, None], pairs, pairs[:, ::-1]
-    )  # the larger one first
+    # the larger one first
+    pairs = np.where((rank[pairs[:, 0]] < rank[pairs[:, 1]])[:, None], pairs, pairs[:, ::-1])
     slices = [pairs[first : first + AT_ONCE] for first in range(0, max(len(pairs), 1), AT_ONCE)]
     common, ahead = np.concatenate(
         [_measure_overlaps(shape, normal, some) for some in slices], axis=1
     )
-    hidden = np.zeros(
-        (2, len(area))
-    )  # [m²] of each behind others, and in the same place as larger ones
+    # [m²] of each behind others, and in the same place as larger ones
+    hidden = np.zeros((2, len(area)))
     found = np.flatnonzero(common)
     # The largest first, so that a surface on a twin does not become a twin for that reason alone.
     for pair in found[np.lexsort((rank[pairs[found, 1]], rank[pairs[found, 0]]))]:

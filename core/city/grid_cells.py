@@ -103,9 +103,8 @@ class Outlines:
     open.
     """
 
-    points: (
-        np.ndarray
-    )  # (m, 3) float32 [m], x true east, y true north, z up, from the scene's origin
+    # (m, 3) float32 [m], x true east, y true north, z up, from the scene's origin
+    points: np.ndarray
     ring_start: np.ndarray  # (r + 1,) int32 into points
     surface_start: np.ndarray  # (n + 1,) int32 into ring_start
 

@@ -150,10 +150,11 @@ def trace_both_sides(shape, shell, tested, wanted):
     # coordinates has no effect; rays start from those of the tested ones.
     places = np.round(shape[0] - shape[0].min(axis=0), 6)  # near zero
     triangles, owner = triangulate(places, *shape[1:])
+    # (t, 3, 3) [m] and (t, 3) [m²]
     corners, doubled = (
         places[triangles],
         normals_of(places, triangles),
-    )  # (t, 3, 3) [m] and (t, 3) [m²]
+    )
     size = np.linalg.norm(doubled, axis=1)
     normal = doubled / size[:, None]
     start, point, direction = _start_rays((corners, normal, size), owner, tested)

@@ -67,11 +67,12 @@ def locate_site(crs, point, latitude=None, longitude=None, *, source=None):
     here, north = np.column_stack(find_globe_places(steps, plane)[::-1])
     if not all(math.isfinite(value) for value in (*here, *north)):
         if latitude is not None and longitude is not None:
+            # the system does not hold there, so neither does its north
             return (
                 latitude,
                 longitude,
                 0.0,
-            )  # the system does not hold there, so neither does its north
+            )
         problem = f"the point {point[0]:.0f}, {point[1]:.0f} lies outside {plane.name}"
         raise InputError(
             source or plane.name, problem, "correct the srsName, or give --latitude and --longitude"

@@ -17,14 +17,12 @@ class Orientation:
     """Orientation of the polygons of a city."""
 
     flip: np.ndarray  # (n,) bool: drawn inside out
-    watertight: (
-        np.ndarray
-    )  # (n,) bool: part of a watertight shell, whose volume proves its orientation
+    # (n,) bool: part of a watertight shell, whose volume proves its orientation
+    watertight: np.ndarray
     doubtful: np.ndarray  # (n,) bool: part of a shell that contradicts itself and proves nothing
     shell: np.ndarray  # (n,) int: number of the shell
-    agree: (
-        np.ndarray
-    )  # (n,) bool: drawn in agreement with the volume, or the larger part, of its shell
+    # (n,) bool: drawn in agreement with the volume, or the larger part, of its shell
+    agree: np.ndarray
     loose: np.ndarray  # (n,) bool: shares no edge with what tells its orientation; only rays can
 
 

@@ -187,9 +187,8 @@ def triangulate(points, ring_start, polygon_start):
     # All face the way of their polygon; those without area are left out.
     triangles, owners = np.concatenate(triangles), np.concatenate(owners)
     signed = _signed_area(plane, triangles)
-    triangles = np.where(
-        signed[:, None] < 0, triangles[:, ::-1], triangles
-    )  # counter-clockwise seen from the front
+    # counter-clockwise seen from the front
+    triangles = np.where(signed[:, None] < 0, triangles[:, ::-1], triangles)
     sound = np.flatnonzero(np.abs(signed) > THIN * _longest_square(plane, triangles))
     order = sound[np.argsort(owners[sound], kind="stable")]
     return triangles[order], owners[order]
@@ -266,9 +265,8 @@ def plane_axes(normal):
 
 def _cut_quads(plane, first):
     """Two triangles of each quadrilateral (q, 2, 3), and whether it has an inner diagonal (q,)."""
-    halves = first[:, None, None, None] + np.array(
-        [[[0, 1, 2], [0, 2, 3]], [[1, 2, 3], [1, 3, 0]]]
-    )  # (q, 2, 2, 3)
+    # (q, 2, 2, 3)
+    halves = first[:, None, None, None] + np.array([[[0, 1, 2], [0, 2, 3]], [[1, 2, 3], [1, 3, 0]]])
     smallest = _signed_area(plane, halves).min(axis=2)  # (q, 2) of each diagonal
     gain = smallest[:, 1] - smallest[:, 0]
     # Areas that differ by less than a millionth count as equal, so that rounding does not choose.

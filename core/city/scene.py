@@ -19,9 +19,8 @@ class Crowns:
     """
 
     vertices: np.ndarray  # (v, 3) float64 [m]
-    triangles: (
-        np.ndarray
-    )  # (t, 3) int32 into vertices; of crowns counter-clockwise seen from outside
+    # (t, 3) int32 into vertices; of crowns counter-clockwise seen from outside
+    triangles: np.ndarray
     tree: np.ndarray  # (t,) int32
     trunk: np.ndarray  # (t,) bool: opaque
     names: list  # (k,) str
@@ -61,9 +60,8 @@ class Surfaces:
     eligible: np.ndarray  # (n,) bool
     area: np.ndarray  # (n,) float64 [m²]
     surface_tilt: np.ndarray  # (n,) float64 [°]
-    surface_azimuth: (
-        np.ndarray
-    )  # (n,) float64 [°] clockwise from true north; 0 if the surface is level
+    # (n,) float64 [°] clockwise from true north; 0 if the surface is level
+    surface_azimuth: np.ndarray
     normal: np.ndarray  # (n, 3) float64, unit length
     # (n,) str, names of materials, "" if there is none; None if not recorded
     material: list | None = None
@@ -82,21 +80,17 @@ class Scene:
 
     vertices: np.ndarray  # (v, 3) float64 [m]
     triangles: np.ndarray  # (t, 3) int32 into vertices, counter-clockwise seen from outside
-    triangle_surface: (
-        np.ndarray
-    )  # (t,) int32 into surfaces; -1 for generated ground, terrain, backs of racks
-    footprint: (
-        np.ndarray
-    )  # (t,) bool: footprint of a building; counts as a back face from both sides
-    closure: (
-        np.ndarray
-    )  # (t,) bool: ClosureSurface between buildings; blocks rays, receives no light
+    # (t,) int32 into surfaces; -1 for generated ground, terrain, backs of racks
+    triangle_surface: np.ndarray
+    # (t,) bool: footprint of a building; counts as a back face from both sides
+    footprint: np.ndarray
+    # (t,) bool: ClosureSurface between buildings; blocks rays, receives no light
+    closure: np.ndarray
     surfaces: Surfaces
     site: Site
     report: ImportReport = field(default_factory=ImportReport)
-    colours: dict = field(
-        default_factory=dict
-    )  # name of a material of the files -> (3,) linear RGB, None if not given
+    # name of a material of the files -> (3,) linear RGB, None if not given
+    colours: dict = field(default_factory=dict)
     # (t,) bool: open sheet without thickness, lit on both sides; None: none
     sheet: np.ndarray | None = None
     # (t,) int32, for back sides made by `add_backs`: their triangle, else -1

@@ -10,10 +10,11 @@ from scipy.spatial import cKDTree
 from .plan_geometry import COINCIDENT, find_in_boxes, merge_places, pair_keys, plant_tree
 
 NEAR = 10.0  # [m] within which feet are compared with whole edges, further away with their ends
+# to limit memory: edges may have some thousand feet nearby
 ENDS_AT_ONCE, EDGES_AT_ONCE = (
     50_000,
     1_000,
-)  # to limit memory: edges may have some thousand feet nearby
+)
 
 
 def find_standing(start, end, step, slope):
@@ -47,9 +48,8 @@ def _hangs_above_feet(points, step, slope, others):
     """Points (p, 3) for which z - z' <= step + slope * distance does not hold for all nearest feet:
     (p,) bool.
     """
-    lowest = others[
-        merge_places(others)[0]
-    ]  # of several feet at one position only the lowest matters
+    # of several feet at one position only the lowest matters
+    lowest = others[merge_places(others)[0]]
     tree, hangs = cKDTree(lowest[:, :2]), np.zeros(len(points), bool)
     # Rise above each of the 32 nearest feet, against the step and the slope times the distance.
     for first in range(0, len(points), ENDS_AT_ONCE):
@@ -102,9 +102,8 @@ class _FootLines:
 
     start: np.ndarray  # (e, 3) float64 [m]
     end: np.ndarray  # (e, 3) float64 [m]
-    step: (
-        np.ndarray
-    )  # (e,) float64 [m] largest height above a neighbouring foot, of all that are the same
+    # (e,) float64 [m] largest height above a neighbouring foot, of all that are the same
+    step: np.ndarray
 
 
 def draw_lines(feet):

@@ -85,9 +85,8 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
         raise InputError("--patch-size", problem, cure)
     parent = np.arange(len(triangles))
     surface = parent if surface is None else np.asarray(surface)
-    thin = np.zeros(
-        surface.max(initial=-1) + 1, bool
-    )  # surfaces that had elongated triangles to split
+    # surfaces that had elongated triangles to split
+    thin = np.zeros(surface.max(initial=-1) + 1, bool)
     # Each pass cuts every edge that is too long, until none is.
     while True:
         length, height = measures = _measure_triangles(vertices, triangles)
@@ -282,9 +281,8 @@ def _find_inner_edges(vertices, triangles, surface):
     key = (
         (np.minimum(start, end).astype(np.int64) << 32) + 2 * np.maximum(start, end) + (start > end)
     )
-    order = np.argsort(
-        key
-    )  # of the two at an edge, the one that starts at its smaller end comes first
+    # of the two at an edge, the one that starts at its smaller end comes first
+    order = np.argsort(key)
     edge = key[order] >> 1
     same = edge[1:] == edge[:-1]
     used_more = np.concatenate([[False], same[:-1] & same[1:]]) | np.concatenate(

@@ -33,13 +33,11 @@ def triangulate_plan(places):
     InputError
         Neither GEOS nor Qhull can triangulate them.
     """
-    numbered = np.column_stack(
-        [places, np.arange(len(places))]
-    )  # GEOS carries heights along: here the row
+    # GEOS carries heights along: here the row
+    numbered = np.column_stack([places, np.arange(len(places))])
     try:
-        polygons = shapely.delaunay_triangles(
-            shapely.linestrings(numbered)
-        )  # a line is any collection of places
+        # a line is any collection of places
+        polygons = shapely.delaunay_triangles(shapely.linestrings(numbered))
     except (
         shapely.GEOSException
     ):  # "Could not locate vertex": its search goes round among places almost in line
@@ -120,9 +118,8 @@ def triangulate_feet(lines, foot_points, edges, free, report_share):
         ]
         if turn:  # those above the ground at any of their SHARES
             ends = feet[missing]
-            places = (1 - SHARES[:, None]) * ends[:, :1] + SHARES[:, None] * ends[
-                :, 1:
-            ]  # (k, SHARES, 3)
+            # (k, SHARES, 3)
+            places = (1 - SHARES[:, None]) * ends[:, :1] + SHARES[:, None] * ends[:, 1:]
             height = drop_on_triangles(vertices[triangles], places.reshape(-1, 3)).reshape(
                 places.shape[:2]
             )

@@ -155,9 +155,8 @@ def _open_remote(address, stack):
     from distributed import Client
 
     try:
-        client = Client(
-            address, timeout=PATIENCE, set_as_default=False
-        )  # a default one lingers if it fails
+        # a default one lingers if it fails
+        client = Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, MemoryError, RuntimeError, TypeError) as error:
         # A port that is open on tls:// wants another key, or finds none here; else another protocol
         # is spoken.

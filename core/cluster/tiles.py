@@ -192,9 +192,8 @@ def take_part(scene, pieces, tile):
     around = tile.around[pieces.of_triangle]
     far = np.flatnonzero(around == FAR)
     corners = np.asarray(scene.vertices, float)[scene.triangles[far]]
-    low = ~_rises(
-        corners.min(axis=1), corners.max(axis=1), tile.box, tile.lowest
-    )  # lower parts of facades
+    # lower parts of facades
+    low = ~_rises(corners.min(axis=1), corners.max(axis=1), tile.box, tile.lowest)
     around[far[low]] = LEFT_OUT
     complete = bool((tile.around > LEFT_OUT).all() and (around > LEFT_OUT).all())
     kept = np.flatnonzero(around > LEFT_OUT)

@@ -148,18 +148,16 @@ def _measure_halo(prepared, seed, part, city):
     """
     # Rays are drawn evenly over the eligible area, by the cosine of their direction.
     patches, scene = prepared.patches, prepared.scene
-    eligible = (
-        np.append(scene.surfaces.eligible, False)[scene.triangle_surface] & patches.receives
-    )  # -1: the ground
+    # -1: the ground
+    eligible = np.append(scene.surfaces.eligible, False)[scene.triangle_surface] & patches.receives
     area = np.where(eligible, patches.area, 0.0)
     if part.complete or not area.any():
         return {}
     generator = np.random.default_rng([seed, STREAM])
     start = generator.choice(len(area), RAYS, p=area / area.sum())
     b1, b2, *angles = generator.random((4, RAYS, 1), np.float32)
-    b1, b2 = (
-        np.where(b1 + b2 > 1, 1 - one, one) for one in (b1, b2)
-    )  # fold the square into the triangle
+    # fold the square into the triangle
+    b1, b2 = (np.where(b1 + b2 > 1, 1 - one, one) for one in (b1, b2))
     origins, directions = rays_from_patches(patches, start, b1, b2, cosine_direction(*angles))
     origins, directions = origins[:, 0], directions[:, 0]
     hit = prepared.plan.ray_scene.trace_closest(origins, directions)

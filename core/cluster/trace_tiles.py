@@ -38,13 +38,14 @@ SMALLEST = 20.0  # [m] tiles: twice the patches
 LARGEST = 1_000_000  # triangles that are planned as a whole
 TASK_VERSION = 6  # raised when results of earlier runs are no longer to be used
 KEY_LENGTH = 24
+# effects that every tile takes over as decided
 SETTLED = (
     "reflections",
     "far-ground",
     "perez",
     "trees",
     "specular",
-)  # effects that every tile takes over as decided
+)
 ONE_MACHINE = ("target_error", "time_budget")
 STAGE = "tiles"
 
@@ -190,9 +191,8 @@ def make_tasks(scene, squares, inputs, folder, lists):
     # What all tiles share is written once: settings, suns, weather, horizon of the whole.
     prepared, weather, request, settings = inputs
     pieces, (kept, found) = box_pieces(scene), lists
-    built = slice(
-        0, len(scene.surfaces)
-    )  # the ground beyond is lit like the far ground that takes its place
+    # the ground beyond is lit like the far ground that takes its place
+    built = slice(0, len(scene.surfaces))
     city = pieces.low[built, :2].min(axis=0), pieces.high[built, :2].max(axis=0)
     plan = prepared.plan  # the tiles' own plans take the terrain from it
     terrain = TracePlan(

@@ -94,9 +94,8 @@ def _take(name, value, default, details):
 
 
 def _take_integer(value):
-    return (
-        int(value) if float(value).is_integer() else value
-    )  # others are refused by `check_request`
+    # others are refused by `check_request`
+    return int(value) if float(value).is_integer() else value
 
 
 def _take_names(value):

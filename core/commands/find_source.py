@@ -10,11 +10,12 @@ from ..world import sources
 
 MODELS = ("climate", "clear-sky")
 STEP = 3.0  # [°] of the models' grid
+# settings that mean nothing for grids
 STATIONS_ONLY = (
     "time_shift",
     "weather_place",
     "weather_without",
-)  # settings that mean nothing for grids
+)
 GRIDS_ONLY = ("step", "latitudes", "longitudes", "years", "off_land")  # and for stations
 
 

@@ -20,11 +20,12 @@ from ..settings.progress import silent
 from ..settings.request import declared_settings
 from .choose_settings import cluster_settings, request_of_settings, take_paths
 
+# groups of settings that another weather leaves as they are
 LIGHT_FREE = (
     "surfaces",
     "electricity",
     "sky",
-)  # groups of settings that another weather leaves as they are
+)
 
 
 class Result:

@@ -32,12 +32,13 @@ from .find_source import find_source
 
 PLACES = 256  # of a band, about
 STAGE = "world"
+# fields of World
 OF_GROUPS = (
     "full_load_hours",
     "standard_error",
     "gain_error",
     "without_reflections",
-)  # fields of World
+)
 
 
 def compute_in_tasks(environments, source, request, settings, cluster, *, folder, log):

@@ -161,9 +161,8 @@ def _largest_share(inputs, change, behind=None):
 def _planes_of(surfaces, members):
     """Normals of some surfaces, alike ones once: (k, 3) float64."""
     angles = np.stack([surfaces.surface_tilt, surfaces.surface_azimuth]).astype(float)[:, members]
-    return sun_direction(
-        *np.unique(STEP * np.round(angles / STEP), axis=1)
-    )  # it stands above its plane as a sun does
+    # it stands above its plane as a sun does
+    return sun_direction(*np.unique(STEP * np.round(angles / STEP), axis=1))
 
 
 FAR_GROUND = "far-ground"

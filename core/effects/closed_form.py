@@ -13,9 +13,8 @@ from ..settings.errors import UNIT, check_array
 from ..sky.horizon import lost_sky
 
 NORMAL_STEPS = 1e6  # in which components of normals are told apart
-NUMBERED = np.array(
-    [1 << 42, 1 << 21, 1]
-)  # times steps from -10⁶ to 10⁶: numbers that differ where normals do
+# times steps from -10⁶ to 10⁶: numbers that differ where normals do
+NUMBERED = np.array([1 << 42, 1 << 21, 1])
 
 
 def find_unobstructed(patches, vertices):

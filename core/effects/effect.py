@@ -31,9 +31,8 @@ class Effect:
     on: bool
     extent: str  # how far it goes: "3 bounces", "812 of 20,133 patches"
     reason: str
-    bound: (
-        float | None
-    )  # share of full load hours that is left out at most; None: not known before the run
+    # share of full load hours that is left out at most; None: not known before the run
+    bound: float | None
     seconds: float | None = None  # predicted cost [s]; None: not known
     # after the run: what it left out as measured, and whether the bound holds
     outcome: dict | None = None
@@ -48,9 +47,8 @@ class TracePlan:
     """
 
     effects: list = field(default_factory=list)  # of Effect, in the order of the table
-    notes: list = field(
-        default_factory=list
-    )  # sentences for the user on settings that mean nothing any more
+    # sentences for the user on settings that mean nothing any more
+    notes: list = field(default_factory=list)
     ray_scene: FacingScene | None = None  # if it was made already
     foliage: Foliage | None = None  # None: no tree is traced
     unobstructed: np.ndarray | None = None  # (p,) bool, patches that see the sky in closed form
@@ -58,9 +56,8 @@ class TracePlan:
     # whether shadow rays are sent to suns behind a patch, to see that this changes nothing
     suns_behind: bool = False
     terrain: TerrainHorizon | None = None  # of distant terrain; None where it is level
-    hidden_suns: np.ndarray = field(
-        default_factory=NO_SUNS.copy
-    )  # (k, 3) float32, never above the terrain: not traced
+    # (k, 3) float32, never above the terrain: not traced
+    hidden_suns: np.ndarray = field(default_factory=NO_SUNS.copy)
     receivers: np.ndarray | None = None  # (p,) bool, patches that get all rays; None: all
     max_bounces: int | None = 0  # number of reflections; None: until what is left is small
     far_ground: bool = False  # whether rays that leave downwards meet lit ground
@@ -101,9 +98,8 @@ class Inputs:
     request: Request
     weather: Weather | None = None  # where it is known
     suns: Suns | None = None  # where they are known
-    plan: TracePlan = field(
-        default_factory=TracePlan
-    )  # with the decisions of the lines of the table above
+    # with the decisions of the lines of the table above
+    plan: TracePlan = field(default_factory=TracePlan)
 
     def asked(self, key, default=None):
         """Whether the user has switched an effect on or off; `default` if neither."""

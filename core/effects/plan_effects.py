@@ -150,9 +150,8 @@ def describe_plan(plan):
     for effect in plan.effects:
         words = [describe_bound(effect.bound, effect.on)]
         if effect.share is not None:
-            error = (
-                math.ceil(1e4 * (effect.share_standard_error or 0)) / 100
-            )  # [%] no error is told as 0.00
+            # [%] no error is told as 0.00
+            error = math.ceil(1e4 * (effect.share_standard_error or 0)) / 100
             doubt = f" ± {error:.2f}" if error else ""
             words.append(
                 f"contributes {show_number(100 * effect.share, 2, plus=True)}{doubt} % of full "

@@ -40,13 +40,13 @@ TABLE = {
     "spectrum": Row("Spectrum", "The influence of the spectrum on the current of the modules"),
     "temperature": Row("Temperature", "Modules lose power as they get warm"),
 }
-RETIRED = {
-    "reflectors": "all ground reflects"
-}  # key of version 0.2 -> what holds whatever it is set to
+# key of version 0.2 -> what holds whatever it is set to
+RETIRED = {"reflectors": "all ground reflects"}
+# photons need none of them, so that forward cannot leave them out
 RAYS = (
     "sky-rays",
     "shadow-rays",
-)  # photons need none of them, so that forward cannot leave them out
+)
 
 
 def check_effects(request):

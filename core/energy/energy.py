@@ -46,9 +46,8 @@ class Energy(CountedArea):
     full_load_hours_standard_error: np.ndarray | None = None
     # (g,) [h] of the mean full load hours of each group
     group_standard_error: np.ndarray | None = None
-    sampling_error: float = (
-        np.nan
-    )  # [h] of the mean over the counted area of all groups, from rays only
+    # [h] of the mean over the counted area of all groups, from rays only
+    sampling_error: float = np.nan
     sky: str = "isotropic"  # model of the diffuse sky
     series: HourlySeries | None = None  # of the requested surfaces
 

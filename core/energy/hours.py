@@ -20,31 +20,25 @@ class Hours:
     """The h intervals with any light, ordered by month; one row each."""
 
     interval: np.ndarray  # (h,) int, index into the weather's time axis
-    month: (
-        np.ndarray
-    )  # (h,) int, 0 to 11, of mid-interval, in UTC or the calendar of `weather.zone`
-    year: (
-        np.ndarray
-    )  # (h,) int, among the whole years if the weather has several; -1 outside of them
+    # (h,) int, 0 to 11, of mid-interval, in UTC or the calendar of `weather.zone`
+    month: np.ndarray
+    # (h,) int, among the whole years if the weather has several; -1 outside of them
+    year: np.ndarray
     direction: np.ndarray  # (h, 3) towards the sun at mid-interval
     sunny: np.ndarray  # (h, 1) 1.0 if the sun is at least 2° high, else 0.0
-    open: (
-        np.ndarray
-    )  # (h, 1) 1.0 if the sun stands above the horizon of distant terrain, else 0.0; no DNI then
+    # (h, 1) 1.0 if the sun stands above the horizon of distant terrain, else 0.0; no DNI then
+    open: np.ndarray
     dni: np.ndarray  # (h, 1) [Wm⁻²]
-    sunward: (
-        np.ndarray
-    )  # (h, 1) [Wm⁻²] normal irradiance from the place of the sun: DNI and circumsolar light
+    # (h, 1) [Wm⁻²] normal irradiance from the place of the sun: DNI and circumsolar light
+    sunward: np.ndarray
     dome: np.ndarray  # (h, 1) [Wm⁻²] part of DHI that comes evenly from the whole sky
-    sources: (
-        np.ndarray
-    )  # (h, k) [Wm⁻²] by each traced source, in its unit; negative where it is darker than the dome
+    # (h, k) [Wm⁻²] by each traced source, in its unit; negative where it is darker than the dome
+    sources: np.ndarray
     level: np.ndarray  # (h, 1) [Wm⁻²] of unshaded ground by DNI and circumsolar light
     temp_air: np.ndarray  # (h, 1) [°C] cell temperature without irradiance
     spectral_factor: np.ndarray  # (h, 1) f₁ of the Sandia model, see `spectral_factor`
-    heating: (
-        np.ndarray
-    )  # (h, m) [Km²W⁻¹] cell above air temperature, per POA irradiance, of each mounting
+    # (h, m) [Km²W⁻¹] cell above air temperature, per POA irradiance, of each mounting
+    heating: np.ndarray
     match: np.ndarray  # (h, k) int, traced suns that represent the hour
     match_weight: np.ndarray  # (h, k) float
 

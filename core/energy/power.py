@@ -36,9 +36,8 @@ HIGHEST = 3000.0  # [Wm⁻²] of effective irradiance
 IRRADIANCE_NODES = 16384
 COLDEST, HOTTEST = -40.0, 90.0  # [°C] of cells
 MIDDLE, HALF = (COLDEST + HOTTEST) / 2, (HOTTEST - COLDEST) / 2
-TERMS = {
-    SANDIA: 3
-}  # of the polynomial in cell temperature; power of the Sandia model is almost one of degree two
+# of the polynomial in cell temperature; power of the Sandia model is almost one of degree two
+TERMS = {SANDIA: 3}
 MOST_TERMS = 5
 # uniform in √(1 - cosine), which is proportional to the angle near normal incidence
 ANGLE_NODES = 65536
@@ -74,9 +73,8 @@ def diffuse_incidence_factors(surface_tilt, system, sources=()):
     own = {"module": system.module.parameters} if system.incidence == "sapm" else {}
     factors = pvlib.iam.marion_diffuse(system.incidence, tilt, **own)
     regions = ("sky", "ground", *(source.incidence for source in sources))
-    shares = np.nan_to_num(
-        [factors[region] for region in regions]
-    )  # (2 + k, t); 0 where one is not visible
+    # (2 + k, t); 0 where one is not visible
+    shares = np.nan_to_num([factors[region] for region in regions])
     return PchipInterpolator(tilt, shares, axis=1)(np.clip(surface_tilt, 0.0, 180.0))
 
 
@@ -179,10 +177,11 @@ def ac_power(power, system):
     if inverter.name == PVWATTS:
         fed = pvlib.inverter.pvwatts(power, 1.0 / inverter.dc_ac_ratio / EFFICIENCY, EFFICIENCY)
     else:
+        # [W] of modules
         own, size = (
             inverter.parameters,
             inverter.parameters["Paco"] * inverter.dc_ac_ratio,
-        )  # [W] of modules
+        )
         fed = np.maximum(pvlib.inverter.sandia(own["Vdco"], power * size, own), 0.0) / size
     return fed.astype(power.dtype, copy=False)
 
@@ -217,9 +216,8 @@ def dc_factor(curves, direct, diffuse, diffuse_taken, aoi_projection, *, hours, 
     effective *= direct
     effective += np.multiply(diffuse_taken, curves.diffuse_share, out=aoi_projection)
     effective *= hours.spectral_factor
-    np.maximum(
-        effective, 0, out=effective
-    )  # visible shares between days may overshoot a little below 0
+    # visible shares between days may overshoot a little below 0
+    np.maximum(effective, 0, out=effective)
     # Cell temperature: air + heating · irradiance on the plane [°C].
     temp_cell = np.add(direct, diffuse, out=aoi_projection)
     temp_cell *= np.take(hours.heating, mounting, axis=1)
@@ -266,12 +264,10 @@ class PvlibCurves:
 class PowerTables:
     """The curves of a system as tables; the nearest node gives the value."""
 
-    incidence: (
-        np.ndarray
-    )  # (a,) float32, IAM of direct light, over √(1 - cosine of the angle of incidence)
-    efficiency: (
-        np.ndarray
-    )  # (c, e) float32 [W⁻¹m²], DC power per effective irradiance: 1, T, T² … (T scaled)
+    # (a,) float32, IAM of direct light, over √(1 - cosine of the angle of incidence)
+    incidence: np.ndarray
+    # (c, e) float32 [W⁻¹m²], DC power per effective irradiance: 1, T, T² … (T scaled)
+    efficiency: np.ndarray
     diffuse_share: np.float32  # FD, the share of diffuse light that the module uses
     system: PvSystem
 
@@ -305,14 +301,12 @@ def tabulate_power(system):
     # IAM over √(1 - cosine), so that nodes are dense where it changes.
     incidence = exact.incidence_at(1.0 - np.linspace(0.0, 1.0, ANGLE_NODES) ** 2)
     root = np.linspace(0.0, np.sqrt(HIGHEST), IRRADIANCE_NODES)
-    irradiance = (
-        np.maximum(root, root[1] / 2) ** 2
-    )  # the first node represents all values below half a step
+    # the first node represents all values below half a step
+    irradiance = np.maximum(root, root[1] / 2) ** 2
     # At each irradiance the polynomial through power at some temperatures, per irradiance.
     terms = TERMS.get(system.module.library, MOST_TERMS)
-    nodes = np.cos(
-        np.pi * (np.arange(terms) + 0.5) / terms
-    )  # Chebyshev nodes, for the smallest error in between
+    # Chebyshev nodes, for the smallest error in between
+    nodes = np.cos(np.pi * (np.arange(terms) + 0.5) / terms)
     temperature = np.broadcast_to(MIDDLE + HALF * nodes[:, None], (terms, IRRADIANCE_NODES))
     power = dc_power(np.broadcast_to(irradiance, temperature.shape), temperature, system.module)
     efficiency = np.linalg.solve(np.vander(nodes, terms, increasing=True), power / irradiance)

@@ -51,10 +51,11 @@ NEEDED = {
         "V_mp_ref",
     ),
 }
+# area, current, voltage
 POSITIVE = {
     SANDIA: ("Area", "Impo", "Vmpo"),
     CEC: ("A_c", "I_mp_ref", "V_mp_ref"),
-}  # area, current, voltage
+}
 PVWATTS = "pvwatts"
 OF_INVERTER = ("Paco", "Pdco", "Vdco", "Pso", "C0", "C1", "C2", "C3", "Pnt")
 SHOWN = 5  # names that an error lists
@@ -69,13 +70,14 @@ MOUNTINGS = {  # a, b and deltaT of Sandia's cell temperature (King et al. 2004,
 AUTO = ("close-mount", "open-rack")  # of the mounting `auto`: on walls and pitched roofs, and
 STANDING = ("flat", "rack")  # on these kinds
 OF_LIBRARY = {SANDIA: "sapm", CEC: "physical"}  # library -> law of "module"
+# of a Request and of a PvSystem
 SAME = (
     "mounting",
     "losses",
     "hidden_walls",
     "clearance",
     "sectors",
-)  # of a Request and of a PvSystem
+)
 ELECTRIC = ("aoi", "spectrum", "temperature")  # effects that may be switched off
 KINDS = (*BEARING, RACK)  # that carry modules, in the order of tables
 
@@ -113,15 +115,13 @@ class PvSystem:
     losses: float = 0.0  # [%] of DC energy: soiling, mismatch, wiring …
     inverter: _Inverter | None = None
     hidden_walls: str = "leave-out"  # or count: whether covered area carries modules
-    clearance: float = CLEARANCES[
-        1
-    ]  # [m] to a face turned against a module, below which there is no room for it
+    # [m] to a face turned against a module, below which there is no room for it
+    clearance: float = CLEARANCES[1]
     sectors: str = "8"  # or paper: azimuths that count
     # whether walls that lean outward by more than 1° are facades, as in the paper
     overhangs: bool = False
-    usable: dict = field(
-        default_factory=dict
-    )  # kind -> share of its area without windows and edges
+    # kind -> share of its area without windows and edges
+    usable: dict = field(default_factory=dict)
     aoi: bool = True  # whether light that falls in at an angle is lost to reflection by the glass
     spectrum: bool = True  # whether the current depends on the spectrum
     # whether cells are as warm as air and light make them, or always at 25 °C

@@ -93,17 +93,14 @@ def add_errors(errors, rows, weight, label, count):
 class _HourErrors:
     """Parts of the errors of the full load hours of n surfaces."""
 
-    own: (
-        np.ndarray
-    )  # (n,) [h²] variance from the surface's own rays; NaN without full load hours, or if unknown
-    passed_on: (
-        np.ndarray
-    )  # (n, r) [h] deviations of replicates of light that other surfaces re-emit
+    # (n,) [h²] variance from the surface's own rays; NaN without full load hours, or if unknown
+    own: np.ndarray
+    # (n, r) [h] deviations of replicates of light that other surfaces re-emit
+    passed_on: np.ndarray
     discretisation: np.ndarray  # (n,) [h] signed
     points: np.ndarray  # (n,) [h²] the part of `own` that is from shadow points
-    bias: (
-        np.ndarray
-    )  # (n,) [h] of the choice of suns, as measured on surfaces of the same kind and orientation
+    # (n,) [h] of the choice of suns, as measured on surfaces of the same kind and orientation
+    bias: np.ndarray
     rms: np.ndarray  # (n,) [h] likewise
 
 
@@ -135,9 +132,8 @@ def errors_of_energy(transfer, weather, energy):
         # sources.
         noise = join_own(direct, diffuse, own_direct(state), own_diffuse(state), parts.covariance)
         for name, of_source in zip(sky.sources, of_sources, strict=True):
-            noise = (
-                noise + (of_source * state.sources[name].standard_error) ** 2
-            )  # with what others pass on
+            # with what others pass on
+            noise = noise + (of_source * state.sources[name].standard_error) ** 2
         own.append(noise)
         # Part of the noise that shadow points bring: it cannot be more than all of it.
         points.append(np.minimum(direct**2 * parts.direct_points, noise))

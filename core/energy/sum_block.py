@@ -28,9 +28,8 @@ class Block:
     diffuse: np.ndarray  # (n,) per DHI
     far_ground: np.ndarray  # (n,) per direct horizontal irradiance
     sky: np.ndarray  # (n,) the part of `diffuse` that comes directly from the sky
-    sources: (
-        np.ndarray
-    )  # (2 k, n) per irradiance of k traced sources: brighter, and then darker than the dome
+    # (2 k, n) per irradiance of k traced sources: brighter, and then darker than the dome
+    sources: np.ndarray
     source_view: np.ndarray  # (2 k, n) the part of `sources` that comes directly from there
     # (2 + k, n) incidence angle modifiers of light from the sky, reflected light, and the sources'
     iam: np.ndarray

@@ -163,10 +163,10 @@ def _continue_gather(context, old):
         Keys have no room for so many patches.
     """
     count, most = len(context.patches), LARGEST_KEY + 1
-    if context.reflections and count * old.elements * old.starts * 4 > most:
+    if context.reflections and count * old.elements * old.start_elements * 4 > most:
         problem = f"has {count:,} patches, too many for what the base's rays met"
         raise InputError("the edited city", problem, "trace it by citypv simulate --editable")
-    return replace(context, elements=old.elements, starts=old.starts)
+    return replace(context, elements=old.elements, start_elements=old.start_elements)
 
 
 def _trace_rows(old, context, change, scene, progress):
@@ -204,7 +204,7 @@ def _trace_rows(old, context, change, scene, progress):
             kept = [leave_rows(rows, ~lost[rows.chosen]) for rows in one.form_factors.rows]
             kept = [rows for rows in kept if len(rows.chosen)]
             new.form_factors = FormFactors(
-                [kept], count, context.elements, np.zeros(count, np.int32), context.starts
+                [kept], count, context.elements, np.zeros(count, np.int32), context.start_elements
             )
             new.form_factors.rays[:first] = np.where(lost[:first], 0, one.form_factors.rays)
         new.samples[todo] = samples[todo]

@@ -180,7 +180,7 @@ def _first_reflections(edit, state):
     entry, sun, element, sign = _list_changes(*lit)
     number = np.full(len(context.patches), -1)
     number[rows] = np.arange(len(rows))
-    starts = np.searchsorted(entry * ff.cells + element, np.arange(len(rows) * ff.cells + 1))
+    starts = np.searchsorted(entry * ff.elements + element, np.arange(len(rows) * ff.elements + 1))
     shine = context.patches.albedo
     lost = todo[:first] | ~context.patches.receives[:first]
     for part in old_ff.rows:
@@ -189,7 +189,7 @@ def _first_reflections(edit, state):
         if own.any():
             _add_changes(
                 (some, part.start, part.key, own),
-                (*scales_of(old_ff), old_ff.cells),
+                (*scales_of(old_ff), old_ff.elements),
                 (number, starts, sun, sign),
                 (shine, context.patches.normal, towards),
                 (weight, context.owner, found),
@@ -213,7 +213,11 @@ def _light_of_rows(form_factors, chosen, seen_by, suns, context):
     """First reflections of each sun on some patches, (p,) bool: (p, s) float32."""
     parts = [leave_rows(rows, chosen[rows.chosen]) for rows in form_factors.rows]
     some = FormFactors(
-        [parts], form_factors.count, form_factors.cells, form_factors.rays, form_factors.starts
+        [parts],
+        form_factors.count,
+        form_factors.elements,
+        form_factors.rays,
+        form_factors.start_elements,
     )
     return multiply_visible(some, seen_by, suns, context.threads)
 

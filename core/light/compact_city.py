@@ -37,7 +37,7 @@ def compact_city(base):
     )
     prepared = replace(prepared, editable=True)
     context = prepare_gather(prepared, base.request, silent)
-    same = {"elements": old.context.elements, "starts": old.context.starts}
+    same = {"elements": old.context.elements, "start_elements": old.context.start_elements}
     context = replace(context, left_out=old.context.left_out[kept], **same)
     # In each state of trees: rows of patches, matrix, light and errors, of what is left.
     states = []
@@ -95,7 +95,7 @@ def _renumber(form_factors, number, count):
     """Form factors of patches with other numbers, (p,) int; -1 for those that are gone, which no
     ray meets.
     """
-    bits = form_factors.start_bits + form_factors.cells.bit_length() - 1
+    bits = form_factors.start_bits + form_factors.elements.bit_length() - 1
     parts = []
     for rows in form_factors.rows:
         key = ((number[rows.key >> bits] << bits) | (rows.key & ((1 << bits) - 1))).astype(np.int32)
@@ -106,4 +106,4 @@ def _renumber(form_factors, number, count):
         )
     rays = np.zeros(count, np.int32)
     rays[number[number >= 0]] = form_factors.rays[number >= 0]
-    return FormFactors([parts], count, form_factors.cells, rays, form_factors.starts)
+    return FormFactors([parts], count, form_factors.elements, rays, form_factors.start_elements)

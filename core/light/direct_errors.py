@@ -86,9 +86,8 @@ def variance_of_points(nets, covered, unshaded):
     by_point, covered = np.concatenate([light[partly] for light in nets], axis=1), covered[partly]
     lit = (by_point > 0).sum(axis=1)
     light = by_point.sum(axis=1, dtype=float) / np.maximum(lit, 1)
-    light = np.where(
-        lit > 0, light, unshaded[partly] / (1 + count * (1 - covered))
-    )  # by the rule of succession
+    # by the rule of succession
+    light = np.where(lit > 0, light, unshaded[partly] / (1 + count * (1 - covered)))
     least = EVENNESS * light**2 * np.sqrt(covered * (1 - covered)) / (2 * count**1.5)
     variance[partly] = np.maximum(variance[partly], least)
     return variance

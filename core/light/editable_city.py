@@ -20,13 +20,14 @@ from .trace_gather import TracedCity, TracedState, trace_light
 from .transfer import take_rows
 
 PINNED = ("receivers", "perez", "far-ground")  # effects that are decided as in the base
+# fields of the plan, likewise
 KEPT = (
     "terrain",
     "hidden_suns",
     "max_bounces",
     "sky",
     "rays_share",
-)  # fields of the plan, likewise
+)
 
 
 @dataclass
@@ -46,9 +47,8 @@ class EditableCity:
     suns: Suns
     request: Request
     city: TracedCity
-    rows: (
-        np.ndarray
-    )  # (k,) int, surfaces of its scene in the order of the city, racks last; others are gone
+    # (k,) int, surfaces of its scene in the order of the city, racks last; others are gone
+    rows: np.ndarray
     # PreparedScene -> as of `trace_gather`, or None where all reflect by Lambert's law
     specular: Callable
     drift: float = 0.0  # share of reflected light that edits gave the mean's pattern over the suns

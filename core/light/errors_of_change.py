@@ -109,9 +109,8 @@ def _difference_of_state(cities, rows, state):
             (row_of[1], variance(new)),
             (row_of[0], np.where(alone, variance(old), 0)),
         ):
-            total += np.bincount(
-                members % len(total), of_patch, len(total)
-            )  # the last one is for all others
+            # the last one is for all others
+            total += np.bincount(members % len(total), of_patch, len(total))
         return total[:-1]
 
     # Light that others pass on, and discretisation, differ surface by surface with their signs.

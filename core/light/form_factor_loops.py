@@ -73,11 +73,12 @@ def link_patches(rows, scale, factor):
         start[row + 1] = start[row] + (found + 3) // 4 * 4
     patch, weight = np.zeros(start[-1], np.int32), np.zeros(start[-1], np.float32)
     for row in range(len(chosen)):
+        # what is lost in one reflection grows with their number
         place, last, total = (
             start[row] - 1,
             -1,
             0.0,
-        )  # what is lost in one reflection grows with their number
+        )
         # Without branches, as in `_merge_row`.
         for entry in range(first[row], first[row + 1]):
             met = key[entry] >> to_patch

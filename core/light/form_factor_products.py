@@ -58,7 +58,12 @@ def multiply_starts(form_factors, radiosity, threads=1):
     whose sum is the light of the patch.
     """
     return _run_rows(
-        form_factors, form_factors.starts, threads, add_elements, radiosity.ravel(), REPLICATE_BITS
+        form_factors,
+        form_factors.start_elements,
+        threads,
+        add_elements,
+        radiosity.ravel(),
+        REPLICATE_BITS,
     )
 
 
@@ -151,4 +156,4 @@ def scales_of(form_factors):
     of rays.
     """
     to_cell = np.int32(form_factors.start_bits)
-    return np.int32(to_cell + form_factors.cells.bit_length() - 1), to_cell, form_factors.share
+    return np.int32(to_cell + form_factors.elements.bit_length() - 1), to_cell, form_factors.share

@@ -38,12 +38,12 @@ class FormFactors:
         list  # of lists of Rows: in each a patch has at most one row; its rays in all of them count
     )
     count: int  # p
-    cells: int  # of each patch: 1, 4 or 16
+    elements: int  # of each patch: 1, 4 or 16
     rays: np.ndarray  # (p,) int32, of each replicate of each patch
-    starts: int = 1  # cells by which the starts of rays are resolved: as many as `cells`, or 1
-    links: tuple | None = field(
-        default=None, repr=False, compare=False
-    )  # last factor, and its links of `multiply`
+    # elements by which the starts of rays are resolved: as many as `elements`, or 1
+    start_elements: int = 1
+    # last factor, and its links of `multiply`
+    links: tuple | None = field(default=None, repr=False, compare=False)
 
     def put(self, rows):
         """Add the rows of some patches that have none in the last round."""
@@ -64,7 +64,7 @@ class FormFactors:
     @property
     def start_bits(self):
         """Number of last bits of a key that hold replicate and start."""
-        return REPLICATE_BITS + self.starts.bit_length() - 1
+        return REPLICATE_BITS + self.start_elements.bit_length() - 1
 
     def as_matrix(self):
         """Share of the rays of each replicate that hit each patch: (p · HEMISPHERE_REPLICATES, p)
@@ -76,7 +76,10 @@ class FormFactors:
             for some in (patches, [rows.key for rows in self.rows])
         )
         column, replicate = np.divmod(key, HEMISPHERE_REPLICATES)
-        place = patch * HEMISPHERE_REPLICATES + replicate, column // (self.cells * self.starts)
+        place = (
+            patch * HEMISPHERE_REPLICATES + replicate,
+            column // (self.elements * self.start_elements),
+        )
         shape = (self.count * HEMISPHERE_REPLICATES, self.count)
         return sparse.csr_matrix((HEMISPHERE_REPLICATES * self.share[patch], place), shape=shape)
 

@@ -27,10 +27,11 @@ from .transfer import variance_of_mean
 
 # of a deviation, by powers of the brightest albedo: bounces that carry less are left out
 LEAST_SHARE = 0.1
+# ratio of successive steps: errors fall with the square or the first power of length
 SMOOTH, ABRUPT = (
     1 / 4,
     1 / 2,
-)  # ratio of successive steps: errors fall with the square or the first power of length
+)
 # of a surface's light: a smaller discretisation error is stated for the whole run only
 SMALL_SHARE = 0.01
 
@@ -199,15 +200,12 @@ class LightError:
     ways.
     """
 
-    own: (
-        np.ndarray
-    )  # (n,) variance from rays and points of the surface itself, independent of all other surfaces
-    transported: (
-        np.ndarray
-    )  # (n, HEMISPHERE_REPLICATES) deviations of the light that others re-emit
-    discretisation: (
-        np.ndarray
-    )  # (n,) signed, error from light that is uneven within cells of patches; 0 where small
+    # (n,) variance from rays and points of the surface itself, independent of all other surfaces
+    own: np.ndarray
+    # (n, HEMISPHERE_REPLICATES) deviations of the light that others re-emit
+    transported: np.ndarray
+    # (n,) signed, error from light that is uneven within cells of patches; 0 where small
+    discretisation: np.ndarray
 
     @property
     def standard_error(self):

@@ -118,7 +118,7 @@ def _append_rays(context, traced, size, before):
             for parts in trace_rows(more, np.flatnonzero(sends & (asked == samples)), samples):
                 for one, part in zip(traced, parts, strict=True):
                     one.append(part, samples)
-                done += samples * (len(parts[0].rows) + len(parts[0].dark))
+                done += samples * (len(parts[0].rows) + len(parts[0].enclosed_rows))
                 context.progress(STAGE, done, most, "rays")
 
 

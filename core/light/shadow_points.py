@@ -21,9 +21,8 @@ class KnownPoints(NamedTuple):
     """What is known of the points of p patches: the same for all suns."""
 
     open_points: np.ndarray  # (p, m) bool, False where the point lies deep inside something
-    representative_points: (
-        np.ndarray
-    )  # (p, elements) uint, the point that stands for each element of `count_elements`
+    # (p, elements) uint, the point that stands for each element of `count_elements`
+    representative_points: np.ndarray
     counted: np.ndarray  # (p, words) uint16, bit k of word w: light at point WORD · w + k counts
 
     def find_dark(self, rows):

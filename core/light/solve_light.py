@@ -30,9 +30,8 @@ class Light:
 
     mean: np.ndarray  # (n,)
     error: LightError  # of the mean
-    by_replicate: (
-        np.ndarray
-    )  # (p, HEMISPHERE_REPLICATES) float32, all light of patches by each replicate of their rays
+    # (p, HEMISPHERE_REPLICATES) float32, all light of patches by each replicate of their rays
+    by_replicate: np.ndarray
     last: float = 0.0  # share of the last reflection of all light
     cut: np.ndarray | None = None  # (n,) what further reflections bring at most; inf: no bound
     discretisation_error: float = 0.0  # of `estimate_discretisation_error`
@@ -93,9 +92,8 @@ def solve_light(
         # Last reflection's share, and a bound on all that would follow.
         arrived = reflected.mean(axis=1, dtype=float).sum()
         whole = first.light.mean(axis=1).sum(dtype=float) + arrived
-        last = max(
-            arrived - passed_on.sum(), 0.0
-        )  # nothing but for rounding where no light is left
+        # nothing but for rounding where no light is left
+        last = max(arrived - passed_on.sum(), 0.0)
         found.last = last / whole if whole > 0 else 0.0
         last_one = np.maximum(reflected.mean(axis=1, dtype=float) - passed_on[:, 0], 0)
         found.cut = to_surface @ bound_further(reflection_of(context, traced), last_one)
@@ -109,9 +107,8 @@ def solve_light(
     found.mean = to_surface @ by_replicate.mean(axis=1, dtype=float)
     own = to_surface.power(2) @ (points + variance_of_mean(by_replicate))
     if look is not None:
-        own = np.where(
-            own <= 1e-14, np.maximum(own, _variance_of_one_look(to_surface, look)), own
-        )  # but rounding
+        # but rounding
+        own = np.where(own <= 1e-14, np.maximum(own, _variance_of_one_look(to_surface, look)), own)
     found.error = LightError(
         own, transported, np.where(np.abs(left) > SMALL_SHARE * found.mean, left, 0)
     )

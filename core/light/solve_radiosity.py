@@ -21,9 +21,8 @@ from .form_factor_products import multiply, multiply_starts
 from .traced import SKY_DOME
 
 LARGEST_RATIO = 0.999
-MINIMAL_OPEN_SHARE = (
-    1 / 64
-)  # below it the light of a patch is too uncertain to be divided by its open share
+# below it the light of a patch is too uncertain to be divided by its open share
+MINIMAL_OPEN_SHARE = 1 / 64
 
 
 def radiosity_factor(patches, covered_share):
@@ -55,8 +54,8 @@ def element_factors(context, traced):
         start.
     """
     patches, form_factors = context.patches, traced.form_factors
-    whole, cells = radiosity_factor(patches, traced.covered_share)[:, None], form_factors.cells
-    if form_factors.starts < cells or cells == 1:
+    whole, cells = radiosity_factor(patches, traced.covered_share)[:, None], form_factors.elements
+    if form_factors.start_elements < cells or cells == 1:
         return np.repeat(whole, cells, axis=1)
     albedo = patches.albedo[:, None]
     arriving = multiply_starts(
@@ -101,7 +100,7 @@ def solve_radiosity(form_factors, factor, first, far_first, max_bounces):
             f"{form_factors.count} patches instead of {count}",
             "give those of this scene",
         )
-    last = count * form_factors.cells * form_factors.starts * HEMISPHERE_REPLICATES - 1
+    last = count * form_factors.elements * form_factors.start_elements * HEMISPHERE_REPLICATES - 1
     for rows in form_factors.rows:
         check_array(
             "key of form_factors",
@@ -114,7 +113,7 @@ def solve_radiosity(form_factors, factor, first, far_first, max_bounces):
         )
     # One reflection is a product with the matrix; further ones are summed.
     reflect = partial(
-        multiply, form_factors, np.repeat(factor[:, None], form_factors.cells, axis=1)
+        multiply, form_factors, np.repeat(factor[:, None], form_factors.elements, axis=1)
     )
     return sum_reflections(
         reflect, reflect(np.ascontiguousarray(first, float)) + far_first, max_bounces

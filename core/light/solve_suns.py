@@ -23,10 +23,11 @@ from .sun_blocks import (
 from .sun_matrix import keep_columns, keep_matrix
 from .sun_visibility import SunWatch, projection_in_front, sun_visibility
 
+# direct light by air mass AM: 0.7^(AM^0.678), Meinel & Meinel (1976)
 CLEAR_AIR, AIR_POWER = (
     np.float32(0.7),
     0.678,
-)  # direct light by air mass AM: 0.7^(AM^0.678), Meinel & Meinel (1976)
+)
 COUNTING = "number of reflections"  # stage
 LOWEST = np.float32(0.02)  # height of a sun whose air mass is not finite
 
@@ -36,9 +37,8 @@ class SunLight:
     """Irradiance of n surfaces under each of s suns, per DNI."""
 
     visible_share: np.ndarray  # (n, s) float32
-    reflected: (
-        np.ndarray | None
-    )  # (n, s) float32, without the first reflection off the far ground; None: not wanted
+    # (n, s) float32, without the first reflection off the far ground; None: not wanted
+    reflected: np.ndarray | None
     kept: int  # number of suns; fewer than all after an interruption
     # (n, s) float32, the part of `reflected` of one reflection; None: not wanted
     once: np.ndarray | None = None
@@ -56,9 +56,8 @@ class SunTask:
     watch: SunWatch
     blocks: list  # of slice
     progress: SunProgress
-    traced_shadows: dict = field(
-        default_factory=dict
-    )  # start of a block -> list of Shadows, traced but not solved yet
+    # start of a block -> list of Shadows, traced but not solved yet
+    traced_shadows: dict = field(default_factory=dict)
     # (states, p, words, s) uint16, of Shadows for all suns looked at; None: not kept
     bits: np.ndarray | None = None
     # whether what patches reflect of each sun is wanted, and not the first reflection alone

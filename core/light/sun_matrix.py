@@ -59,9 +59,8 @@ def keep_matrix(shape, folder=None):
         Path(path).unlink()
         raise
     if os.name == "nt":
-        weakref.finalize(
-            matrix._mmap, Path(path).unlink, missing_ok=True
-        )  # Windows cannot delete open files
+        # Windows cannot delete open files
+        weakref.finalize(matrix._mmap, Path(path).unlink, missing_ok=True)
     else:
         Path(path).unlink()
     return matrix.T

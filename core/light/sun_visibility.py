@@ -13,9 +13,8 @@ from ..settings.errors import UNIT, InputError, check_array
 from ..settings.threads import map_in_order, work_in_slices
 from .shadow_points import WORD, KnownPoints, count_elements, find_points, shadow_points
 
-EDGE_ON = np.float32(
-    1e-6
-)  # cosine of incidence below which a patch is edge-on to the sun and receives nothing
+# cosine of incidence below which a patch is edge-on to the sun and receives nothing
+EDGE_ON = np.float32(1e-6)
 NOTHING = np.float32(0)
 POINTS_PER_TASK = 1 << 14
 
@@ -27,9 +26,8 @@ class SunWatch:
     ray_scene: RayScene
     patches: Patches
     traced: np.ndarray  # (p,) bool, patches that need shadow rays
-    unobstructed: (
-        np.ndarray
-    )  # (p,) bool, patches with nothing in front: every sun in front is visible, without a ray
+    # (p,) bool, patches with nothing in front: every sun in front is visible, without a ray
+    unobstructed: np.ndarray
     # (p, c) bool, cells inside or under something: no sun is visible from points deep inside them
     covered: np.ndarray
     point_count: int  # points per patch, a power of two
@@ -46,9 +44,8 @@ class SunWatch:
 class Shadows:
     """Which points of p patches see each of s suns."""
 
-    bits: (
-        np.ndarray
-    )  # (p, words, s) uint16, bit k of word w: point WORD · w + k does; 0 where the sun is behind
+    # (p, words, s) uint16, bit k of word w: point WORD · w + k does; 0 where the sun is behind
+    bits: np.ndarray
     points: KnownPoints
     weight: np.ndarray  # (p,) float32, part of the visible share that each bit stands for
     ray_count: int

@@ -29,9 +29,8 @@ from .trace_hemisphere import trace_rows
 from .traced import SKY_DOME, RayCity, empty_traced
 
 STAGE = "sky and reflections"
-SMALLEST_AREA = (
-    2.0**-20
-)  # [m²] in which areas are added, as whole numbers: in any order they give the same sum
+# [m²] in which areas are added, as whole numbers: in any order they give the same sum
+SMALLEST_AREA = 2.0**-20
 
 
 @dataclass(kw_only=True)
@@ -95,9 +94,8 @@ def prepare_gather(prepared, request, progress):
     """
     # Mirrors and glass reflect by photons, so they are black here.
     scene, patches, plan = prepared.scene, prepared.patches, prepared.plan
-    others = (
-        brdfs_of_triangles(scene, request, prepared.materials).index >= 0
-    )  # they reflect, but not by Lambert's law
+    # they reflect, but not by Lambert's law
+    others = brdfs_of_triangles(scene, request, prepared.materials).index >= 0
     if others.any():
         patches = replace(patches, albedo=np.where(others, np.float32(0), patches.albedo))
     elements = count_elements(points_above(request.shadow_samples)) if plan.reflections else 1
@@ -111,7 +109,7 @@ def prepare_gather(prepared, request, progress):
         threads=usable_threads(request.threads),
         reflections=plan.reflections,
         elements=elements,
-        starts=elements if resolved else 1,
+        start_elements=elements if resolved else 1,
         terrain=plan.terrain,
         sources=plan.sources,
         rays_share=plan.rays_share,
@@ -153,7 +151,7 @@ def trace_all(context):
         for parts in trace_rows(context, np.flatnonzero(chosen), count):
             for one, part in zip(found, parts, strict=True):
                 one.put(part)
-            done += count * (len(parts[0].rows) + len(parts[0].dark))
+            done += count * (len(parts[0].rows) + len(parts[0].enclosed_rows))
             context.progress(STAGE, done, most, "rays")
 
     if most:

@@ -231,9 +231,8 @@ def solve_skies(context, traced, hook, clock):
     if context.bounces:
         report(0)
     if not context.keeps:
-        traced.first[SKY_DOME] = replace(
-            traced.first[SKY_DOME], element=None, deviation=None
-        )  # large
+        # large
+        traced.first[SKY_DOME] = replace(traced.first[SKY_DOME], element=None, deviation=None)
     return lights
 
 

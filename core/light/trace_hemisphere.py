@@ -99,7 +99,11 @@ def trace_part(city, chosen, covered, sequence):
     }
     ray_count = {SKY_DOME: fates[0].size} | {name: count for name, (_, count) in sources.items()}
     cell_of, found = sample_points.cells_inside(CELL_DIVISIONS, round(np.sqrt(city.elements))), []
-    start_of = start_cells, cell_of if city.starts > 1 else np.zeros_like(cell_of), city.starts
+    start_of = (
+        start_cells,
+        cell_of if city.start_elements > 1 else np.zeros_like(cell_of),
+        city.start_elements,
+    )
     # In each state of trees: sky light by element, and hits that pass light on.
     for state, own in enumerate(fates):
         _hide_sky(city, directions, own)

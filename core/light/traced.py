@@ -18,9 +18,8 @@ from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..sky.horizon import TerrainHorizon
 from .form_factors import FormFactors, Rows
 
-STEP = np.float32(
-    1 / 4096
-)  # of deviations stored as 16-bit integers; the range ends at eight times full light
+# of deviations stored as 16-bit integers; the range ends at eight times full light
+STEP = np.float32(1 / 4096)
 SKY_DOME = "sky"  # the name of its first light; the others have names in `sky.sky_models`
 
 
@@ -38,7 +37,8 @@ class RayCity:
     # `measure_cover.choose_left_out`; None: no cells
     left_out: np.ndarray | None = None
     elements: int = 1  # of each patch: 1, 4 or 16
-    starts: int = 1  # elements by which the starts of rays are resolved in that matrix: all or 1
+    # elements by which the starts of rays are resolved in that matrix: all or 1
+    start_elements: int = 1
     # rays that leave below it reach the far ground, not the sky
     terrain: TerrainHorizon | None = None
     sources: tuple = ()  # of HorizonBand: further parts of the sky that patches look at
@@ -52,12 +52,10 @@ class FirstLight:
     """
 
     light: np.ndarray  # (p, HEMISPHERE_REPLICATES) float32
-    element: (
-        np.ndarray
-    )  # (p, elements) float32, of their open part; of the whole patch if too few rays start there
-    deviation: (
-        np.ndarray
-    )  # (p, elements, HEMISPHERE_REPLICATES) int16, of each replicate from the mean, in units
+    # (p, elements) float32, of their open part; of the whole patch if too few rays start there
+    element: np.ndarray
+    # (p, elements, HEMISPHERE_REPLICATES) int16, of each replicate from the mean, in units
+    deviation: np.ndarray
     unit: np.ndarray | np.float32 = STEP  # of `deviation`; or (p,) float32
 
     def put(self, rows, part):
@@ -93,17 +91,14 @@ class RowLight:
 
     rows: np.ndarray  # (c,) int
     covered: np.ndarray  # (c, CELL_DIVISIONS²) bool, cells that lie inside or under something
-    dark: np.ndarray  # (d,) int
+    enclosed_rows: np.ndarray  # (d,) int
     first: dict  # of the sky, and of each source by its name: FirstLight
-    far_ground: (
-        np.ndarray
-    )  # (c, HEMISPHERE_REPLICATES) float32, share of rays that escape below the horizon
-    element_far_ground: (
-        np.ndarray
-    )  # (c, elements) float32, share of all rays that start there and do so
-    open_share: (
-        np.ndarray
-    )  # (c, elements) float32, share of the rays of each element that start in the open
+    # (c, HEMISPHERE_REPLICATES) float32, share of rays that escape below the horizon
+    far_ground: np.ndarray
+    # (c, elements) float32, share of all rays that start there and do so
+    element_far_ground: np.ndarray
+    # (c, elements) float32, share of the rays of each element that start in the open
+    open_share: np.ndarray
     hits: Rows | None  # without reflections None
     ray_count: dict  # rays towards the sky, and towards each source
 
@@ -116,9 +111,8 @@ class Traced:
 
     first: dict
     far_ground: np.ndarray  # (p, HEMISPHERE_REPLICATES) float32
-    element_far_ground: (
-        np.ndarray | None
-    )  # (p, elements) float32; None once the element factors are known
+    # (p, elements) float32; None once the element factors are known
+    element_far_ground: np.ndarray | None
     open_share: np.ndarray | None  # (p, elements) float32; likewise
     covered: np.ndarray  # (p, CELL_DIVISIONS²) bool
     form_factors: FormFactors | None
@@ -131,7 +125,7 @@ class Traced:
         """Write the rows of a RowLight."""
         for name, first in self.first.items():
             first.put(part.rows, part.first[name])
-            first.put(part.dark, no_light(len(part.dark), first.element.shape[1]))
+            first.put(part.enclosed_rows, no_light(len(part.enclosed_rows), first.element.shape[1]))
             self.ray_count[name] = self.ray_count.get(name, 0) + part.ray_count[name]
         for name, dark in (
             ("far_ground", 0),
@@ -140,7 +134,7 @@ class Traced:
             ("covered", True),
         ):
             values = getattr(self, name)
-            values[part.rows], values[part.dark] = getattr(part, name), dark
+            values[part.rows], values[part.enclosed_rows] = getattr(part, name), dark
         if part.hits is not None:
             self.form_factors.put(part.hits)
 
@@ -158,7 +152,7 @@ class Traced:
         if part.hits is not None:
             self.form_factors.put(part.hits)
         self.samples[rows] += count
-        self.samples[part.dark] += count
+        self.samples[part.enclosed_rows] += count
 
     @property
     def nbytes(self):
@@ -187,7 +181,9 @@ def empty_traced(city):
     for source in city.sources:
         unshaded = source.unshaded(city.patches.normal).astype(np.float32)
         first[source.name] = no_light(count, elements, STEP * unshaded)
-    form_factors = FormFactors([[]], count, elements, np.zeros(count, np.int32), city.starts)
+    form_factors = FormFactors(
+        [[]], count, elements, np.zeros(count, np.int32), city.start_elements
+    )
     return Traced(
         first=first,
         far_ground=np.zeros((count, HEMISPHERE_REPLICATES), np.float32),

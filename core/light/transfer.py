@@ -33,9 +33,8 @@ class TraceRecord:
     processor_seconds: dict | None = None  # stage -> [s] sum over threads
     engine: str | None = None  # packets or rays
     hemisphere_rays: int | None = None
-    source_rays: dict = field(
-        default_factory=dict
-    )  # name of each traced source of light in the sky -> rays
+    # name of each traced source of light in the sky -> rays
+    source_rays: dict = field(default_factory=dict)
     shadow_rays: int | None = None
     discretisation_error: dict | None = None  # diffuse, direct: see `radiosity.gather_diffuse`
     degrees_of_freedom: dict | None = None  # of the standard errors' replicates
@@ -86,18 +85,15 @@ class ErrorParts:
     weighted with the suns.
     """
 
-    diffuse_passed_on: (
-        np.ndarray
-    )  # (n, r) deviations of r replicates of the light that other surfaces re-emit
+    # (n, r) deviations of r replicates of the light that other surfaces re-emit
+    diffuse_passed_on: np.ndarray
     direct_passed_on: np.ndarray  # (n, r)
-    diffuse_discretisation: (
-        np.ndarray
-    )  # (n,) signed, error from light that is uneven within cells of patches
+    # (n,) signed, error from light that is uneven within cells of patches
+    diffuse_discretisation: np.ndarray
     direct_discretisation: np.ndarray  # (n,)
     covariance: np.ndarray  # (n,) of own noise in diffuse and in direct light
-    direct_points: (
-        np.ndarray
-    )  # (n,) the part of the variance of own noise in direct light that is from shadow points
+    # (n,) the part of the variance of own noise in direct light that is from shadow points
+    direct_points: np.ndarray
 
 
 def scale_direct(parts, growth):
@@ -117,9 +113,8 @@ class SourceLight:
     (`sky.horizon_band`).
     """
 
-    view_factor: (
-        np.ndarray
-    )  # (n,) without reflections, at most 1; where all of it is free, `HorizonBand.unshaded`
+    # (n,) without reflections, at most 1; where all of it is free, `HorizonBand.unshaded`
+    view_factor: np.ndarray
     relative: np.ndarray  # (n,) reflections included
     standard_error: np.ndarray  # (n,) of `relative`
 
@@ -139,19 +134,16 @@ class Transfer:
     suns: Suns
     covered_share: np.ndarray  # (n,) share of the surface that lies inside or under buildings
     sky_view_factor: np.ndarray  # (n,) cosine-weighted visible share of the sky
-    far_ground_view_factor: (
-        np.ndarray
-    )  # (n,) cosine-weighted visible share of the open ground; 0 without far ground
+    # (n,) cosine-weighted visible share of the open ground; 0 without far ground
+    far_ground_view_factor: np.ndarray
     ground_albedo: float
     diffuse_relative: np.ndarray  # (n,) per DHI, reflections included
     diffuse_relative_standard_error: np.ndarray  # (n,)
-    visible_share: (
-        np.ndarray
-    )  # (n, s) float32, memory-mapped if large; sunlit share of the surface, by points
+    # (n, s) float32, memory-mapped if large; sunlit share of the surface, by points
+    visible_share: np.ndarray
     direct_reflected: np.ndarray  # (n, s) float32, the same; per DNI
-    direct_annual_standard_error: (
-        np.ndarray
-    )  # (n,) of direct_relative weighted with suns.weight; NaN: unknown
+    # (n,) of direct_relative weighted with suns.weight; NaN: unknown
+    direct_annual_standard_error: np.ndarray
     record: TraceRecord | None = None  # how it was made; None: unknown
     # (n,) used for tracing; of non-diffuse surfaces the largest; None: unknown
     albedo: np.ndarray | None = None
@@ -160,9 +152,8 @@ class Transfer:
     # of dict: all albedos and materials, of `read_albedo.describe_albedo`
     albedos: list | None = None
     error_parts: ErrorParts | None = None  # None: the standard errors are own noise only
-    sources: dict = field(
-        default_factory=dict
-    )  # name -> SourceLight, for sources of `sky.sky_models` that were traced
+    # name -> SourceLight, for sources of `sky.sky_models` that were traced
+    sources: dict = field(default_factory=dict)
     outlines: Outlines | None = None  # shapes of the surfaces, for plans; None: unknown
     # the same with deciduous trees without leaves; None: one state all year
     bare: "Transfer | None" = None

@@ -30,9 +30,8 @@ class Coincident:
 
     start: np.ndarray  # (p + 1,) int64, where the entries of each patch begin
     other: np.ndarray  # (e,) int32, ascending for each patch
-    places: (
-        np.ndarray
-    )  # (e, 2, 3) float64, maps (1, b1, b2) of a point on the patch to b1 and b2 on the other
+    # (e, 2, 3) float64, maps (1, b1, b2) of a point on the patch to b1 and b2 on the other
+    places: np.ndarray
 
     def __len__(self):
         return len(self.other)
@@ -77,11 +76,12 @@ def find_coincident(corners, offset, threads=1):
         first, last = np.searchsorted(sorted_layer, [one, one + 1])
         buckets = 1 << int(2 * (last - first)).bit_length()
         start, listed = _fill_buckets(order[first:last], boxes, size, buckets)
+        # contiguous: most pairs fail by normals
         grid = (
             start,
             listed,
             normal[listed].astype(np.float32),
-        )  # contiguous: most pairs fail by normals
+        )
         tasks = [
             order[begin : min(begin + TRIANGLES_PER_TASK, last)]
             for begin in range(0, last, TRIANGLES_PER_TASK)
@@ -195,11 +195,12 @@ def _separated(corners, normal, one, other, reach):
             e0 = corners[owner, after, 0] - corners[owner, corner, 0]
             e1 = corners[owner, after, 1] - corners[owner, corner, 1]
             e2 = corners[owner, after, 2] - corners[owner, corner, 2]
+            # normal to the edge, in the plane
             a0, a1, a2 = (
                 e1 * n2 - e2 * n1,
                 e2 * n0 - e0 * n2,
                 e0 * n1 - e1 * n0,
-            )  # normal to the edge, in the plane
+            )
             one_low, one_high = _reach_along(corners, one, a0, a1, a2)
             other_low, other_high = _reach_along(corners, other, a0, a1, a2)
             common = min(one_high - other_low, other_high - one_low)

@@ -36,9 +36,8 @@ from .inside_test import (
 )
 
 AFTER_FIRST = np.arange(RAYS) > 0
-UPRIGHT = np.flatnonzero(
-    sample_points.cell_places(CELL_DIVISIONS)[1] % 2 == 0
-)  # cells: all along the edges, half of the others
+# cells: all along the edges, half of the others
+UPRIGHT = np.flatnonzero(sample_points.cell_places(CELL_DIVISIONS)[1] % 2 == 0)
 STATE_OF_FATE = np.full(DARK + 1, UNKNOWN)
 STATE_OF_FATE[[FRONT, SKY, BACK]] = FACING, OPEN, COVERED
 
@@ -291,7 +290,6 @@ def cells_near_cover(covered, within):
         Patches that have such cells.
     """
     near_cover = np.zeros(covered.shape, bool)
-    near_cover[within] = ~enclosed_cells(
-        ~covered[within]
-    )  # all but open cells surrounded by open ones
+    # all but open cells surrounded by open ones
+    near_cover[within] = ~enclosed_cells(~covered[within])
     return near_cover

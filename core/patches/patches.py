@@ -16,9 +16,8 @@ from ..city.scene import check_scene, other_sides, surface_of_triangles
 from ..rays import random_numbers
 from ..settings.errors import check_array, check_seed
 
-MADE_UP = re.compile(
-    r"(_\d+|.*~\d+)([#/].*)?"
-)  # of a surface, behind its building's: see `city.assemble_city`
+# of a surface, behind its building's: see `city.assemble_city`
+MADE_UP = re.compile(r"(_\d+|.*~\d+)([#/].*)?")
 UNNAMED = "\x00"
 
 
@@ -33,17 +32,14 @@ class Patches:
     area: np.ndarray  # (p,) float64 [m²]
     offset: np.ndarray  # (p,) float32 [m], distance of ray origins from the face
     key: np.ndarray  # (p,) uint64, key of the random numbers
-    rays_before: (
-        np.ndarray
-    )  # (p,) uint32, points of the sequence that each replicate of its rays took before
+    # (p,) uint32, points of the sequence that each replicate of its rays took before
+    rays_before: np.ndarray
     points_before: np.ndarray  # (p,) uint32, points that its shadow points took before
-    place_key: (
-        np.ndarray
-    )  # (p,) uint64, the same for every seed: what is covered is geometry, not chance
+    # (p,) uint64, the same for every seed: what is covered is geometry, not chance
+    place_key: np.ndarray
     albedo: np.ndarray  # (p,) float32
-    facing: (
-        np.ndarray
-    )  # (p, 4) float32, normal and 2 for footprints (visible only from under a building), else 0
+    # (p, 4) float32, normal and 2 for footprints (visible only from under a building), else 0
+    facing: np.ndarray
     ground: np.ndarray  # (p,) bool, ground: points below it are in the earth
     other_side: np.ndarray  # (p,) int32, the patch on the other side of a sheet; -1 if not a sheet
     receives: np.ndarray  # (p,) bool, false for footprints, closures, floors at rest and no area

@@ -20,9 +20,8 @@ from ..sky.horizon import TerrainHorizon
 from ..sky.horizon_band import HorizonBand
 
 MARGIN = 64 * np.finfo(np.float32).eps  # of the largest coordinate: margin of the box
-INWARDS = np.array(
-    [[0, 0, -1], [0, 0, 1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], float
-)  # lid, bottom, sides
+# lid, bottom, sides
+INWARDS = np.array([[0, 0, -1], [0, 0, 1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], float)
 # Shares of isotropic light that enter through each side: all of it through lid or bottom, half
 # through the others.
 FROM_ABOVE, FROM_BELOW = np.array([1, 0, 0.5, 0.5, 0.5, 0.5]), np.array([0, 1, 0.5, 0.5, 0.5, 0.5])
@@ -37,9 +36,8 @@ class _Source:
     name: str
     low: np.ndarray  # (3,) float64 [m], corner of the box
     size: np.ndarray  # (3,) float64 [m]
-    power: (
-        np.ndarray
-    )  # (6,) float64 [m²], power entering through each side of the box, per irradiance
+    # (6,) float64 [m²], power entering through each side of the box, per irradiance
+    power: np.ndarray
     key: np.uint64  # of its random numbers
     # (3,) float64, direction of a sun's rays; None if the light is isotropic
     travel: np.ndarray | None = None
@@ -105,14 +103,14 @@ def emit_photons(source, replicate, place):
     numbers = low_discrepancy(source.key, replicate, place, 2 if source.travel is not None else 4)
     side, along = choose_by_power(source.power, numbers[:, 0])
     axis, sign = np.abs(INWARDS).argmax(axis=1)[side], INWARDS.sum(axis=1)[side]  # of the normal
+    # along the normal, then in the side
     frame = (
         np.arange(len(side))[:, None],
         (axis[:, None] + np.arange(3)) % 3,
-    )  # along the normal, then in the side
+    )
     share, directions = np.empty((2, len(side), 3))
-    share[frame] = np.stack(
-        [sign < 0, along, numbers[:, 1]], axis=1
-    )  # the far side if light enters against the axis
+    # the far side if light enters against the axis
+    share[frame] = np.stack([sign < 0, along, numbers[:, 1]], axis=1)
     origins = source.low + share * source.size
     if source.travel is not None:
         directions = np.broadcast_to(source.travel, origins.shape)

@@ -38,9 +38,8 @@ class Target:
     patches: Patches
     surface: np.ndarray  # (p,) int, of each patch; `surface_count` if it has none
     surface_count: int
-    covered: (
-        np.ndarray
-    )  # (p, CELL_DIVISIONS²) bool, cells of patches that lie inside or under something
+    # (p, CELL_DIVISIONS²) bool, cells of patches that lie inside or under something
+    covered: np.ndarray
     brdfs: TriangleBrdfs  # of the patches
     state: int = 0  # of trees: 0 in leaf, 1 bare
     left_out: np.ndarray | None = None  # (p,) uint64, as of `RayCity`

@@ -86,9 +86,8 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
     patch_to_surface = sun_matrix.area_means(
         traced.triangle_surface, patches.area, len(scene.surfaces)
     )
-    traced_before = (
-        prepared.plan.ray_scene.thread_seconds if prepared.plan.ray_scene else 0.0
-    )  # by earlier rounds
+    # by earlier rounds
+    traced_before = prepared.plan.ray_scene.thread_seconds if prepared.plan.ray_scene else 0.0
     run, covered_share = _prepare_run(prepared, request, progress, state)
     target, lengths = run.target, measure_cover.list_clearances(request)
     how = {"clearances": lengths, "threads": run.threads}

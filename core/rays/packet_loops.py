@@ -9,6 +9,7 @@ from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
 
+# rows of a packet
 ORIGIN, NEAR, DIRECTION, TIME, FAR, MASK, NUMBER, FLAGS = (
     0,
     3,
@@ -18,7 +19,7 @@ ORIGIN, NEAR, DIRECTION, TIME, FAR, MASK, NUMBER, FLAGS = (
     9,
     10,
     11,
-)  # rows of a packet
+)
 B1, B2, TRIANGLE, MESH, INSTANCE, ROWS = 15, 16, 17, 18, 19, 24
 NONE = -1
 

@@ -203,9 +203,8 @@ def stratified_points(u, v, divisions, cells=slice(None)):
     -------
     b1, b2 : (n, cells) float32
     """
-    first, second, third = np.moveaxis(cell_corners(divisions)[cells], 0, -1)[
-        :, :, None
-    ]  # (2, 1, cells) each
+    # (2, 1, cells) each
+    first, second, third = np.moveaxis(cell_corners(divisions)[cells], 0, -1)[:, :, None]
     b1, b2 = barycentric_of_square(u, v)
     return tuple(first + b1 * (second - first) + b2 * (third - first))
 

@@ -16,11 +16,12 @@ from .open_input import LARGEST_COORDINATE, clean_name
 from .walk_boundaries import CLASSES, DEPTHS, INTERIOR, read_numbers, read_vertices, walk_boundaries
 
 LOD = re.compile(r"[0-4](\.\d)?")
+# in order of preference between geometries of the same LoD
 SOURCES = (
     "surface",
     "solid",
     "multisurface",
-)  # in order of preference between geometries of the same LoD
+)
 INSTANCE = "GeometryInstance"
 # instanced polygons of one file; a template instanced a million times fills any memory
 MOST_PLACED = 500_000

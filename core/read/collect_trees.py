@@ -15,11 +15,12 @@ METRES = dict.fromkeys(("", "m", "metre", "meter", "metres", "meters"), 1.0)  # 
 METRES |= {"cm": 0.01, "mm": 0.001, "dm": 0.1, "in": 0.0254, "[in_i]": 0.0254} | dict.fromkeys(
     ("ft", "foot", "feet", "[ft_i]"), 0.3048
 )
+# [m] above all known trees
 LARGEST = {
     "height": 130.0,
     "crown_diameter": 80.0,
     "trunk_diameter": 20.0,
-}  # [m] above all known trees
+}
 DENSITY = "leafAreaDensity"
 FIELDS = {"height": "height", "crownDiameter": "crown_diameter", "trunkDiameter": "trunk_diameter"}
 FIELDS |= {"averageHeight": "height", DENSITY: "area_density"}  # a cover has the former

@@ -4,10 +4,11 @@ which they ended.
 
 from datetime import date
 
+# words of files
 TERMINATION, DEMOLITION = (
     ("terminationDate", "validTo"),
     ("dateOfDemolition", "yearOfDemolition"),
-)  # words of files
+)
 # reason why something is left out
 GONE = "no longer stands, by its date of demolition or termination"
 

@@ -22,11 +22,12 @@ METADATA, NO_DATA = 42112, 42113  # tags of GDAL
 UNREADABLE, GIVE = "is not a readable raster", "give a GeoTIFF or an ASC grid"
 USER_DEFINED = 32767
 PROJECTED = 1  # type of model
+# EPSG's [m]
 UNITS = {
     9001: ("metre", 1.0),
     9002: ("foot", 0.3048),
     9003: ("us survey foot", 1200 / 3937),
-}  # EPSG's [m]
+}
 
 
 @dataclass
@@ -36,9 +37,8 @@ class Raster:
     path: object
     width: int  # columns
     height: int  # rows
-    matrix: (
-        np.ndarray
-    )  # (2, 3) float64, from (column, row, 1) of corners of cells to the raster's system
+    # (2, 3) float64, from (column, row, 1) of corners of cells to the raster's system
+    matrix: np.ndarray
     crs: str | None  # WKT
     unit: str  # of the heights, "" if not told
     block_bytes: int  # of the largest piece that is unpacked at once

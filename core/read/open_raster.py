@@ -22,10 +22,11 @@ from ..settings.errors import InputError, blame_file, parsing
 from .open_geotiff import GIVE, UNREADABLE, Raster, open_geotiff
 from .open_input import FREE_BYTES, LARGEST_GAIN, open_input, open_text
 
+# [m] all land lies between; values beyond mark gaps, or the floor of the sea
 LOWEST, HIGHEST = (
     -500.0,
     12_000.0,
-)  # [m] all land lies between; values beyond mark gaps, or the floor of the sea
+)
 # Words in which rasters name the unit of their heights [m].
 METRIC = {
     "": ("", 1.0),

@@ -33,15 +33,12 @@ class _ObjParts:
     vertices: np.ndarray  # (v, 3) float64, z up
     faces: list = field(default_factory=list)  # of (k,) int64 into vertices
     lines: list = field(default_factory=list)  # of each face
-    objects: list = field(
-        default_factory=list
-    )  # of each face: number of its `o` statement, 0 before the first
-    groups: list = field(
-        default_factory=list
-    )  # of each face: name of its `g` statement, "" if none
-    materials: list = field(
-        default_factory=list
-    )  # of each face: name of its `usemtl` statement, "" if none
+    # of each face: number of its `o` statement, 0 before the first
+    objects: list = field(default_factory=list)
+    # of each face: name of its `g` statement, "" if none
+    groups: list = field(default_factory=list)
+    # of each face: name of its `usemtl` statement, "" if none
+    materials: list = field(default_factory=list)
     object_names: list = field(default_factory=list)
     libraries: list = field(default_factory=list)  # (line, text) of each `mtllib` statement
     unnamed: int = 0  # `usemtl` statements without a name

@@ -14,11 +14,12 @@ from .read_cityjson import read_cityjson
 from .read_obj import read_obj
 from .read_relief import place_relief
 
+# of the table in `formats`
 READERS = {
     "citygml": read_citygml,
     "cityjson": read_cityjson,
     "obj": read_obj,
-}  # of the table in `formats`
+}
 READING = "reading files"  # name of the stage
 
 

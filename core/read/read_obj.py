@@ -139,9 +139,8 @@ def _stacked(faces, vertices, piece):
     tree = shapely.STRtree(shapely.make_valid(shapes))
     face, on = tree.query(middles, "dwithin", distance=TOUCH)
     other = piece[face] != piece[on]
-    pairs = np.unique(
-        np.column_stack([face, piece[on]])[other], axis=0
-    )  # each polygon counts once per other piece
+    # each polygon counts once per other piece
+    pairs = np.unique(np.column_stack([face, piece[on]])[other], axis=0)
     pairs, faces_on = np.unique(
         np.column_stack([piece[pairs[:, 0]], pairs[:, 1]]), axis=0, return_counts=True
     )

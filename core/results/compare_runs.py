@@ -28,13 +28,14 @@ TEXTS = [
     "surface_tilt",
     "surface_azimuth",
 ]
+# of `_yields_of`
 YIELDS = [
     "mwh_per_hour",
     "full_load_hours",
     "full_load_hours_error",
     "mwh",
     "mwh_error",
-]  # of `_yields_of`
+]
 EXISTING, CHANGED, NEW, GONE = "existing", "changed", "new", "gone"  # the second of buildings alone
 CHANGE, CHANGE_ERROR = "change.csv", "full_load_hours_change_standard_error"  # of a variant
 BEFORE = "before.csv"  # of a variant: hours before the edit, where its base has other hours
@@ -47,9 +48,8 @@ ERROR = "mwh_change_standard_error"
 class Comparison:
     """Two states of a city."""
 
-    surfaces: (
-        pd.DataFrame
-    )  # a row for each surface of the later state, in its order, then those that are gone
+    # a row for each surface of the later state, in its order, then those that are gone
+    surfaces: pd.DataFrame
     buildings: pd.DataFrame  # a row for each building of either, the one that loses most first
     summary: dict  # sums over the buildings of each state and over all, and what was compared
     later: Results  # of the later state, with outlines

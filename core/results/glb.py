@@ -87,9 +87,8 @@ def pack_glb(document, buffer):
     document |= {"accessors": buffer.accessors, "bufferViews": buffer.views}
     document |= {"buffers": [{"byteLength": len(buffer.data)}]}
     text = json.dumps(document, ensure_ascii=False, separators=(",", ":")).encode("utf-8")
-    text += b" " * (
-        -len(text) % 8 + 4
-    )  # so that the binary chunk's content begins at a multiple of 8
+    # so that the binary chunk's content begins at a multiple of 8
+    text += b" " * (-len(text) % 8 + 4)
     head = struct.pack("<4sII", b"glTF", 2, 12 + 8 + len(text) + 8 + len(buffer.data))
     chunks = (
         struct.pack("<I4s", len(text), b"JSON")

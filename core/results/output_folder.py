@@ -267,11 +267,12 @@ def _exchange(one, other):
     """Exchange the names of two folders in one step, as Linux and macOS can: whether it
     was done.
     """
+    # RENAME_EXCHANGE, RENAME_SWAP; AT_FDCWD
     paths, swap, here = (
         (os.fsencode(one), os.fsencode(other)),
         2,
         -100,
-    )  # RENAME_EXCHANGE, RENAME_SWAP; AT_FDCWD
+    )
     try:
         if sys.platform == "linux":
             return ctypes.CDLL(None).renameat2(here, paths[0], here, paths[1], swap) == 0

@@ -105,9 +105,8 @@ def pack_shapes(outlines, building):
         The ground's are plate_bounds (4,), x and y, each from and to [m], and plate (GROUND_STEPS
         ** 2,) [m], rows from south to north.
     """
-    rows = np.flatnonzero(
-        np.diff(outlines.surface_start) > 0
-    )  # triangulate knows no surface without rings
+    # triangulate knows no surface without rings
+    rows = np.flatnonzero(np.diff(outlines.surface_start) > 0)
     ring_start, start = (
         outlines.ring_start.astype(np.int64),
         outlines.surface_start.astype(np.int64),

@@ -11,11 +11,12 @@ from ..energy.energy import exceeded_energy, kwp_of_hours
 from ..energy.standard_errors import add_errors, errors_of_energy
 from .columns import name_months, write_table
 
+# -> kinds
 PARTS = {
     "facade": ("facade",),
     "roof": ("roof", "steep"),
     "flat_roof": ("flat", "rack"),
-}  # -> kinds
+}
 
 
 def write_buildings(path, transfer, energy, weather, *, monthly=False):
@@ -58,9 +59,8 @@ def sum_buildings(transfer, energy, weather, *, monthly=False):
     errors = errors_of_energy(transfer, weather, energy)
 
     def add(values, chosen):
-        return np.bincount(building[chosen], values[chosen], len(names)).astype(
-            float
-        )  # of none it has integers
+        # of none it has integers
+        return np.bincount(building[chosen], values[chosen], len(names)).astype(float)
 
     # Where the building stands, and how many surfaces it has.
     table = {"building_id": names}
@@ -84,9 +84,10 @@ def sum_buildings(transfer, energy, weather, *, monthly=False):
     table["mwh_dc_per_year"] = add(kwp * energy.full_load_hours_dc, eligible) / 1000
     # Energy of each year tells what is exceeded in 9 of 10 and in half; hours are energy over
     # power.
+    # (y, b) [MWh]
     by_year = np.array(
         [add(kwp * year, eligible) / 1000 for year in energy.full_load_hours_by_year.T]
-    )  # (y, b) [MWh]
+    )
     table |= {f"{name}_mwh_per_year": values for name, values in exceeded_energy(by_year).items()}
     hours = {name: getattr(energy, name) for name in ("full_load_hours", "full_load_hours_dc")}
     hours |= name_months(energy.full_load_hours_by_month) if monthly else {}
@@ -113,9 +114,8 @@ def _find_middles(transfer, building, count):
     """
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     if transfer.outlines is not None:
-        first = transfer.outlines.ring_start[
-            transfer.outlines.surface_start
-        ]  # (n + 1,) into points
+        # (n + 1,) into points
+        first = transfer.outlines.ring_start[transfer.outlines.surface_start]
         owner = np.repeat(building, np.diff(first))
         np.minimum.at(low, owner, transfer.outlines.points)
         np.maximum.at(high, owner, transfer.outlines.points)

@@ -62,11 +62,12 @@ def write_cityjson(path, run, progress=silent):
     coarse = np.array([1e3, 1e3, 1.0]) if _in_degrees(city.crs) else np.ones(3)
     translate = np.floor(points.min(axis=0) * coarse) / coarse
     local = points - translate
+    # decimals that degrees need more
     finer = [
         DEGREES * _in_degrees(city.crs),
         DEGREES * _in_degrees(city.crs),
         0,
-    ]  # decimals that degrees need more
+    ]
     decimals = [
         _choose_decimals(span, more) for span, more in zip(local.max(axis=0), finer, strict=True)
     ]

@@ -103,9 +103,8 @@ def _draw_footprints(city, shapes, names):
         Of the buildings.
     """
     flat = shapely.make_valid(shapely.force_2d(shapes))
-    wide = np.isin(shapely.get_type_id(flat), (3, 6)) & (
-        shapely.area(flat) > 0
-    )  # polygons; walls become lines
+    # polygons; walls become lines
+    wide = np.isin(shapely.get_type_id(flat), (3, 6)) & (shapely.area(flat) > 0)
     members = {}
     for row in np.flatnonzero(wide).tolist():
         members.setdefault(city.building_id[row], []).append(row)

@@ -77,9 +77,8 @@ def describe_comparison(found):
             lines.append(f"  {words}: {change} ({sums['mwh_before']:,.1f} before)")
     # The three neighbours that lose most, and the three that gain most, beyond two standard errors.
     buildings = found.buildings
-    least = (2 * buildings["mwh_change_standard_error"]).clip(
-        lower=0.005
-    )  # what is written as 0.00 is not named
+    # what is written as 0.00 is not named
+    least = (2 * buildings["mwh_change_standard_error"]).clip(lower=0.005)
     sure = buildings["mwh_change"].abs() >= least
     neighbours = buildings[sure & (buildings["state"] == "existing")].sort_values("mwh_change")
     losing, gaining = (

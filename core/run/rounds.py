@@ -48,9 +48,8 @@ def refine_run(run, log, progress, folder):
             and request.target_error is not None
             and errors.at_share() <= request.target_error
         ):
-            energy = compute_energy(
-                one, weather, request
-            )  # hours have changed as well since they were computed
+            # hours have changed as well since they were computed
+            energy = compute_energy(one, weather, request)
             errors = split_errors(one, weather, energy)
         return errors
 

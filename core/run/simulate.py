@@ -89,9 +89,8 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
             log.write(f"  {line}")
         scene = study.make_located_scene(city, request)
         log.clock.lap("read city")
-        study.find_surfaces(
-            scene.surfaces.surface_id, request.series
-        )  # refuses unknown names before anything takes long
+        # refuses unknown names before anything takes long
+        study.find_surfaces(scene.surfaces.surface_id, request.series)
         log.write("\n".join(f"  {line}" for line in describe_scene(scene)))
         weather = study.read_year(scene.site, request, keep=(work / ASKED, Path(folder) / ASKED))
         log.write(describe_weather(weather, scene.site))
@@ -237,9 +236,8 @@ def recompute(transfer_path, folder, request, *, overwrite=False, log=None):
             )
     log = log or RunLog(None)
     study.check_settings(request)
-    implied = METHODS.get(request.method, {}).get(
-        "effects", {}
-    )  # as other settings of light, without effect here
+    # as other settings of light, without effect here
+    implied = METHODS.get(request.method, {}).get("effects", {})
     for key in request.effects:
         if key not in (*ELECTRIC, *implied):
             raise InputError(

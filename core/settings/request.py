@@ -306,9 +306,8 @@ def declared_settings(*groups):
     for one in fields(Request):
         details = one.metadata["setting"]
         if not groups or details.group in groups:
-            own = KINDS.get(
-                (get_args(one.type) or (one.type,))[0], "text"
-            )  # of `float | None` the float
+            # of `float | None` the float
+            own = KINDS.get((get_args(one.type) or (one.type,))[0], "text")
             kind = details.kind or ("choice" if details.choices else own)
             title = details.title or (
                 one.name.replace("_", " ").capitalize() if details.panel else ""

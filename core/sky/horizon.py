@@ -41,9 +41,8 @@ GEODESIC = pyproj.Geod(ellps="WGS84")
 class TerrainHorizon:
     """Elevation angle of the terrain around a place."""
 
-    elevation: (
-        np.ndarray
-    )  # (STEPS,) float64 [°], 0 to 90, at azimuths 0, 0.25°, … clockwise from true north
+    # (STEPS,) float64 [°], 0 to 90, at azimuths 0, 0.25°, … clockwise from true north
+    elevation: np.ndarray
     source: str = ""  # the file it comes from
     eye: float | None = None  # [m] height from which terrain is seen; None: the file has angles
     # (STEPS,) float64 [m], distance of the last height in each direction
@@ -273,9 +272,8 @@ def _raise_horizon(heights, lines, extent, eye_of, steepest, known):  # noqa: PL
                 tangent = (height - eye - drop) / ((radius + height) * np.sin(angle))
                 steepest[line] = max(steepest[line], tangent)
                 known[line] = max(known[line], distance)
-            distance += min(
-                step, max(step / 4, distance / 200)
-            )  # finer nearby, where angles change quickly
+            # finer nearby, where angles change quickly
+            distance += min(step, max(step / 4, distance / 200))
 
 
 UP = np.array([[0.0, 0.0, 1.0]])
@@ -317,9 +315,8 @@ def lost_sky(normal, horizon):
         # azimuth and the upward part of the normal.
         share = along * (high - low + (np.sin(2 * high) - np.sin(2 * low)) / 2) / 2
         share += up * (np.sin(high) ** 2 - np.sin(low) ** 2) / 2
-        return (
-            np.maximum(np.where(faces, share, 0.0), 0).sum(axis=1) * 2 / len(turn)
-        )  # da/π = 2/STEPS
+        # da/π = 2/STEPS
+        return np.maximum(np.where(faces, share, 0.0), 0).sum(axis=1) * 2 / len(turn)
 
     return by_normal(lose, normal, 9)
 
@@ -329,9 +326,8 @@ class _SunlitYear:
     """Sums over a year: what light there is, and from where."""
 
     towards: np.ndarray  # (t, 3) float64, to the sun, of the intervals in which it shines
-    direct: (
-        np.ndarray
-    )  # (t,) float64 [Wm⁻²], normal irradiance from there, circumsolar light included
+    # (t,) float64 [Wm⁻²], normal irradiance from there, circumsolar light included
+    direct: np.ndarray
     dome: float  # [Wm⁻²] summed over all intervals
     sources: dict  # name -> float [Wm⁻²], the same by each traced source, in its unit
 

@@ -41,9 +41,8 @@ class HorizonBand:
     # region of `pvlib.iam.marion_diffuse` whose incidence angle modifier its light gets
     incidence = "horizon"
     radiance = np.pi / (HEIGHT + np.sin(2 * HEIGHT) / 2)  # π times its own
-    low = np.pi / (
-        2 * HEIGHT
-    )  # light lost with a cosine-weighted share of the sky less than 2° above the level
+    # light lost with a cosine-weighted share of the sky less than 2° above the level
+    low = np.pi / (2 * HEIGHT)
     # Photons: power through lid, bottom and sides of a box, per area, (6,). A beam from azimuth φ
     # and elevation e has the normal irradiance dφ de / (2 HEIGHT cos e).
     sides = np.array([-np.pi * np.log(np.cos(HEIGHT)) / HEIGHT, 0, 1, 1, 1, 1])

@@ -23,9 +23,8 @@ from ..settings.errors import InputError, first_true
 from .horizon import GEODESIC, STEPS, TerrainHorizon, horizon_of_terrain
 
 OF_PLACE = "pvgis"  # instead of a file: PVGIS is asked
-AT_ONCE = (
-    1 << 16
-)  # triangles of ground that are looked at together, so that they need little memory
+# triangles of ground that are looked at together, so that they need little memory
+AT_ONCE = 1 << 16
 # [m] terrain further away is left out: a peak of 2,000 m rises by less than 2.1° beyond it
 REACH = 50_000.0
 CURE = "give lines of azimuth,elevation in degrees, or a horizon file of PVGIS"
@@ -113,17 +112,15 @@ def read_horizon(path, scene):
     grids = read_heights(path, places[0], REACH)
     # Terrain counts from where the scene's own ground ends: what the scene holds is traced, and
     # would count twice.
-    drawn = (
-        find_ground(scene) if scene.terrain_laid else find_ground(scene) & own
-    )  # or measured, not generated
+    # or measured, not generated
+    drawn = find_ground(scene) if scene.terrain_laid else find_ground(scene) & own
     model = np.concatenate(
         [scene.vertices[scene.triangles[drawn], :2], corners[[[0, 1, 2], [0, 2, 3]]]]
     )
     found = []
     for place, post in zip(places, posts, strict=True):
-        eye = (
-            found[0].eye if found else np.nan
-        )  # of corners that stand in water, which may be a gap
+        # of corners that stand in water, which may be a gap
+        eye = found[0].eye if found else np.nan
         found.append(
             horizon_of_terrain(grids, place, distance_to_end(post, model), REACH, otherwise=eye)
         )

@@ -30,9 +30,8 @@ class SkyParts:
 
     dome: np.ndarray  # (t,) part of DHI that comes evenly from the whole sky
     circumsolar: np.ndarray  # (t,) normal irradiance from the place of the sun, DNI not included
-    circumsolar_horizontal: (
-        np.ndarray
-    )  # (t,) what unshaded ground receives of DHI from the place of the sun
+    # (t,) what unshaded ground receives of DHI from the place of the sun
+    circumsolar_horizontal: np.ndarray
     # name -> (t,) irradiance by a traced part, in its unit; negative where it is darker than the
     # dome
     sources: dict

@@ -144,9 +144,8 @@ def _join_days(table, phase, place):
         0 where the weight is 0.
     weight : numpy.ndarray, (d, 4, s)
     """
-    around = (
-        np.searchsorted(phase, place, side="right")[:, None] - 1 + AROUND
-    )  # (d, 4), cyclic over the year
+    # (d, 4), cyclic over the year
+    around = np.searchsorted(phase, place, side="right")[:, None] - 1 + AROUND
     nodes = phase[around % len(phase)] + TROPICAL_YEAR * (around // len(phase))
     # Over gaps of more than 60 days the sun's path is not a smooth function of the season.
     near = np.diff(nodes, axis=1) <= 60.0  # (d, 3)

@@ -140,9 +140,8 @@ class _SunMatch:
     """Which traced suns represent each interval of a time axis."""
 
     index: np.ndarray  # (T, k) int32 into the suns; 0 where the weight is 0
-    weight: (
-        np.ndarray
-    )  # (T, k) float64; rows sum to 1, or to 0 if the sun is too low; some are negative
+    # (T, k) float64; rows sum to 1, or to 0 if the sun is too low; some are negative
+    weight: np.ndarray
 
 
 def match_suns(

@@ -35,12 +35,10 @@ class Suns:
     # "hourly", "days:24", "typical-days:12" or "sky-grid:1654"; "hourly:480" means 480 of the hours
     sampling: str
     direction: np.ndarray  # (s, 3) float64, unit vectors towards the sun: x east, y north, z up
-    weight: (
-        np.ndarray
-    )  # (s,) float64, share of the year's sunny intervals that it represents; sums to 1
-    day: (
-        np.ndarray
-    )  # (s,) int32, its day: a count, for "days" the ordinal of the date; -1 in a sky grid
+    # (s,) float64, share of the year's sunny intervals that it represents; sums to 1
+    weight: np.ndarray
+    # (s,) int32, its day: a count, for "days" the ordinal of the date; -1 in a sky grid
+    day: np.ndarray
     step: np.ndarray  # (s,) int32, step of that day; -1 in a sky grid
 
     def __len__(self):

@@ -30,6 +30,7 @@ from .weather import Record
 OPEN_METEO_URL = "https://archive-api.open-meteo.com/v1/archive"
 TIMEOUT = (5.0, 120.0)  # [s] to reach a server, and for its answer
 LATER = "ask again later or for fewer years, give a file, or --weather climate"
+# ERA5's names, and as its point series are asked for:
 POINT = (
     "ssrd",
     "fdir",
@@ -37,7 +38,7 @@ POINT = (
     "u10",
     "v10",
     "sp",
-)  # ERA5's names, and as its point series are asked for:
+)
 POINT_NAMES = (
     "surface_solar_radiation_downwards",
     "total_sky_direct_solar_radiation_at_surface",

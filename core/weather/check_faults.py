@@ -318,10 +318,11 @@ def check_irradiance(year, source):
         cos_zenith_after(sun, year.latitude, shift) for shift in (0.0, -half, half)
     )
     highest = np.maximum(cos_zenith, np.maximum(*ends))
+    # (t,) [Wm⁻²]
     normal = np.asarray(
         # The solar constant [Wm⁻²].
         pvlib.irradiance.get_extra_radiation(middle.day_of_year, 1361.0)
-    )  # (t,) [Wm⁻²]
+    )
     # No more than a share of the sun's light outside the atmosphere, by a power of its height (Long
     # and Shi).
     ghi, outside, day = data["ghi"].to_numpy(), normal * cos_zenith, highest > 0

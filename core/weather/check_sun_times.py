@@ -53,14 +53,12 @@ class _SunTimes:
     to these [min].
     """
 
-    closure_residual: (
-        float | None
-    )  # mean |GHI - DHI - DNI cos z| / mean GHI; None where only two of them are given
+    # mean |GHI - DHI - DNI cos z| / mean GHI; None where only two of them are given
+    closure_residual: float | None
     closure_residual_shifted: float | None  # the same with the best shift
     closure_shift: int | None
-    daylight_residual: (
-        float | None
-    )  # between clear days and the model of a clear sky; None where there is no light
+    # between clear days and the model of a clear sky; None where there is no light
+    daylight_residual: float | None
     daylight_residual_shifted: float | None
     daylight_shift: int | None
     # of the clearest days: from the middle of the light to solar noon

@@ -125,9 +125,8 @@ def make_climates(latitudes, longitudes, year=2021, seed=0, zenith=None):
     places = list(zip(latitudes, longitudes, strict=True))
     normals = [look_up_normals(*place) for place in places]
     altitude = np.array([look_up_altitude(*place) for place in places])[:, None]  # (p, 1) [m]
-    annual = (
-        np.array([[found.ghi] for found in normals]) * 1000.0 * len(times) / 24
-    )  # (p, 1) [Wh/m²]
+    # (p, 1) [Wh/m²]
+    annual = np.array([[found.ghi] for found in normals]) * 1000.0 * len(times) / 24
     # GHI from coarse to fine: the year's sum is shared among months, theirs among days, theirs
     # among hours; temperature follows from what the ground receives.
     sky = cleanest_sky(places, times, altitude, annual, zenith)
@@ -250,9 +249,8 @@ def draw_irradiance(places, times, sky, monthly, seed):
     starts, outside = _starts_of_months(times), sky["outside"]
     cleanest = sky["ghi"] / np.maximum(outside, 1e-9)
     shift = np.array([[round(longitude / 15)] for _, longitude in places])
-    local = (np.arange(len(times)) - shift) % len(
-        times
-    )  # (p, t) index in UTC of each local hour, cyclic over the year
+    # (p, t) index in UTC of each local hour, cyclic over the year
+    local = (np.arange(len(times)) - shift) % len(times)
     by_day = (len(places), len(times) // 24, 24)
 
     def to_local(values):

@@ -86,9 +86,8 @@ def draw_days(mean, cleanest, quantile, month):
     the mean. The largest one, which they take from data, follows from the cleanest sky here.
     """
     # Clearness as a share of the cleanest sky, from `least` on the dullest day to 1.
-    largest = np.stack(
-        [cleanest[:, month == each].mean(axis=1) for each in range(12)], axis=1
-    )  # (p, 12)
+    # (p, 12)
+    largest = np.stack([cleanest[:, month == each].mean(axis=1) for each in range(12)], axis=1)
     share = np.clip(mean / np.maximum(largest, 1e-6), 0.0, 1.0)
     least = np.minimum(LEAST_DAY / np.maximum(largest, LEAST_DAY), 0.3 * share)
     # γ gives the month its mean; each day stands at its quantile of that distribution.
@@ -156,9 +155,8 @@ def draw_hours(days, cleanest, sine, normals):
     its quantiles, without resampling, and at the cleanest sky instead of a cosine of the hour.
     """
     # Mean and standard deviation of the hours of a day, by its clearness and the sun's height.
-    day = np.minimum(days, 1.0)[
-        ..., None
-    ]  # above 1 only by rounding, on days with the sun hardly above the horizon
+    # above 1 only by rounding, on days with the sun hardly above the horizon
+    day = np.minimum(days, 1.0)[..., None]
     offset = -0.19 + 1.12 * day + 0.24 * np.exp(-8 * day)  # λ
     height = 0.32 - 1.6 * (day - 0.5) ** 2  # ε
     depth = 0.19 + 2.27 * day**2 - 2.51 * day**3  # κ

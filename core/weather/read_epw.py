@@ -61,9 +61,8 @@ def read_epw(path):
     # pvlib reads the table; its names become ours, and hours become starts of intervals.
     with parsing(path, "cannot be read as epw", DAMAGED):
         table, place = pvlib.iotools.read_epw(io.StringIO("\n".join(lines)))
-    table = table.rename(
-        columns=EPW | {"atmospheric_pressure": EPW["pressure"]}
-    )  # as pvlib calls them
+    # as pvlib calls them
+    table = table.rename(columns=EPW | {"atmospheric_pressure": EPW["pressure"]})
     if table.empty:
         raise InputError(path, "has no hours", DAMAGED)
     starts, parts = _split_hours(path, table)
@@ -98,9 +97,8 @@ def read_epw(path):
     found = OFFSET.search("\n".join(lines[:HEADER_LINES]))
     if found:
         offset = float(found[1])
-        after = (
-            offset + 1.0
-        )  # [h] from the end of the hour to the image, which is the middle of the interval
+        # [h] from the end of the hour to the image, which is the middle of the interval
+        after = offset + 1.0
         data.index += pd.Timedelta(seconds=round((after + 0.5) * 3600.0))
         words = f"irradiance of images {after:+.4f} h from the end of the hour"
         notes.append(f"{words} (Irradiance Time Offset {offset:g} h)")

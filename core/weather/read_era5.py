@@ -172,9 +172,8 @@ def open_era5_grid(paths, stack, needed=NEEDED):
         raise InputError(source, f"the variables {', '.join(missing)} are missing", CURE)
     # From south to north and from west to east, each meridian once.
     latitude, longitude = axes[0], np.round((axes[1] + 180.0) % 360.0 - 180.0, ROUNDING)
-    west, columns = np.unique(
-        longitude, return_index=True
-    )  # the same meridian may be there twice, as -180 and 180°
+    # the same meridian may be there twice, as -180 and 180°
+    west, columns = np.unique(longitude, return_index=True)
     rows = np.argsort(latitude, kind="stable")
     return _Era5Grid(source, files, np.round(latitude[rows], ROUNDING), west, rows, columns)
 
@@ -269,9 +268,8 @@ def _open_file(path, file, stack):
             with file.open("rb") as stream:
                 if stream.read(4) in (b"CDF\x01", b"CDF\x02"):
                     stream.seek(0)
-                    classic = netcdf_file(
-                        stream, "r", mmap=True
-                    )  # mapping the arrays fails if bytes are missing
+                    # mapping the arrays fails if bytes are missing
+                    classic = netcdf_file(stream, "r", mmap=True)
                     classic.variables.clear()
             dataset = stack.enter_context(open_netcdf(file, drop_variables=["number"]))
     except InputError as error:

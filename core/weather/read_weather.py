@@ -100,9 +100,8 @@ def _try_cure(record, reading, error):
     InputError
     """
     time_shift = reading.time_shift + error.time_shift
-    time_shift = (
-        time_shift if abs(time_shift) >= 10 else 0.0
-    )  # what daylight tells is known to some minutes
+    # what daylight tells is known to some minutes
+    time_shift = time_shift if abs(time_shift) >= 10 else 0.0
     without = reading.without if error.without == "none" else error.without
     options = f" --weather-without {without}" * (
         without != "none"

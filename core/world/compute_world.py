@@ -24,9 +24,8 @@ from .place_hours import HOURS, MONTHS, match_hours, match_shifted, prepare_plac
 from .sources import Places
 from .sum_groups import sum_groups
 
-PERIODS = (
-    1 + MONTHS + 2 * HOURS
-)  # annual, months, hours of the day by UTC and by local mean solar time
+# annual, months, hours of the day by UTC and by local mean solar time
+PERIODS = 1 + MONTHS + 2 * HOURS
 PLAIN_PERIODS = 1 + MONTHS
 
 
@@ -40,12 +39,10 @@ class World:
     groups: list  # (g,) of (kind, orientation)
     group_count: np.ndarray  # (e, g) surfaces; 0 where an environment lacks a group
     group_area: np.ndarray  # (e, g) [m²] counted area
-    full_load_hours: (
-        np.ndarray
-    )  # (p, e, g, 61) float32 [h]: annual, 12 months, 24 hours UTC, 24 solar hours; NaN: none
-    standard_error: (
-        np.ndarray
-    )  # (p, e, g, 13) float32 [h] of the year and months, by what the Transfers know
+    # (p, e, g, 61) float32 [h]: annual, 12 months, 24 hours UTC, 24 solar hours; NaN: none
+    full_load_hours: np.ndarray
+    # (p, e, g, 13) float32 [h] of the year and months, by what the Transfers know
+    standard_error: np.ndarray
     gain_error: np.ndarray  # (p, e, g) float32, standard error of the year's gain by reflections
     without_reflections: np.ndarray  # (p, e, g, 13) float32 [h]: annual and months
     weather: np.ndarray  # (p,) int8, a key of sources.MEANINGS

@@ -256,9 +256,8 @@ def draw_world_gain(dataset):
     -------
     matplotlib.figure.Figure
     """
-    share = float(
-        np.clip(1.2 * _shape_of_map(dataset), 0.7, 2.6)
-    )  # widths of the map and of the lines
+    # widths of the map and of the lines
+    share = float(np.clip(1.2 * _shape_of_map(dataset), 0.7, 2.6))
     width = 12 * (1 + share) / 3.6  # [inch]
     figure = make_figure(width, 4.1)
     profile, axes = figure.subplots(1, 2, width_ratios=(1, share))

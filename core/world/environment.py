@@ -42,9 +42,8 @@ class _Environment:
     first: np.ndarray  # (g + 1,) int64, first surface of each group, and n
     weight: np.ndarray  # (n,) float64, open area over the counted area of the group
     block: Block  # of the n surfaces, float32
-    sources: (
-        np.ndarray
-    )  # (2 k + 1, n) float32: view of k traced sources, their reflected light; sky view factor
+    # (2 k + 1, n) float32: view of k traced sources, their reflected light; sky view factor
+    sources: np.ndarray
     sky: SkyTriangles
     errors: GroupErrors | None = None  # of all surfaces, also where they are merged
 

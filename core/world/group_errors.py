@@ -29,22 +29,18 @@ class GroupErrors:
 
     # (3 + k, g) own variance of direct and diffuse light, covariance, sources'; of the group's mean
     own: np.ndarray
-    points: (
-        np.ndarray
-    )  # (g,) the part of the own variance of direct light that is from shadow points
+    # (g,) the part of the own variance of direct light that is from shadow points
+    points: np.ndarray
     brightness: np.ndarray  # (g,) of what rays meet that miss the sky, over the sky
-    direct_passed_on: (
-        np.ndarray
-    )  # (g, r) deviations of replicates of light that other surfaces re-emit
+    # (g, r) deviations of replicates of light that other surfaces re-emit
+    direct_passed_on: np.ndarray
     diffuse_passed_on: np.ndarray  # (g, r)
     discretisation: np.ndarray  # (2, g) signed, of direct and of diffuse light
     sun_sampling: np.ndarray  # (g,) share of full load hours
-    direct: (
-        np.ndarray
-    )  # (s, g) mean relative irradiance by the sun in each direction of the grid; far ground apart
-    shared: (
-        np.ndarray
-    )  # (2 + k, g) mean relative irradiance by dome, k traced sources and sunlit far ground
+    # (s, g) mean relative irradiance by the sun in each direction of the grid; far ground apart
+    direct: np.ndarray
+    # (2 + k, g) mean relative irradiance by dome, k traced sources and sunlit far ground
+    shared: np.ndarray
 
 
 def find_group_errors(transfer, environment, rows, traced=()):
@@ -67,9 +63,8 @@ def find_group_errors(transfer, environment, rows, traced=()):
     # Weights of surfaces in their group, per surface as a whole.
     parts = transfer.error_parts or no_parts(len(transfer.surfaces))
     first, weight = environment.first, environment.weight
-    of_whole = (
-        weight / environment.block.lit_share
-    )  # weights of what a Transfer tells: means over whole surfaces
+    # weights of what a Transfer tells: means over whole surfaces
+    of_whole = weight / environment.block.lit_share
     # Variances of direct and diffuse light, their covariance, and of each source.
     own = [own_direct(transfer)[rows], own_diffuse(transfer)[rows], parts.covariance[rows]]
     own += [light.standard_error[rows] ** 2 for light in traced]
@@ -142,9 +137,8 @@ def carry_to_place(errors, hours, sunlight, full_load_hours, plain):
         common = common + hours_of_source**2 * variance
     suns = errors.sun_sampling * full_load_hours
     own = join_own(direct, diffuse, *errors.own[:3])
-    growth = (
-        np.maximum(spread[0] / spread - 1, 0)[:, None] * direct**2
-    )  # a month's suns are fewer than the year's
+    # a month's suns are fewer than the year's
+    growth = np.maximum(spread[0] / spread - 1, 0)[:, None] * direct**2
     fewer = growth * (errors.own[0] + variance_of_mean(errors.direct_passed_on))
     gain = (
         np.divide(full_load_hours[0], plain, out=np.full_like(plain, np.nan), where=plain > 0) - 1

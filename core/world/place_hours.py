@@ -25,15 +25,13 @@ class _PlaceHours:
 
     interval: np.ndarray  # (h,) int, index into the weather's time axis
     direction: np.ndarray  # (h, 3) float64, towards the sun at mid-interval
-    light: (
-        np.ndarray
-    )  # (h, 2 + k) float32: from the sun's place (normal), the dome, and k traced sources [Wm⁻²]
+    # (h, 2 + k) float32: from the sun's place (normal), the dome, and k traced sources [Wm⁻²]
+    light: np.ndarray
     dni: np.ndarray  # (h,) [Wm⁻²]
     ground: np.ndarray  # (h,) [Wm⁻²] of unshaded ground by circumsolar light
     caps: np.ndarray  # (k,) of `SkyParts`
-    heating: (
-        np.ndarray
-    )  # (h, 2) float32: cell temperature per POA irradiance, and without any; both on -1 to 1
+    # (h, 2) float32: cell temperature per POA irradiance, and without any; both on -1 to 1
+    heating: np.ndarray
     spectral_factor: np.ndarray  # (h,) float32
     # (61, h) of `share_periods`: year, months, hours of the day (UTC) and of local mean solar time
     share: np.ndarray
@@ -139,9 +137,8 @@ def match_shifted(sky, hours, weather):
     middle = int(np.floor(later + 0.5))
     nodes = (hours.interval[:, None] + middle + np.array([-1, 0, 1])) % len(direction)  # (h, 3)
     place = later - middle  # between -0.5 and 0.5
-    share = np.array(
-        [place * (place - 1) / 2, 1 - place**2, place * (place + 1) / 2]
-    )  # parabola through -1, 0 and 1
+    # parabola through -1, 0 and 1
+    share = np.array([place * (place - 1) / 2, 1 - place**2, place * (place + 1) / 2])
     suns = direction[nodes]
     used = share * weight[nodes].any(axis=2)  # suns that are too low have no light
     level = hours.dni * (used * np.maximum(suns[:, :, 2], 0.0)).sum(axis=1) + hours.ground

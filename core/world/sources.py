@@ -253,9 +253,8 @@ def grid_source(grid, places, picked, request, years=None):
             suns[:] = suns or [geocentric_sun(record.data.index, interval)]  # once for all places
             own = sun_of_place(suns[0], *place)
             if not checked and abs(latitude) <= nearest:
-                checked.append(
-                    one
-                )  # the first place stands for the files: the check takes longer than a place
+                # the first place stands for the files: the check takes longer than a place
+                checked.append(one)
                 try:
                     check_years(record, interval, own)
                 except (

@@ -24,9 +24,8 @@ class Sunlight:
     """
 
     index: np.ndarray  # (h, m, 3) int64 into the grid
-    weight: (
-        np.ndarray
-    )  # (h, m, 3) float32; over m and 3 they sum to 1, or to 0 without direct light
+    # (h, m, 3) float32; over m and 3 they sum to 1, or to 0 without direct light
+    weight: np.ndarray
     direction: np.ndarray  # (h, m, 3) float32, towards each sun
     level: np.ndarray  # (h,) float32 [Wm⁻²] of unshaded ground by DNI and circumsolar light
 
@@ -55,9 +54,8 @@ def sum_groups(environment, hours, sunlight, model):
     dark = np.minimum(view, hours.caps[:, None].astype(np.float32) * environment.sources[-1])
     sources = np.stack([view, dark]), reflected  # views of bright, and of dark sources
     surfaces = block.diffuse, block.far_ground, block.sky, block.iam, sources
-    powers = tuple(
-        model.efficiency[::-1]
-    )  # of temperature; a tuple, so that the loop over them is vectorised
+    # of temperature; a tuple, so that the loop over them is vectorised
+    powers = tuple(model.efficiency[::-1])
     tables = model.incidence, powers, model.diffuse_share
     _loop(suns, place, seen, surfaces, tables, (environment.first, environment.weight), found)
     return found

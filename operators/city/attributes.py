@@ -23,20 +23,20 @@ from ...core.settings.errors import InputError
 PREFIX = "citypv_"
 
 KIND_CODES = {"facade": 0, "roof": 1, "flat": 2, "steep": 3, "downward": 4, "ground": 5, "rack": 6}
+# as in files of 0.2.0
 ORIENTATION_CODES = {
     "none": 0,
     "north": 1,
     "east": 2,
     "south": 3,
     "west": 4,
-}  # as in files of 0.2.0
+}
 ORIENTATION_CODES |= {"northeast": 5, "southeast": 6, "southwest": 7, "northwest": 8}
 CODES = {"kind": KIND_CODES, "orientation": ORIENTATION_CODES}
 
 
-QUANTITIES = tuple(
-    column for column in COLUMNS if column.title
-)  # results stored as face attributes
+# results stored as face attributes
+QUANTITIES = tuple(column for column in COLUMNS if column.title)
 CHANGE = "change_of_"  # begins the name of a difference from the result kept as *before*
 CHANGE_ERROR = "full_load_hours_change_standard_error"
 COMPARED = ("full_load_hours", "poa_global_annual", "sky_view_factor")

@@ -12,9 +12,8 @@ from .run_step import Action
 LARGEST = 2**31 - 1  # Blender keeps whole numbers in 32 bits
 AUTO = "auto_"  # + setting: switch of one that may be left to the program
 START = 3  # number that the user begins with
-UNSET = (
-    -1
-)  # stands for None in whole numbers that may be left to the program, as Blender has no None
+# stands for None in whole numbers that may be left to the program, as Blender has no None
+UNSET = -1
 MOST = 100  # suggestions
 SUBTYPES = {"m": "DISTANCE", "%": "PERCENTAGE"}  # of numbers with these units
 STATES = (

@@ -11,10 +11,11 @@ from .check_libraries import name_libraries
 
 EARLIEST, FEWEST = 5.0, 0.2  # seconds and share before which a time left says nothing
 SOONEST = 0.2  # [s] of a stage before which its rate says nothing
+# above the window's own: it gets nine tenths of a core that both want; at most
 NICENESS, LARGEST = (
     10,
     19,
-)  # above the window's own: it gets nine tenths of a core that both want; at most
+)
 
 
 class Job(threading.Thread):

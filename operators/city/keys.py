@@ -57,9 +57,8 @@ class Key:
     INTERRUPTED = PREFIX + "interrupted"  # which suns were traced, in words
     KWP = PREFIX + "kwp"  # of each surface
     COMPARED, MATCHED = PREFIX + "compared", PREFIX + "matched"  # before and after; a sentence
-    BEST = (
-        PREFIX + "best"
-    )  # buildings: id, power [kWp], energy [MWh per year], P50 and P90 of years
+    # buildings: id, power [kWp], energy [MWh per year], P50 and P90 of years
+    BEST = PREFIX + "best"
     FILES, REPORT, REPORT_ROWS = PREFIX + "files", PREFIX + "report", PREFIX + "report_rows"
     PROBE, CHARTS = PREFIX + "probe", PREFIX + "charts"  # of the face that was asked for
 
@@ -71,10 +70,11 @@ class Key:
     RANGE = PREFIX + "range_"  # + attribute: ends that the user chose
     WORN = PREFIX + "worn"  # its colours are shown on the user's objects
     ACTIVE_COLOUR = PREFIX + "active_colour"  # of a mesh: the attribute that the user had chosen
+    # of an object with a coloured copy
     DRAWN_AS, LEFT_OUT = (
         PREFIX + "drawn_as",
         PREFIX + "left_out",
-    )  # of an object with a coloured copy
+    )
     STAND_INS = PREFIX + "stand_ins"  # what the panel says of objects without faces of their own
     HIGHLIGHT = PREFIX + "highlight"  # of an object: its selected faces are drawn over
     MOMENT = PREFIX + "moment"  # of the timeline, as text

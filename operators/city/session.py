@@ -30,9 +30,9 @@ class Session:
     base: Any = None  # core.light.editable_city.EditableCity, for edits of the city
     # City that `base` was traced of, where it is another one: while an estimate is shown
     base_city: Any = None
-    told: Any = None  # of an edit: what was found, to be shown again without tracing
+    cached: Any = None  # of an edit: what was found, to be shown again without tracing
     # of an edit: design of the city and settings of the energy that it was found for
-    state: Any = None
+    design_key: Any = None
     change: Any = None  # of an edit: (EditableCity before, errors of the change [h] by surface_id)
     timeline: Any = None  # (Energy, core.energy.timeline.Timeline made of it)
     ground_material: str = ""  # name of the material that the user assigned to the generated ground
@@ -50,13 +50,13 @@ def open_session(item, session):
         del _sessions[key]
 
 
-def find_state(state):
+def find_cached(design_key):
     """Session of an edit that was traced before, which undo or redo comes back to, or None."""
     return next(
         (
             one
             for one, _ in reversed(_sessions.values())
-            if one.told is not None and one.state == state
+            if one.cached is not None and one.design_key == design_key
         ),
         None,
     )

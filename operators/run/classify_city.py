@@ -111,9 +111,8 @@ def show_kinds(context, before, session, findings, seen=None):
     # New meshes of the scene stand where the old ones stood, though its origin may have moved.
     scene, (old, old_ground) = session.scene, find_own_city(context.scene, before)
     item, ground = build_meshes(scene)
-    same = (
-        seen is not None and city_design.describe_design(old, seen.lineage) == seen.design
-    )  # not edited meanwhile
+    # not edited meanwhile
+    same = seen is not None and city_design.describe_design(old, seen.lineage) == seen.design
     uncolour_user_meshes(old)
     earlier = scene.site if seen is None else seen.site
     shift = turn_to_true_north(

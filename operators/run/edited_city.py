@@ -54,9 +54,8 @@ class _EditedCity:
                     join_contents([content], orient="as-drawn"), self.site, *system_of(left)
                 )
                 imported = join_cities(left, added)
-                imported.building_id[len(left) :] = (
-                    added.building_id
-                )  # they are parts of buildings that are there
+                # they are parts of buildings that are there
+                imported.building_id[len(left) :] = added.building_id
         # Other objects come in addition, and buildings that were removed go.
         added = ()
         if self.content is not None:

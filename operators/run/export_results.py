@@ -48,10 +48,11 @@ FILES = {  # identifier: the file's name, as on the command line; name and descr
     ),
 }
 FORMATS = [(name, title, words) for name, (_, title, words) in FILES.items()]
+# as `citypv compare` calls them
 COMPARED = {
     "changes": "buildings.csv",
     "comparison": "report.html",
-}  # as `citypv compare` calls them
+}
 
 
 class ExportResults(OfEnergy, Step, bpy.types.Operator):

@@ -198,10 +198,11 @@ def show_import(context, city, scene, findings, taken=()):
         write_sources(item, scene.surfaces.surface_id)
     # Edits count from here.
     begin_design(item, earlier)
+    # what comes later beside it is an edit
     item[Key.BESIDE], item[Key.ADDED] = (
         source_objects.list_beside(item),
         "",
-    )  # what comes later beside it is an edit
+    )
     if not taken:
         show_city(context, scene.vertices, shaded=True)
     told = keep_report(item, scene, findings)

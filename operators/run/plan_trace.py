@@ -19,11 +19,12 @@ from ..city.read_settings import folder_of_answers, read_settings
 from ..city.run_step import Action, OfCity, Step
 from ..city.session import find_city, find_own_city, find_session
 
+# way -> property with its number
 NUMBERS = {
     "days": "days",
     "typical-days": "typical_days",
     "sky-grid": "sky_grid",
-}  # way -> property with its number
+}
 DAYS = int(Request.suns.partition(":")[2])  # traced by default
 ITEMS = [(name, name.capitalize(), words) for name, words in PRESET_WORDS.items()]
 

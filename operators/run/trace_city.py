@@ -77,7 +77,7 @@ class TraceCity(OfScene, Step, bpy.types.Operator):
         """Keep the light, and show the sky's part."""
         session, *_ = result
         interrupted, transfer = keep_light(context, *result), session.transfer
-        session.energy = session.told = None
+        session.energy = session.cached = None
         remember_step(find_own_city(context.scene, session)[0], "trace", context.scene.citypv)
         shown = show_result(context, *find_own_city(context.scene, session), "diffuse_relative")
         traced = interrupted or (

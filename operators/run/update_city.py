@@ -13,7 +13,7 @@ from ..city.attributes import CHANGE, write_results, write_surface_values
 from ..city.keys import Key
 from ..city.read_settings import read_settings
 from ..city.run_step import OfCity, Step, leave_edit_mode, redraw_panels
-from ..city.session import Session, find_city, find_own_city, find_session, find_state, list_cities
+from ..city.session import Session, find_cached, find_city, find_own_city, find_session, list_cities
 from ..show.compare_results import KeepBefore, values_of_surfaces
 from ..show.show_result import BEFORE, find_before, show_result
 from .classify_city import show_kinds
@@ -61,7 +61,7 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         UpdateCity.tried = state = seen.design, repr(request)
         before = find_session(find_before(context.scene, city)) or session
         self._found, self._shown, self._asked = SimpleQueue(), session, seen.design
-        return session, seen, request, state, find_state(state), before, self._found
+        return session, seen, request, state, find_cached(state), before, self._found
 
     @staticmethod
     def work(task, progress):
@@ -91,18 +91,18 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
             solved = edited.before if before.base is base else None
             edited = replace(edited, before=None)
             known = Session(
-                city, imported, scene, transfer=edited.transfer, base=edited, state=state
+                city, imported, scene, transfer=edited.transfer, base=edited, design_key=state
             )
             findings = list_findings(scene, edited.transfer.covered_share)
             light = known, known, findings, (describe_albedo(scene, base.request), [])
-            known.told = light, WeighEnergy.work((known, None, request), progress)
+            known.cached = light, WeighEnergy.work((known, None, request), progress)
         # The result before the edit, in the light that the edit asks for, for comparison.
         earlier = _match_before(before, known, solved, progress)
         return (
             seen,
             known,
             earlier,
-            tell_errors((earlier or before).base, known, known.told[1][2], request),
+            tell_errors((earlier or before).base, known, known.cached[1][2], request),
         )
 
     def modal(self, context, event):
@@ -159,7 +159,7 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         city, ground = find_own_city(context.scene, self._shown)
         self._keep_before(context, city, ground)
         again = _renew_before(find_before(context.scene, city), earlier) if earlier else ""
-        traced, (_, *energy) = known.told
+        traced, (_, *energy) = known.cached
         show_kinds(context, self._shown, known, traced[2], seen)
         keep_light(context, *traced)
         UpdateCity.tried = None
@@ -225,7 +225,7 @@ def _match_before(before, after, solved, progress):
     base = solved or match_light(before.base, wanted.plan["sky"], wanted.bounces, progress)
     if base is before.base:
         return None
-    _, _, weather, _, request, _ = after.told[1]
+    _, _, weather, _, request, _ = after.cached[1]
     energy = compute_energy(base.transfer, weather, request)
     return replace(before, base=base, transfer=base.transfer, energy=energy)
 

@@ -17,10 +17,11 @@ INK = "23282d"
 DISTANCE = 1.0  # of the legend's plane in front of the camera [m]
 COLLECTION = "CityPV legend"
 FONT = "Inter.woff2"
+# property of the city, by owner of the attribute
 NOTES = {
     "energy": Key.WEATHER,
     "timeline": Key.MOMENT,
-}  # property of the city, by owner of the attribute
+}
 
 # Layout in fractions of the picture's height, from its lower left corner.
 LEFT, BAR_BOTTOM, BAR_WIDTH, BAR_HEIGHT = 0.055, 0.085, 0.62, 0.026

@@ -69,9 +69,8 @@ class _ColourScale:
     high: float
     stops: np.ndarray  # (k, 3) sRGB in 0–1, equally spaced from low to high, or one per class
     ticks: np.ndarray  # (j,) values labelled beside the bar; empty for classes
-    classes: list = field(
-        default_factory=list
-    )  # names of the codes 0, 1, …; empty for a continuous scale
+    # names of the codes 0, 1, …; empty for a continuous scale
+    classes: list = field(default_factory=list)
 
     def heading(self):
         """Title with its unit."""

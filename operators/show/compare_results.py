@@ -16,6 +16,7 @@ from ..city.run_step import Action, OfCity
 from ..city.session import find_session, list_cities, open_session
 from .show_result import BEFORE, find_before, has_result, show_before, show_result
 
+# properties of the city
 COPIED = (
     "totals",
     "energy_totals",
@@ -24,7 +25,7 @@ COPIED = (
     "kwp",
     "origin",
     "convergence",
-)  # properties of the city
+)
 HOURS = "full_load_hours"
 
 

@@ -201,14 +201,14 @@ def copy_view(stage, seen, width, height, far):
     bpy.types.Object
     """
     camera = find_camera(stage, WIDTH, max(1, round(WIDTH * height / width)))
-    across = float(
-        seen.window_matrix[0][0]
-    )  # cotangent of half the angle, or 2 / width of an orthographic view
+    # cotangent of half the angle, or 2 / width of an orthographic view
+    across = float(seen.window_matrix[0][0])
     camera.data.type, camera.data.clip_end = "PERSP" if seen.is_perspective else "ORTHO", far
+    # either counts
     camera.data.lens, camera.data.ortho_scale = (
         across * SENSOR_WIDTH / 2,
         2 / across,
-    )  # either counts
+    )
     camera.matrix_world = seen.view_matrix.inverted()
     return camera
 

@@ -27,10 +27,11 @@ WIDTH, HEIGHT, GAP = 250, 90, 52  # of a chart, and between them [pixels]
 LEGEND = 600  # [pixels] width of the legend and what is left of it
 SMALLEST = 0.7  # of that size, at which legend and charts are drawn in a narrow view
 NAMES = 18  # height above the curves for their names [pixels]
+# of the legend's note: from one line to the next [pixels], and letters on one
 LINE, LETTERS_OF_NOTE = (
     15,
     84,
-)  # of the legend's note: from one line to the next [pixels], and letters on one
+)
 BOXES = 110  # of colours along the bar
 LETTERS = "JFMAMJJASOND"
 SELECTED = (1.0, 0.35, 0.0, 0.75)
@@ -238,8 +239,9 @@ def _draw_highlight():
     gpu.state.blend_set("NONE")
 
 
+# in all 3D views
 DRAWN = (
     (_draw_legend, "POST_PIXEL"),
     (_draw_charts, "POST_PIXEL"),
     (_draw_highlight, "POST_VIEW"),
-)  # in all 3D views
+)

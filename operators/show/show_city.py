@@ -20,11 +20,12 @@ FORWARD = -np.array(
     [*(np.cos(ELEVATION) * np.array([np.sin(AZIMUTH), np.cos(AZIMUTH)])), np.sin(ELEVATION)]
 )
 UP = np.cross(RIGHT, FORWARD)
+# of the frame's half width and half height
 MARGIN_SIDE, MARGIN_TOP, MARGIN_BOTTOM = (
     0.04,
     0.05,
     0.20,
-)  # of the frame's half width and half height
+)
 VIEW_WIDTH = 72.0  # [mm] of the sensor of a 3D view, along its longer side
 KEPT = ("type", "light", "color_type", "show_cavity", "show_object_outline")
 

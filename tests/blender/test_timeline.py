@@ -39,9 +39,8 @@ def test_a_frame_shows_the_direct_light_of_its_hour(traced):
     # incidence.
     session, timeline = find_session(traced), timeline_of(traced)
     surfaces = session.transfer.surfaces
-    start = pd.DatetimeIndex(
-        ["2023-06-11 11:30"], tz="UTC"
-    )  # June 11th, 12:30 of UTC+1; the year moves it by 0.1°
+    # June 11th, 12:30 of UTC+1; the year moves it by 0.1°
+    start = pd.DatetimeIndex(["2023-06-11 11:30"], tz="UTC")
     sun = pvlib.solarposition.get_solarposition(
         start, session.weather.latitude, session.weather.longitude
     )

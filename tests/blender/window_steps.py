@@ -30,18 +30,20 @@ keymap.keymap_items.new("wm.note_button", "F8", "PRESS")
 
 
 PAGES = 5  # of the sidebar
+# a window's height down and 80 pixels up, so that pages overlap
 NEXT = [
     "key",
     "Next",
     *["click", 4] * 2,
-]  # a window's height down and 80 pixels up, so that pages overlap
+]
 STEP = 18  # pixels from row to row: a button is 20 high
 ROWS_AT_ONCE = 12
+# over each row before the key [s]: a busy computer draws what is under the mouse late
 WAITS = [
     0.02,
     0.05,
     0.2,
-]  # over each row before the key [s]: a busy computer draws what is under the mouse late
+]
 
 
 def find_button(window, operator, *, below=False):
@@ -66,10 +68,11 @@ def search_pages(window, operator, below, wait):
     left, bottom, width, height = window.ask(
         PREPARE + "answer = (sidebar.x, sidebar.y, sidebar.width, sidebar.height)"
     )
+    # where short buttons are as well
     top, place = (
         window.size[1] - bottom - height,
         left + width // 4,
-    )  # where short buttons are as well
+    )
     known = [
         page
         for page, commands in window.places.items()

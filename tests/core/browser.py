@@ -14,12 +14,13 @@ from pathlib import Path
 
 import pytest
 
+# as in tools/set_up.py
 NAMES = (
     "chromium",
     "chromium-browser",
     "google-chrome",
     "google-chrome-stable",
-)  # as in tools/set_up.py
+)
 FLAGS = [
     "--headless=new",
     "--remote-debugging-pipe",

@@ -23,10 +23,11 @@ from citypv.core.weather.weather import darken_hours
 REACH = 140.0  # [m] around the sensors, up to which the stand is repeated
 SENSOR = 0.05  # [m] its side
 SECTIONS = ("# Inventory zone records", "# Sensor records", "# Tree records")
+# [°] of both plots; one file gives latitude and longitude in each other's place
 PLACE = (
     50.04,
     5.21,
-)  # [°] of both plots; one file gives latitude and longitude in each other's place
+)
 
 
 @dataclass
@@ -35,9 +36,8 @@ class Stand:
 
     zone: shapely.Polygon  # in which all trees are recorded
     sensors: np.ndarray  # (m, 7): number, x, y, height [m], PACL total, diffuse, direct
-    trees: (
-        np.ndarray
-    )  # (n, 14): id, species, x, y, dbh [cm], height, base, height of greatest radius [m], radii
+    # (n, 14): id, species, x, y, dbh [cm], height, base, height of greatest radius [m], radii
+    trees: np.ndarray
     # to north, east, south, west [m], openness, leaf area density [m²/m³]
     slope: float  # [°]
     aspect: float  # [°] downhill
@@ -108,9 +108,8 @@ def crowns_of_stand(stand, trees):
     for tree, foot in zip(trees, ground_height(stand, trees[:, 2:4]), strict=True):
         place = np.array([*(tree[2:4] - middle), foot])
         top, base, widest = tree[5:8]
-        across = np.where(
-            sphere[:, :2] > 0, tree[[9, 8]], tree[[11, 10]]
-        )  # east or west, north or south
+        # east or west, north or south
+        across = np.where(sphere[:, :2] > 0, tree[[9, 8]], tree[[11, 10]])
         shape = sphere.copy()
         if widest - base < 0.01 * top:
             # z = 1 - r² at the same r: the lower half of the sphere becomes the flat bottom.

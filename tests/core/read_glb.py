@@ -70,9 +70,8 @@ class Glb:
         triangles = self.accessor(part["indices"]).reshape(-1, 3)
         assert (feature[triangles] == feature[triangles[:, :1]]).all()
         assert feature.max() < ids["featureCount"] and ids["propertyTable"] == 0
-        places = np.stack(
-            [places[:, 0], -places[:, 2], places[:, 1]], axis=1
-        )  # 3D Tiles 1.1: y up becomes z up
+        # 3D Tiles 1.1: y up becomes z up
+        places = np.stack([places[:, 0], -places[:, 2], places[:, 1]], axis=1)
         return places[triangles], feature[triangles[:, 0]].astype(int)
 
     def table(self):

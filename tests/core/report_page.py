@@ -82,9 +82,8 @@ class Picture:
         self.ahead = (target - self.origin) / np.linalg.norm(target - self.origin)
         right = np.cross(self.ahead, [0, 0, 1])
         self.right = right / np.linalg.norm(right)
-        self.scale = (
-            2 * np.tan(np.radians(page.run("view.camera.fov") / 2)) / self.frame[3]
-        )  # per pixel
+        # per pixel
+        self.scale = 2 * np.tan(np.radians(page.run("view.camera.fov") / 2)) / self.frame[3]
 
     @staticmethod
     def frame_of(page):

@@ -39,9 +39,8 @@ def write_shed(
     turn = pyproj.Transformer.from_pipeline(
         f"+proj=pipeline +step +inv +proj=tmerc +lat_0={latitude} +lon_0={longitude} +ellps=GRS80"
     )
-    own = (
-        "EPSG:4275" if crs == "EPSG:27572" else plane.geodetic_crs.to_2d()
-    )  # NTF in degrees from Greenwich
+    # NTF in degrees from Greenwich
+    own = "EPSG:4275" if crs == "EPSG:27572" else plane.geodetic_crs.to_2d()
     away = pyproj.Transformer.from_crs(own, plane)
     unit = plane.axis_info[0].unit_conversion_factor if plane.is_projected else 1.0
     texts = []

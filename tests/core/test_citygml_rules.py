@@ -426,9 +426,8 @@ def test_undeclared_prefix_that_cannot_be_mended_is_named(tmp_path, monkeypatch)
         InputError, match=r"line 3: the prefix 'uro' is not declared; declare it"
     ) as caught:
         read_city(tmp_path / "city.gml")
-    monkeypatch.delitem(
-        copyreg.dispatch_table, type(caught.value), raising=False
-    )  # Dask's, if tests of it ran before
+    # Dask's, if tests of it ran before
+    monkeypatch.delitem(copyreg.dispatch_table, type(caught.value), raising=False)
     assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
     many = "".join(f"<p{k}:x/>" for k in range(17))
     (tmp_path / "many.gml").write_text(

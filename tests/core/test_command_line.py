@@ -30,9 +30,8 @@ def names_in(folder):
 def results(city, tmp_path_factory):
     folder = tmp_path_factory.mktemp("results") / "small"
     low = folder.with_name("low_hills.csv")
-    low.write_text(
-        "azimuth,elevation\n0,1\n120,1\n240,1\n", encoding="utf-8"
-    )  # too low to be simulated
+    # too low to be simulated
+    low.write_text("azimuth,elevation\n0,1\n120,1\n240,1\n", encoding="utf-8")
     options = ["--weather", str(ERA5), "--horizon", str(low), "--out", str(folder), "--quiet"]
     assert main(["simulate", str(city), *options]) == 0
     return folder

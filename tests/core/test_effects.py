@@ -231,9 +231,8 @@ def test_no_group_loses_more_in_clear_and_overcast_years(tmp_path, city, albedo)
     )
     (effect,) = (one for one in few.record.effects if one["key"] == "reflections")
     assert effect["outcome"]["holds"] and effect["outcome"]["left_out"] <= WHOLE_LIMIT
-    below = (
-        0.25 * clear.data["ghi"]
-    )  # what a closed cover of clouds lets through (Kasten, Czeplak 1980)
+    # what a closed cover of clouds lets through (Kasten, Czeplak 1980)
+    below = 0.25 * clear.data["ghi"]
     overcast = replace(clear, data=clear.data.assign(ghi=below, dni=0.0, dhi=below))
     for weather in (clear, overcast):
         found, known = (light_of_groups(one, weather) for one in (few, many))
@@ -256,9 +255,8 @@ def test_in_a_half_sphere_the_number_is_that_of_a_geometric_series(albedo):
     expected = (albedo / 2) ** (transfer.record.max_bounces + 1)
     assert effect["outcome"]["left_out"] == pytest.approx(expected, rel=0.1)
     area = transfer.surfaces.area
-    found = (
-        area @ transfer.diffuse_relative / area.sum()
-    )  # facets are a little flatter than the sphere
+    # facets are a little flatter than the sphere
+    found = area @ transfer.diffuse_relative / area.sum()
     assert found == pytest.approx(0.5 / (1 - albedo / 2) * (1 - expected), rel=0.02)
 
 

@@ -22,13 +22,11 @@ from citypv.core.sun.sun_sampling import choose_suns
 
 COUNT = 52
 OPEN = np.where(np.arange(COUNT) % 2, 1.0, 0.6)  # share of each wall
-APART = (
-    np.sqrt((OPEN**2).sum()) / OPEN.sum()
-)  # error of the mean over that of a wall, if they are independent
+# error of the mean over that of a wall, if they are independent
+APART = np.sqrt((OPEN**2).sum()) / OPEN.sum()
 NOISE = 0.01  # of the diffuse light
-SIGNS = np.array(
-    [1.0, -1.0, 1.0, -1.0]
-)  # deviations of four replicates: variance of their mean 1/3
+# deviations of four replicates: variance of their mean 1/3
+SIGNS = np.array([1.0, -1.0, 1.0, -1.0])
 
 
 @pytest.fixture(scope="module")

@@ -199,9 +199,8 @@ BOMBS = {  # name: head, piece, how many, what is said
 @pytest.mark.parametrize("name", mark_cases(BOMBS, kept=2))
 def test_bombs_are_refused_with_bounded_memory(tmp_path, name):
     head, piece, count, said = BOMBS[name]
-    pack = (
-        gzip.compress if name.endswith(".gz") else bytes
-    )  # packed parts in a row are one packed file
+    # packed parts in a row are one packed file
+    pack = gzip.compress if name.endswith(".gz") else bytes
     (tmp_path / name).write_bytes(pack(head) + count * pack(piece))
     if said.startswith("decompresses"):
         assert LARGEST_GAIN * (tmp_path / name).stat().st_size < count * len(piece)

@@ -183,11 +183,12 @@ def test_terrain_of_a_town_on_the_date_line_reaches_to_both_sides(tmp_path):
         assert reach[1] < 6000
 
 
+# on the central meridian, where the grid points north
 SYSTEM, X, Y = (
     "EPSG:32632",
     500_000.0,
     5_500_000.0,
-)  # on the central meridian, where the grid points north
+)
 POST, HALF = 50.0, 12_000.0  # [m]
 NEAR, FAR = 725.0, 8_025.0  # [m] to a ridge in the north, and to one in the south
 HIGH, WIDE = {NEAR: 80.0, FAR: 700.0}, {NEAR: 150.0, FAR: 400.0}  # [m]

@@ -135,9 +135,8 @@ def test_a_reason_of_another_version_is_refused():
 
 def test_a_change_has_zero_in_the_middle():
     results, rng = some_results(20), np.random.default_rng(2)
-    names = pd.concat(
-        [results.faces["building_id"], results.faces["building_id"].iloc[:1]]
-    )  # the last is gone
+    # the last is gone
+    names = pd.concat([results.faces["building_id"], results.faces["building_id"].iloc[:1]])
     hours, energy = rng.normal(0, 50, (2, 121))
     change = pd.DataFrame(
         {"building_id": names.to_numpy(), "full_load_hours_change": hours, "mwh_change": energy}

@@ -136,9 +136,8 @@ def test_bounds_are_those_of_the_points_not_of_the_envelope(name):
 def test_holes_are_kept():
     for name, e in EXPECTED.items():
         total = sum(len(city.ring_start) - 1 - len(city) for city in read_lods(name))
-        lost = (
-            1 if name.startswith("ingolstadt") else 0
-        )  # one hole belongs to a polygon without area
+        # one hole belongs to a polygon without area
+        lost = 1 if name.startswith("ingolstadt") else 0
         assert e["holes"] - total in (0, lost), name
 
 
@@ -158,9 +157,8 @@ def test_best_of_lod_2_by_default_and_never_two_at_once():
     assert plateau.report.lods_chosen == {"1": 152, "2": 582}
     kinds = {}
     for building, thematic in zip(plateau.building_id, plateau.thematic, strict=True):
-        kinds.setdefault(building, set()).add(
-            bool(thematic)
-        )  # only LoD 2 has thematic surfaces there
+        # only LoD 2 has thematic surfaces there
+        kinds.setdefault(building, set()).add(bool(thematic))
     assert all(len(met) == 1 for met in kinds.values())
 
 

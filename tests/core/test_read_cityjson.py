@@ -194,6 +194,7 @@ def test_semantics_ids_and_parts(tmp_path):
 
 
 def test_template_stands_where_its_matrix_and_point_put_it(tmp_path):
+    # a quarter turn, twice as high, then a step
     matrix = [
         0,
         -1,
@@ -211,7 +212,7 @@ def test_template_stands_where_its_matrix_and_point_put_it(tmp_path):
         0,
         0,
         1,
-    ]  # a quarter turn, twice as high, then a step
+    ]
     templates = {"templates": [solid(lod=2.2)], "vertices-templates": CUBE}
     document = model(
         {"b": house(instance(matrix=matrix))},

@@ -194,9 +194,8 @@ def results():
 def test_writing_is_told(results, tmp_path, monkeypatch):
     run = RunResults(*results)
     city, transfer = run.city, run.transfer
-    monkeypatch.setattr(
-        sun_matrix, "LIMIT", 16 * 4 * len(transfer.suns) * 7
-    )  # blocks of 7 surfaces
+    # blocks of 7 surfaces
+    monkeypatch.setattr(sun_matrix, "LIMIT", 16 * 4 * len(transfer.suns) * 7)
     kept = Kept()
     write_transfer(tmp_path / "transfer.nc", transfer, kept)
     shares = kept.of("writing transfer.nc")

@@ -126,9 +126,8 @@ def test_groups(weighed, tmp_path):
         (table["kind"] == "roof") & (table["orientation"] == "south") & (table["period"] == "hour")
     ]
     noon = np.average(south["index"] + 0.5, weights=south["full_load_hours"])
-    offset = 0.5 - (
-        (weather.data.index[0] + weather.interval / 2).minute / 60
-    )  # of the middle in its hour
+    # of the middle in its hour
+    offset = 0.5 - ((weather.data.index[0] + weather.interval / 2).minute / 60)
     assert noon == pytest.approx(12 - weather.longitude / 15 + offset, abs=0.45)
 
 
@@ -240,9 +239,8 @@ def test_all_that_is_written_has_a_checksum(kept_again):
         for group in (file, file["bare"]):
             written = {*group.variables, *(":" + name for name in group.ncattrs())} - {":checksums"}
             assert set(json.loads(group.checksums)) == written and len(written) > 40
-        np.testing.assert_array_equal(
-            file["visible_share"][:], kept_again[1].visible_share
-        )  # as others read it
+        # as others read it
+        np.testing.assert_array_equal(file["visible_share"][:], kept_again[1].visible_share)
 
 
 @pytest.mark.slow

@@ -114,9 +114,8 @@ def test_annual_sums_are_those_of_the_hours(berlin):
         (series.poa_direct + series.poa_diffuse).sum(axis=0) / 1000, energy.poa_global_annual
     )
     direct = compute_energy(transfer, berlin, series=[0, 1, 2]).series.poa_direct
-    np.testing.assert_allclose(
-        series.poa_direct, direct, atol=1e-9
-    )  # circumsolar light counts as diffuse
+    # circumsolar light counts as diffuse
+    np.testing.assert_allclose(series.poa_direct, direct, atol=1e-9)
 
 
 @pytest.mark.slow

@@ -55,9 +55,8 @@ def test_a_wall_without_sun_loses_all_but_the_dome_as_pvlib_has_it(berlin):
     airmass = pvlib.atmosphere.get_relative_airmass(zenith)
     sky = data["dhi"], data["dni"], extra, zenith, sun_azimuth, airmass
     parts = pvlib.irradiance.perez(0, 180, *sky, return_components=True)
-    dome = next(
-        parts[name] for name in parts if name.endswith("isotropic")
-    )  # spelled in two ways by its versions
+    # spelled in two ways by its versions
+    dome = next(parts[name] for name in parts if name.endswith("isotropic"))
     dome = np.where(airmass.notna() & (data["dhi"] > 0), dome, data["dhi"])
     expected = data["dhi"].sum() / dome.sum() - 1
     assert expected > 0.5

@@ -157,9 +157,8 @@ def test_walls_above_a_slope_are_carried_down_and_those_below_are_cut(tmp_path):
     scene = on_slope(city, tmp_path)
     raised = scene.report.repaired["ends above the terrain, extended down to it"]
     buried = scene.report.repaired["continues below the terrain, cut off at it"]
-    column = {
-        name: k // 18 for k, name in enumerate(city.surface_id)
-    }  # three buildings of six surfaces each
+    # three buildings of six surfaces each
+    column = {name: k // 18 for k, name in enumerate(city.surface_id)}
     assert {column[name] for name in raised} == {
         0,
         1,

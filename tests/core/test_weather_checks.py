@@ -113,9 +113,8 @@ def test_epw_of_pvgis_is_the_same_as_its_csv():
 @pytest.mark.slow
 def test_epw_of_pvgis_without_its_comment(tmp_path):
     lines = [line.replace("Irradiance Time Offset", "Offset") for line in lines_of(PVGIS_EPW)]
-    refuse(
-        write_lines(tmp_path / "no_comment.epw", lines), "41 min later", "--time-shift 4"
-    )  # 30 + 60 · 0.1761
+    # 30 + 60 · 0.1761
+    refuse(write_lines(tmp_path / "no_comment.epw", lines), "41 min later", "--time-shift 4")
 
 
 @pytest.mark.slow
@@ -125,9 +124,8 @@ def test_direct_light_of_another_sun():
     derived = read_weather(CAIRO, *BERLIN, without="dni")
     assert worst(derived)["closure_residual"] is None
     assert abs(worst(derived)["daylight_shift"]) < 20
-    refuse(
-        CAIRO, "GHI fits the sun 3", "or give --weather-without dni", time_shift=30
-    )  # the sun of DNI, not of GHI
+    # the sun of DNI, not of GHI
+    refuse(CAIRO, "GHI fits the sun 3", "or give --weather-without dni", time_shift=30)
 
 
 @pytest.mark.slow
@@ -137,9 +135,8 @@ def test_weather_of_new_york_used_for_berlin(tmp_path):
         tmp_path / "york.csv",
         data[["ghi", "dhi", "dni", "temp_air", "wind_speed"]].rename_axis("time"),
     )
-    refuse(
-        path, "fits the sun", "--weather-place", "no shift"
-    )  # 87° of longitude are 350 min; DNI tells another
+    # 87° of longitude are 350 min; DNI tells another
+    refuse(path, "fits the sun", "--weather-place", "no shift")
     two = write_table(
         tmp_path / "two.csv", data[["ghi", "dhi", "temp_air", "wind_speed"]].rename_axis("time")
     )
@@ -190,9 +187,8 @@ def test_the_shift_is_found_to_a_few_minutes():
             closed.data.set_axis(moved, axis=0), HOUR, closed.latitude, position
         )
         assert abs(times.closure_shift - shift) <= 1
-        two = closed.data[["dhi", "dni"]].set_axis(
-            moved, axis=0
-        )  # GHI follows from these and the sun, at any time
+        # GHI follows from these and the sun, at any time
+        two = closed.data[["dhi", "dni"]].set_axis(moved, axis=0)
         times = measure_sun_times(two, HOUR, closed.latitude, position)
         assert times.closure_residual is None
         assert abs(times.daylight_shift - shift) <= 5

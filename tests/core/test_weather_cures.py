@@ -81,9 +81,8 @@ def dni_of_another_sun(tmp_path, light, direct):
     """Potsdam's DHI and GHI with stamps `light` minutes too early, DNI with the sun of `direct`
     minutes later.
     """
-    right = read_weather(
-        POTSDAM_2018, *BERLIN, place=(52.38, 13.06), time_shift=12
-    )  # as its daylight tells
+    # as its daylight tells
+    right = read_weather(POTSDAM_2018, *BERLIN, place=(52.38, 13.06), time_shift=12)
     data = right.data[["ghi", "dhi", "temp_air", "wind_speed"]]
     data = data.set_axis(data.index - pd.Timedelta(minutes=light), axis=0).rename_axis("time")
     sun = pvlib.solarposition.get_solarposition(

@@ -24,9 +24,8 @@ def test_era5_sums_and_relation():
     low = data["apparent_zenith"] > 88
     assert annual_sums(weather)[0] == pytest.approx(1031.4, abs=0.06)
     assert direct == pytest.approx(568.4, abs=0.7)  # a little direct light falls below 2°
-    np.testing.assert_allclose(
-        data["ghi"], data["dhi"] + direct_horizontal(data), atol=1e-9
-    )  # Eq. 5
+    # Eq. 5
+    np.testing.assert_allclose(data["ghi"], data["dhi"] + direct_horizontal(data), atol=1e-9)
     assert (data["dni"][low] == 0).all()
     assert (data["dhi"][low] == data["ghi"][low]).all()
     assert "52.6°, 13.35°" in weather.label

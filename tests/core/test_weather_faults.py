@@ -134,9 +134,8 @@ def test_no_shift_mends_summer_time(name, shift):
     record = year_of_record(name)
     summer_time(record.data)
     with pytest.raises(InputError, match=r"summer time; .*--time-shift cannot mend it"):
-        check_record(
-            change_record(record, shift)
-        )  # all checks, of which that of a shift comes later
+        # all checks, of which that of a shift comes later
+        check_record(change_record(record, shift))
 
 
 def test_a_day_or_two_of_zeros_are_noted():

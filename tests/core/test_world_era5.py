@@ -144,9 +144,8 @@ def test_a_point_without_values_stays_blank_and_a_gap_is_refused(tmp_path, demo,
     found = run(tmp_path, save(blank, tmp_path / "blank.nc"))
     assert int((found["weather"] == 0).sum()) == 1
     assert int(np.isnan(found["full_load_hours"][..., 0]).sum()) == 1
-    sea = demo.copy(
-        deep=True
-    )  # a point that lacks a variable, as where temperature is that of a land model
+    # a point that lacks a variable, as where temperature is that of a land model
+    sea = demo.copy(deep=True)
     sea["t2m"][:, 0, 1] = np.nan
     assert int((run(tmp_path, save(sea, tmp_path / "sea.nc"))["weather"] == 0).sum()) == 1
     gap = demo.copy(deep=True)

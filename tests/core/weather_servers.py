@@ -19,12 +19,13 @@ from citypv.core.weather import ask_services
 from citypv.core.weather.read_weather import read_weather
 
 BOTH = ["ghi", "dhi"]
+# [Wm⁻²] as each service writes
 ROUNDED = {
     "pvgis": 0.006,
     "nasa-power": 0.006,
     "era5": 1e-6,
     "open-meteo": 0.06,
-}  # [Wm⁻²] as each service writes
+}
 ASKED = {key: f"{key}:2017" for key in ROUNDED}
 
 

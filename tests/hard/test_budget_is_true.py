@@ -27,10 +27,11 @@ from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 
 LEVEL = 0.95
+# [m]: each patch is a surface, large enough to be eligible; patches of the reference
 PATCH, FINE = (
     8.0,
     4.0,
-)  # [m]: each patch is a surface, large enough to be eligible; patches of the reference
+)
 TARGET = 0.5  # [%]
 FREEDOM = 3  # of four replicates
 WAYS = (

@@ -141,9 +141,8 @@ def test_cover_of_a_block_does_not_depend_on_the_seed(width, height):
     corners = [np.array([*divmod(place, count), 0]) * width for place in places]
     scene = boxes([(low, low + np.array([width, width, height])) for low in corners])
     vertices, owner = scene.vertices[scene.triangles], scene.triangle_surface
-    edge = np.isclose(np.abs(vertices[..., :2]), count * width / 2).all(
-        axis=1
-    )  # the origin is the middle
+    # the origin is the middle
+    edge = np.isclose(np.abs(vertices[..., :2]), count * width / 2).all(axis=1)
     found = []
     for seed in range(5):
         patches = patches_of_scene(scene, np.zeros(len(scene.triangles)), seed)

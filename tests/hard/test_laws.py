@@ -154,9 +154,8 @@ def test_reciprocity(seed):
     own = np.repeat(np.arange(count), trace_hemisphere.HEMISPHERE_REPLICATES)
     member = np.zeros((count, group.max() + 2))
     member[np.arange(count), group + 1] = 1
-    exchanged = patches.area[own, None] * (
-        hemisphere.form_factors.as_matrix() @ member
-    )  # (p · replicates, g)
+    # (p · replicates, g)
+    exchanged = patches.area[own, None] * (hemisphere.form_factors.as_matrix() @ member)
     exchanged = exchanged.reshape(count, trace_hemisphere.HEMISPHERE_REPLICATES, -1)
     mean, spread = (
         exchanged.mean(axis=1),

@@ -12,10 +12,11 @@ from citypv.core.commands.plain_scenes import box, room
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0, 0, 1]])
 ALBEDO = 0.25
+# every patch sends rays, also those known in closed form
 RAYS = {
     "sky-rays": True,
     "shadow-rays": True,
-}  # every patch sends rays, also those known in closed form
+}
 
 
 def trace(parts, suns=SUNS, **settings):
@@ -156,9 +157,8 @@ def test_walls_between_touching_buildings_receive_nothing(gap):
 def test_t_junctions_in_a_wall_let_no_light_through():
     """A room whose walls are cut differently on both sides of each edge."""
     inside = room((0, 0, 0), (5, 4, 3))
-    cut = strip(
-        [0, 0, 3], [5, 0, 0], [0, 0, -3], 7
-    )  # the south wall in seven strips that meet the others' long edges
+    # the south wall in seven strips that meet the others' long edges
+    cut = strip([0, 0, 3], [5, 0, 0], [0, 0, -3], 7)
     faces = [*inside[:2], cut, *inside[3:]]
     transfer = trace(faces, samples=65536, shadow_samples=1024)
     assert transfer.surfaces.normal[4:18] == pytest.approx(np.tile([0.0, 1, 0], (14, 1)))
