@@ -17,7 +17,7 @@ from ..settings.progress import describe_duration, silent
 from ..settings.request import Request
 from ..sun.sun_sampling import choose_suns
 from .pilot import Pilot, PilotRun, run_pilot
-from .sun_sampling import FEWER, CityYear, measure_ways, name_groups
+from .sun_sampling import FEWER, CityYear, measure_ways
 from .yield_errors import SAMPLED
 
 WAYS = ("days:12", "days:24", "days:52", "typical-days:12", "sky-grid:1654", "hourly")
@@ -113,17 +113,8 @@ class PricedCity:
         variance = {name: part * patches / more for name, part in variance.items()}
         # Points lie in a net on each patch: more patches make the net of a surface finer.
         variance["shadows"] *= (patches / more) ** (SAMPLED["shadows"] - 1)
-        # What the choice of suns does was measured by kind and orientation, as a share of the
-        # hours.
-        measured, names = (
-            self.sampling[request.suns],
-            name_groups(self.pilot.transfer.surfaces)[errors.rows],
-        )
-        rms = (
-            np.array([measured.get("groups", {}).get(name, measured)["rms"] for name in names])
-            / 100
-        )
-        variance["suns"] = (rms * errors.hours) ** 2
+        # What the choice of suns does to a surface was measured as a share of the hours.
+        variance["suns"] = (self.sampling[request.suns]["rms"] / 100 * errors.hours) ** 2
         return replace(errors, variance=variance, rounds=rounds)
 
     def pieces(self, size):

@@ -20,8 +20,8 @@ WHAT = {  # source -> what its number is
         "standard error: rays and shadow points, with the light that other surfaces pass on"
     ),
     "sun_sampling": (
-        "standard error: bias of the traced suns against every hour's, measured on patches of the "
-        "group"
+        "standard error: what the traced suns change against every hour's, measured on patches of "
+        "the city, as rms over its groups"
     ),
     "cut_reflections": "bound: light that reflections after the last one would add",
     "patch_size": (
@@ -123,7 +123,7 @@ def budget_groups(transfer, weather, energy, cut):
             / hours
             if hours > 0
             else None,
-            "sun_sampling": standard_errors.sun_sampling_share(transfer.record, name, "bias"),
+            "sun_sampling": standard_errors.sun_sampling_share(transfer.record, "of_groups"),
             "cut_reflections": cut.get(" ".join(name)),
             "patch_size": weight @ errors.discretisation[members] / hours if hours > 0 else None,
             "far_ground": effects.get("far-ground", {}).get("bound"),

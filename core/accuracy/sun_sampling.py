@@ -20,7 +20,9 @@ from ..sky.sky_models import choose_sky
 from ..sun.sun_sampling import choose_suns
 from ..weather.weather import Weather
 
-NO_ERROR = dict.fromkeys(("bias", "bias_standard_error", "rms", "rms_standard_error"), 0.0)
+NO_ERROR = dict.fromkeys(
+    ("bias", "bias_standard_error", "of_groups", "rms", "rms_standard_error"), 0.0
+)
 FEWER = LOOKED_AT // 5  # patches where several choices are compared before a run
 
 
@@ -44,14 +46,14 @@ def measure_ways(inputs, transfer, ways, progress=silent, *, patches=LOOKED_AT):
     ways : list of Suns
     progress : callable
     patches : int
-        On how many, about.
+        On how many, at most.
 
     Returns
     -------
     list of dict
         For each way, in percent of full load hours: `bias` (all together) and its
-        `bias_standard_error`, `rms` (patch by patch) and its `rms_standard_error`, and how many
-        `patches`; and the same for each kind and orientation under `groups`.
+        `bias_standard_error`, `of_groups` (rms of the means of kinds and orientations), `rms`
+        (patch by patch) and its `rms_standard_error`, and how many `patches`.
     """
     # Every hour's sun is the truth; if the run has it already, the error is nothing.
     scene, prepared, weather, request = inputs
@@ -75,28 +77,12 @@ def measure_ways(inputs, transfer, ways, progress=silent, *, patches=LOOKED_AT):
             lambda one: compute_energy(one, weather, system, threads, sky=sky), few, threads
         )
         hours_by = {way: energy.full_load_hours for way, energy in zip(every, light, strict=True)}
-    true, names, of_surfaces = (
-        hours_by["hourly"],
-        name_groups(few[0].surfaces),
-        name_groups(surfaces),
-    )
-    # Patches stand for the eligible area: of small groups more of them are looked at.
-    weight, groups, found = (
-        np.zeros(len(names)),
-        {str(name): names == name for name in np.unique(names)},
-        [],
-    )
-    # A drawn patch of a group stands for the group's eligible area over the patches drawn of it.
-    for name, own in groups.items():
-        weight[own] = surfaces.area[surfaces.eligible & (of_surfaces == name)].sum() / own.sum()
-    # Each choice against every hour: all patches together, and group by group.
-    for hours in (hours_by[suns.sampling] for suns in ways):
-        parts = {
-            name: compare_hours(hours[own], true[own], np.ones(own.sum()))
-            for name, own in groups.items()
-        }
-        found.append({**compare_hours(hours, true, weight), "groups": parts})
-    return found
+    # Patches were drawn by their area, so that each stands for as much of it, or all were taken.
+    sample = few[0].surfaces
+    least = surfaces.area[surfaces.eligible].sum() / patches
+    weight, names = np.maximum(sample.area, least), name_groups(sample)
+    true = hours_by["hourly"]
+    return [compare_hours(hours_by[suns.sampling], true, weight, names) for suns in ways]
 
 
 def name_groups(surfaces):
@@ -106,9 +92,9 @@ def name_groups(surfaces):
     )
 
 
-def compare_hours(found, true, weight):
-    """Bias and rms of full load hours in percent of their mean, with standard errors, and how many
-    patches: dict.
+def compare_hours(found, true, weight, names):
+    """What some full load hours are off, in percent, by patches with weights and names of groups:
+    dict as of `measure_ways`.
     """
     # error  of each patch, in percent of the mean hours.
     mean, count = np.average(true, weights=weight), len(true)
@@ -116,11 +102,16 @@ def compare_hours(found, true, weight):
         return NO_ERROR | {"patches": count}
     error = 100 * (found - true) / mean
     rms = np.sqrt(np.average(error**2, weights=weight))
+    # The mean of each group is off by a share of its own hours; they count by their hours.
+    group = np.unique(names, return_inverse=True)[1]
+    apart, hours = (np.bincount(group, weight * part) for part in (found - true, true))
+    shift = np.divide(apart, hours, out=np.zeros(len(hours)), where=hours > 0)
     return {
         "bias": float(np.average(error, weights=weight)),
         "bias_standard_error": float(
             error.std() / np.sqrt(count)
         ),  # the patches are drawn by chance
+        "of_groups": float(100 * np.sqrt(np.average(shift**2, weights=hours))),
         "rms": float(rms),
         "rms_standard_error": float((error**2).std() / np.sqrt(count) / max(2 * rms, 1e-9)),
         "patches": count,

@@ -37,7 +37,8 @@ def state_errors(energy, errors, groups):
         errors.own + variance_of_mean(errors.passed_on) + errors.discretisation**2 + errors.rms**2
     )
     rows, label = np.nonzero(groups.weight)
-    # The bias was measured on means of groups: what surfaces have of their own is in it.
+    # What the suns do to means of groups was measured on these: what surfaces have of their own is
+    # in it.
     of_groups = replace(errors, rms=errors.bias)
     means = add_errors(of_groups, rows, groups.weight[rows, label], label, len(groups.names))
     # All groups together, each by its area: noise of light that surfaces pass on is common to all
@@ -67,8 +68,8 @@ def add_errors(errors, rows, weight, label, count):
     """Standard errors of weighted sums of the hours of some surfaces: (count,) [h].
 
     Own noise adds up as of independent numbers; errors of light that other surfaces re-emit, and
-    discretisation errors, add up with their signs; so does the bias of sun sampling of a kind and
-    orientation, the rest of whose error is each surface's own.
+    discretisation errors, add up with their signs; so does what the choice of suns does to the mean
+    of a kind and orientation, the rest of whose error is each surface's own.
 
     Parameters
     ----------
@@ -99,9 +100,8 @@ class _HourErrors:
     passed_on: np.ndarray
     discretisation: np.ndarray  # (n,) [h] signed
     points: np.ndarray  # (n,) [h²] the part of `own` that is from shadow points
-    # (n,) [h] of the choice of suns, as measured on surfaces of the same kind and orientation
-    bias: np.ndarray
-    rms: np.ndarray  # (n,) [h] likewise
+    bias: np.ndarray  # (n,) [h] what the choice of suns does to the mean of a kind and orientation
+    rms: np.ndarray  # (n,) [h] and to single surfaces
 
 
 def errors_of_energy(transfer, weather, energy):
@@ -152,21 +152,10 @@ def errors_of_energy(transfer, weather, energy):
     # The states are traced by the same rays: their noise adds up with its standard deviations.
     own, points = (np.square(sum(map(np.sqrt, of_states))) for of_states in (own, points))
     own = np.where(np.isnan(full_load_hours), np.nan, own)
-    # What the choice of suns costs was measured by kind and orientation, as a share of the hours.
-    names = list(
-        zip(
-            np.asarray(transfer.surfaces.kind),
-            np.asarray(transfer.surfaces.orientation),
-            strict=True,
-        )
-    )
-    shares = [
-        [sun_sampling_share(transfer.record, name, part) for name in names]
-        for part in ("bias", "rms")
-    ]
-    return _HourErrors(
-        own, passed_on, discretisation, points, *(full_load_hours * np.array(shares))
-    )
+    # What the choice of suns costs was measured on all of the city, as a share of the hours.
+    shares = [sun_sampling_share(transfer.record, part) for part in ("of_groups", "rms")]
+    suns = (full_load_hours * share for share in shares)
+    return _HourErrors(own, passed_on, discretisation, points, *suns)
 
 
 def join_own(direct, diffuse, own_direct, own_diffuse, covariance):
@@ -189,11 +178,11 @@ def join_own(direct, diffuse, own_direct, own_diffuse, covariance):
     return np.maximum(together + 2 * direct * diffuse * covariance, PROPORTION**2 * together)
 
 
-def sun_sampling_share(record, name, part):
-    """Error of sun sampling of a kind and orientation, as a share of full load hours: float.
+def sun_sampling_share(record, part):
+    """Error of the choice of suns, as a share of full load hours: float; 0 if it was not measured.
 
-    `name` is (kind, orientation), `part` bias or rms.
-    0 if it was not measured; over all pilot patches if none is of that kind and orientation.
+    `part` is "rms" for a surface, "of_groups" for the mean of a kind and orientation.
     """
     found = (record and record.sun_sampling) or {}
-    return found.get("groups", {}).get(" ".join(name), found).get(part, 0.0) / 100
+    # Records of earlier versions have the shift of all surfaces together.
+    return abs(found.get(part, found.get("bias", 0.0))) / 100

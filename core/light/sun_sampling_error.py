@@ -19,8 +19,7 @@ from .sun_blocks import block_of_suns
 from .sun_visibility import SunWatch, sun_visibility
 from .transfer import take_rows
 
-PATCHES = 500
-FEWEST = 0.08  # of them of a kind and orientation
+PATCHES = 500  # drawn of a city
 
 
 def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None, count=PATCHES):
@@ -37,7 +36,7 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
     prepared : PreparedScene, optional
         Of the scene, where it is known already.
     count : int
-        Patches, about.
+        Patches, at most.
 
     Returns
     -------
@@ -71,6 +70,7 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
     own = take_rows(
         replace(transfer, error_parts=None, bare=None), prepared.scene.triangle_surface[chosen]
     )
+    own = replace(own, surfaces=replace(own.surfaces, area=patches.area[chosen]))
     found = []
     # The same points look at the suns of each choice; light is what reaches them without
     # reflections.
@@ -99,21 +99,14 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
 
 
 def _draw_patches(scene, area, seed, count=PATCHES):
-    """Patches of eligible surfaces: (k,) int, ascending.
-
-    Of each kind and orientation they are drawn by area, as many as its share of `count`, but FEWEST
-    of it at least.
+    """Patches of eligible surfaces, drawn by area, or all where there are no more: (k,) int,
+    ascending.
     """
-    own = scene.triangle_surface
-    surfaces, generator = scene.surfaces, np.random.default_rng(seed)
-    # Patches of each kind and orientation by chance, in proportion to their area.
-    eligible = np.append(surfaces.eligible, False)[own]  # the generated ground's -1 takes the last
-    names = np.char.add(np.asarray(surfaces.kind, str), np.asarray(surfaces.orientation, str))
-    whole, chosen = area[eligible].sum(), [np.zeros(0, int)]
-    for name in np.unique(names[surfaces.eligible]):
-        members = np.flatnonzero(eligible & (np.append(names, "")[own] == name) & (area > 0))
-        size = area[members]
-        some = min(round(count * max(FEWEST, size.sum() / whole)), len(members))
-        if some:
-            chosen.append(generator.choice(members, some, replace=False, p=size / size.sum()))
-    return np.sort(np.concatenate(chosen))
+    # The generated ground's -1 takes the last.
+    eligible = np.append(scene.surfaces.eligible, False)[scene.triangle_surface]
+    members = np.flatnonzero(eligible & (area > 0))
+    if len(members) <= count:
+        return members
+    share = area[members] / area[members].sum()
+    generator = np.random.default_rng(seed)
+    return np.sort(generator.choice(members, count, replace=False, p=share))

@@ -42,7 +42,7 @@ class TraceRecord:
     rays: int | None = None  # forward
     photons: dict | None = None  # forward: where the light of each source went
     interrupted: dict | None = None  # suns_traced, of: if fewer suns were kept than requested
-    # bias, rms [% of full load hours], patches; the same by groups
+    # as of `accuracy.sun_sampling.measure_ways`
     sun_sampling: dict | None = None
     rounds: int = 1  # samples of all rounds that were merged, in units of the first round's
     standard_error_unknown: str | None = None  # which standard error, and why

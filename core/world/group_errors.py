@@ -36,7 +36,7 @@ class GroupErrors:
     direct_passed_on: np.ndarray
     diffuse_passed_on: np.ndarray  # (g, r)
     discretisation: np.ndarray  # (2, g) signed, of direct and of diffuse light
-    sun_sampling: np.ndarray  # (g,) share of full load hours
+    sun_sampling: float  # share of full load hours
     # (s, g) mean relative irradiance by the sun in each direction of the grid; far ground apart
     direct: np.ndarray
     # (2 + k, g) mean relative irradiance by dome, k traced sources and sunlit far ground
@@ -90,9 +90,7 @@ def find_group_errors(transfer, environment, rows, traced=()):
         direct_passed_on=_mean_of_groups(parts.direct_passed_on[rows].T, first, of_whole).T,
         diffuse_passed_on=_mean_of_groups(parts.diffuse_passed_on[rows].T, first, of_whole).T,
         discretisation=_mean_of_groups(np.stack(discretisation), first, of_whole),
-        sun_sampling=np.array(
-            [sun_sampling_share(transfer.record, name, "bias") for name in environment.groups]
-        ),
+        sun_sampling=sun_sampling_share(transfer.record, "of_groups"),
         direct=np.stack(direct, axis=1),
         shared=_mean_of_groups(light, first, weight),
     )

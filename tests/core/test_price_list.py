@@ -91,8 +91,15 @@ def test_a_city_with_mirrors_has_a_price_list(city, tmp_path, capfd):
 
 
 def test_the_rms_of_drawn_patches_has_the_error_of_a_drawn_rms():
-    """Of n normal numbers its standard error is σ / √(2 n)."""
+    """Of n normal numbers its standard error is σ / √(2 n); two groups whose means are off by 3 %
+    and -4 % of their own hours, one with twice the hours, are so by √((2 · 9 + 16) / 3) %.
+    """
     errors = np.random.default_rng(1).normal(0.0, 2.0, 20_000)
-    found = compare_hours(100 + errors, np.full(20_000, 100.0), np.ones(20_000))
+    found = compare_hours(100 + errors, np.full(20_000, 100.0), np.ones(20_000), ["a"] * 20_000)
+    two = compare_hours(
+        np.array([206.0, 96.0]), np.array([200.0, 100.0]), np.ones(2), np.array(["b", "c"])
+    )
+    assert two["of_groups"] == pytest.approx(np.sqrt(34 / 3))
+    assert two["bias"] == pytest.approx(100 * 2 / 300)
     assert found["rms"] == pytest.approx(2.0, rel=0.02)
     assert found["rms_standard_error"] == pytest.approx(2 / np.sqrt(40_000), rel=0.05)

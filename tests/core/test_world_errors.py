@@ -42,7 +42,6 @@ def town():
     grid = rng.normal(0.001, 0.002, (2, COUNT))
     whole = np.sqrt(own**2 + passed_on.var(axis=-1, ddof=1) / 8 + grid**2)
     covariance = rng.uniform(-0.9, 0.5, COUNT) * own.prod(axis=0)
-    groups = {"facade south": {"bias": 0.4, "rms": 1.0}}
     return replace(
         transfer,
         sources={
@@ -53,7 +52,7 @@ def town():
         diffuse_relative_standard_error=whole[0],
         direct_annual_standard_error=whole[1],
         error_parts=ErrorParts(*passed_on, *grid, covariance, np.zeros(COUNT)),
-        record=replace(transfer.record, sun_sampling={"bias": 0.1, "rms": 0.5, "groups": groups}),
+        record=replace(transfer.record, sun_sampling={"of_groups": 0.4, "rms": 0.5}),
     )
 
 

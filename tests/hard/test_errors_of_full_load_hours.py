@@ -31,8 +31,7 @@ def hours_of(scene, weather, request):
     energy = compute_energy(transfer, weather, request)
     surfaces = scene.surfaces
     chosen = np.flatnonzero(surfaces.eligible)
-    names = [(surfaces.kind[k], surfaces.orientation[k]) for k in chosen]
-    rms = np.array([sun_sampling_share(transfer.record, name, "rms") for name in names])
+    rms = sun_sampling_share(transfer.record, "rms")
     hours = energy.full_load_hours[chosen]
     return hours, energy.full_load_hours_standard_error[chosen], rms * hours
 
