@@ -119,8 +119,9 @@ def triangulate(points, ring_start, polygon_start):
     """Triangulate polygons, keeping their orientation.
 
     Triangles stay as they are, quadrilaterals are split along the diagonal whose smaller triangle
-    is larger, all others are triangulated by ear clipping (mapbox_earcut) in coordinates of the
-    polygon's best-fit plane.
+    is larger, all others are triangulated in coordinates of the polygon's best-fit plane: by ear
+    clipping (mapbox_earcut), or by Delaunay's rule from 500 corners on. Quadrilaterals without an
+    inner diagonal are among these.
 
     Parameters
     ----------
@@ -179,7 +180,8 @@ def triangulate(points, ring_start, polygon_start):
             if len(rings) > 2
             else 0.0
         )
-        # A triangulated area that is off by more than a millionth of the polygon's lost a hole.
+        # A triangulated area that is off by more than a millionth of the polygon's lost a hole: then
+        # holes are subtracted first.
         if lost > 1e-6 * area[polygon]:
             clipped = _clip_touching_holes(plane, rings, area[polygon], clipped)
         triangles.append(clipped)

@@ -244,8 +244,8 @@ def orient_racks(tilt, azimuth, sectors):
 
 
 def _stand_slabs(scene, fronts, rows, patch_size, back_albedo):
-    """The scene with the slabs of rows; undersides and edges belong to no surface, and receive
-    nothing if black.
+    """The scene with the slabs of rows. Fronts become surfaces; undersides and edges belong to
+    none, `rack_of_back` names their row, and they are closure, without light, if black.
     """
     # A slab: the front, and the same behind it by the thickness, as eight corners.
     count = len(fronts)
@@ -253,7 +253,7 @@ def _stand_slabs(scene, fronts, rows, patch_size, back_albedo):
     vertices = np.concatenate([fronts, behind], axis=1).reshape(-1, 3)
     triangles = (SLAB + 8 * np.arange(count)[:, None, None]).reshape(-1, 3)
     row, part = np.divmod(np.arange(len(triangles)), len(SLAB))
-    # Cut like all surfaces; the pieces keep the side of their slab.
+    # All sides are cut like surfaces; the pieces keep their row and side.
     if patch_size is not None and count:
         vertices, triangles, parent = refine_triangles(
             vertices, triangles, patch_size, row * 6 + part // 2

@@ -87,7 +87,7 @@ def check_cluster(word):
         ) as connection:
             # A scheduler's first message, of some dozen bytes, begins with its length. Dask's
             # client would wait for ever for one that is silent, and goes on trying where another
-            # protocol is spoken.
+            # protocol is spoken. Of TLS only the connection is tried.
             start = connection.makefile("rb").read(8) if protocol == "tcp" else bytes(8)
         if len(start) < 8 or int.from_bytes(start, sys.byteorder) > LONGEST_GREETING:
             raise ConnectionError("another protocol")

@@ -220,7 +220,8 @@ def make_tasks(scene, squares, inputs, folder, lists):
         # A result is named by the hash of all that it depends on, so that one that exists can stay.
         key = hashlib.sha256(run_key + data).hexdigest()[:KEY_LENGTH]
         result = folder / f"{name}_{key}.nc"
-        found.append((replace(tile, around=tile.around[:0]), result))  # a byte for each piece of it
+        # Kept without `around`, which has a byte for each piece of the whole city.
+        found.append((replace(tile, around=tile.around[:0]), result))
         if read_told(result) is not None:  # else it is traced again, over what is there
             kept.add(result)
             continue

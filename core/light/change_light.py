@@ -294,7 +294,8 @@ def _look_again(edit, suns, change):
     rows = np.flatnonzero(watch.traced & ~anew)
     asked[rows] = find_shadowed(watch, rows, block.directions, change)
     asked[watch.traced & anew] = True
-    asked &= lit
+    asked &= lit  # suns above the terrain only
+    # New points that nothing shades see all suns in front of them, without rays.
     see_all(watch, np.flatnonzero(watch.unobstructed & anew), block.directions, bits)
     # Shadow rays for these pairs of patch and sun only.
     looking = asked.any(axis=1)

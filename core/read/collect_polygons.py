@@ -118,7 +118,9 @@ def _walk(element, place, content):
 
 
 def _add_implicit(element, place, content):
-    """Append the polygons of an implicit geometry, transformed to world coordinates."""
+    """Append the polygons of an implicit geometry, transformed to world coordinates; one that
+    refers to a shape elsewhere waits in `content.instances` until the file is read.
+    """
     # Where the shape is to stand: a reference point and a matrix of 4 × 4, both sound numbers.
     name = name_element(element) or f"line {element.sourceline}"
     point, matrix = (
@@ -132,6 +134,7 @@ def _add_implicit(element, place, content):
         for numbers, count in ((point, 3), (matrix, 16))
     )
     shape = next(iter(element.iterchildren("{*}relativeGMLGeometry", "{*}relativeGeometry")), None)
+    # Without these, or a level of detail, it is left out and reported.
     if place.lod is None or not sound or shape is None:
         content.skip(
             "implicit geometry without a shape, a reference point or a level of detail", name

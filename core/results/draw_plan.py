@@ -82,8 +82,8 @@ def draw_change(surfaces, outlines, show):
 
 
 def _draw_surfaces(faces, outlines, values, show, look):
-    """Draw some surfaces in the colours of their values, a Series by row, roofs as areas, facades
-    as lines.
+    """Draw roofs or facades, as `show` says, in the colours of `values`, a Series by surface: a
+    Figure. Roofs are areas; facades are lines over grey roofs.
     """
     # A picture as wide as high as the city, roofs from the lowest to the highest.
     lower, upper = outlines.points[:, :2].min(axis=0), outlines.points[:, :2].max(axis=0)
@@ -95,6 +95,7 @@ def _draw_surfaces(faces, outlines, values, show, look):
     axes = figure.subplots()
     _frame_plan(axes, lower, upper)
     roofs = _rows_by_height(outlines, np.flatnonzero(faces["kind"].isin(FROM_ABOVE)))
+    # Grey comes first: all roofs below facades, else roofs without a value.
     grey = [surface for surface in roofs if show == "facade" or surface not in values.index]
     axes.add_collection(
         _shade_areas(outlines, grey, facecolor="#e4e4e0", edgecolor="#a9a9a4", linewidth=0.3)

@@ -236,7 +236,8 @@ def recompute(transfer_path, folder, request, *, overwrite=False, log=None):
             )
     log = log or RunLog(None)
     study.check_settings(request)
-    # as other settings of light, without effect here
+    # Effects that tracing decided are refused; those that only a method implies are passed over, as
+    # are its other settings of light.
     implied = METHODS.get(request.method, {}).get("effects", {})
     for key in request.effects:
         if key not in (*ELECTRIC, *implied):

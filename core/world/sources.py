@@ -151,8 +151,8 @@ def model_source(places, name, request, off_land="blank"):
     # The sun as seen from the Earth's middle is computed once, and turned to each place.
     sun = geocentric_sun(climate.hours_of_year(request.year), INTERVAL)
 
-    # Places with the climate where it is known, on land or where asked for; the clear sky or
-    # nothing at the others.
+    # The climate from LEAST_LATITUDE northwards, on land or where `off_land` asks for it; elsewhere
+    # the clear sky if `name` or `off_land` says so, else nothing.
     def read(chunk):
         # Weather of each place of a portion, and whether it is climate, clear sky or nothing.
         at = [(places.latitude[one], places.longitude[one]) for one in chunk]
