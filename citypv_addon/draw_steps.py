@@ -22,9 +22,8 @@ TITLES = {
     "inside": "Inside or covered",
     "sheet": "Without thickness",
 }
-CLOSED = ("orientation", "eligible", "class", "material")
 FOUND = ("repaired", "skipped", "inside", "sheet")
-WIDTH, ICON = 40, 4  # characters per line in the panel, and those that an icon takes
+WIDTH = 40  # characters per line in the panel
 
 
 def draw_cities(layout, context):
@@ -104,7 +103,8 @@ def draw_told(layout, sentence, icon="NONE"):
 
 def draw_sentence(column, sentence, icon="NONE"):
     """Show a sentence, wrapped to the width of the sidebar."""
-    width = WIDTH if icon == "NONE" else WIDTH - ICON
+    # An icon takes four characters.
+    width = WIDTH if icon == "NONE" else WIDTH - 4
     for number, line in enumerate(textwrap.wrap(sentence, width, subsequent_indent="   ")):
         column.label(text=line, icon="NONE" if number else icon)
 
@@ -116,7 +116,10 @@ def draw_rows(layout, city, headings):
     for heading in headings:
         rows, found = read_rows(city, heading), heading in FOUND
         body = rows and open_panel(
-            layout, f"citypv_{heading}", TITLES[heading], closed=heading in CLOSED
+            layout,
+            f"citypv_{heading}",
+            TITLES[heading],
+            closed=heading in ("orientation", "eligible", "class", "material"),
         )
         for row in rows if body else ():
             column = body.column(align=True)

@@ -12,7 +12,6 @@ from ..operators.show import compare_results
 from .draw_steps import draw_numbers, draw_sentence
 
 PAGE = 12  # buildings on a page
-SUMS = {"existing": "Existing", "changed": "Changed", "new": "New", "gone": "Gone", "all": "All"}
 
 
 def draw_table(layout, city, key, head):
@@ -37,7 +36,17 @@ def draw_comparison(layout, city, seeing):
     column = layout.box().column(align=True)
     column.label(text="MWh per year: before → after, change")
     for one in tables["sums"]:
-        _draw_change(column, one, SUMS[one["state"]])
+        _draw_change(
+            column,
+            one,
+            {
+                "existing": "Existing",
+                "changed": "Changed",
+                "new": "New",
+                "gone": "Gone",
+                "all": "All",
+            }[one["state"]],
+        )
     buildings = _sort_buildings(tables["buildings"], seeing)
     pages = max(1, -(-len(buildings) // PAGE))
     page = min(seeing.page, pages)

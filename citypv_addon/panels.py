@@ -33,7 +33,6 @@ from .draw_steps import (
 from .draw_tables import draw_comparison, draw_effects, draw_presets, draw_table
 
 MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
-STATES = {"done": "CHECKMARK", "stale": "FILE_REFRESH", "next": "FORWARD"}  # icons
 
 
 class _Panel:
@@ -92,7 +91,10 @@ class _Step(_Panel):
             else ""
         )
         if state:
-            self.layout.label(text=state, icon=STATES[state])
+            self.layout.label(
+                text=state,
+                icon={"done": "CHECKMARK", "stale": "FILE_REFRESH", "next": "FORWARD"}[state],
+            )
 
 
 class _Result(_Panel):

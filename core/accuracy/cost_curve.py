@@ -20,12 +20,6 @@ from .pilot import Pilot, PilotRun, run_pilot
 from .sun_sampling import FEWER, CityYear, measure_ways
 from .yield_errors import SAMPLED
 
-WAYS = ("days:12", "days:24", "days:52", "typical-days:12", "sky-grid:1654", "hourly")
-SAMPLES = (64, 256, 1024, 4096)
-POINTS = (4, 16, 64, 256)
-SIZES = (20.0, 10.0, 5.0)
-ROUNDED = 0.999  # of an edge that has just the patch size
-SMALLEST = 2  # patches of a surface, whatever their size
 WRITING = 20e6  # [B/s] of tables and transfer.nc
 
 
@@ -132,16 +126,16 @@ class PricedCity:
         # edges  length of the three sides of each triangle [m], a hair shorter so that an edge of
         # just the patch size counts as short enough.
         corners = np.asarray(scene.vertices)[scene.triangles]
-        edges = ROUNDED * np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+        # An edge that has just the patch size is not cut.
+        edges = 0.999 * np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
         longest = np.maximum(edges.max(axis=1), self.patch_size)
         # ground  patches there are longer by the difference of the two sizes, whatever their
         # distance, and as many fewer by the square.
         ground = (longest / (longest + size - self.patch_size)) ** 2
         # Larger patches are fewer, but a surface keeps at least its two.
         if size > self.patch_size:
-            found = np.clip(
-                SMALLEST / np.bincount(own + 1)[own + 1], (self.patch_size / size) ** 2, 1
-            )
+            # A surface has two patches, whatever their size.
+            found = np.clip(2 / np.bincount(own + 1)[own + 1], (self.patch_size / size) ** 2, 1)
         # Each turn halves the edges that are too long and makes as many more pieces of the
         # triangle.
         while (long := edges > size).any():
@@ -190,7 +184,19 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
     started = time.perf_counter()
     prepared = build_tree(prepare_scene(scene, request, weather=weather), request)
     preparing = time.perf_counter() - started
-    ways = list(dict.fromkeys([request.suns, *WAYS]))
+    ways = list(
+        dict.fromkeys(
+            [
+                request.suns,
+                "days:12",
+                "days:24",
+                "days:52",
+                "typical-days:12",
+                "sky-grid:1654",
+                "hourly",
+            ]
+        )
+    )
     city = price_city(CityYear(scene, prepared, weather, request), ways, progress)
     fixed = reading + preparing + city.checking + city.pilot.electricity
     run = city.pilot.run
@@ -222,12 +228,14 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
     plain = {name: getattr(Request(), name) for name in ("samples", "shadow_samples", "suns")}
     # Presets first, then each setting by itself, the others as asked.
     listed = [price(name, **plain | changes) for name, changes in PRESETS.items()]
-    listed += [price(f"--samples {count}", samples=count) for count in SAMPLES]
-    listed += [price(f"--shadow-samples {count}", shadow_samples=count) for count in POINTS]
+    listed += [price(f"--samples {count}", samples=count) for count in (64, 256, 1024, 4096)]
+    listed += [
+        price(f"--shadow-samples {count}", shadow_samples=count) for count in (4, 16, 64, 256)
+    ]
     listed += [price(f"--suns {way}", suns=way) for way in ways]
     listed += [price(f"--max-bounces {count}", max_bounces=count) for count in range(6)]
     if request.patch_size:
-        listed += [price(f"--patch-size {size:g}", patch_size=size) for size in SIZES]
+        listed += [price(f"--patch-size {size:g}", patch_size=size) for size in (20.0, 10.0, 5.0)]
     listed += [price(f"{rounds} rounds", rounds=rounds) for rounds in (4, 16)]
     return _PriceList(listed, time.perf_counter() - started, len(prepared.patches), fixed)
 

@@ -25,7 +25,6 @@ from .pilot import LARGE, trace_few, traced_patches
 from .trace_run import choose_year
 
 TRACED = tuple(key for key in TABLE if key not in ELECTRIC)  # effects that change the light
-SMALL = 1_000  # patches of a city that is traced with all rays
 # suns of each pair, so that the pairs tell what the choice of suns does
 PAIRS = (
     "days:11",
@@ -48,7 +47,6 @@ SWITCHED_OFF = {
     "outcome": None,
 }
 KEY = "perez"
-ISOTROPIC = "isotropic"
 
 
 def measure_effects(inputs, progress=silent):
@@ -77,7 +75,8 @@ def measure_effects(inputs, progress=silent):
         if inputs.request.estimator != "gather"
         else inputs
     )
-    large = traced_patches(inputs.prepared).sum() > SMALL
+    # A city of up to 1,000 patches is traced with all rays.
+    large = traced_patches(inputs.prepared).sum() > 1_000
     samples = min(request.samples, LARGE) if large else request.samples
     # With as few rays from all patches there is nothing that `receivers` would change.
     keys = [key for key in TRACED if key != RECEIVERS or samples == request.samples]
@@ -296,7 +295,7 @@ def share_of_sky(transfer, weather, system, threads=None):
     few = _with_sources(take_rows(transfer, rows))
     of_sky = [
         compute_energy(few, weather, system, threads, sky=sky).full_load_hours
-        for sky in (KEY, ISOTROPIC)
+        for sky in (KEY, "isotropic")
     ]
     names = np.char.add(
         np.asarray(few.surfaces.kind, str), np.asarray(few.surfaces.orientation, str)

@@ -28,21 +28,10 @@ from ..sky.sky_models import choose_sky
 from .trace_run import choose_year
 from .yield_errors import YieldErrors, split_errors
 
-SMALL = 4_000  # patches of a small city
-SAMPLES, LARGE = 256, 32  # rays of a patch, and of one of a city that is not small
-POINTS, WAY = 16, "days:4"  # shadow points and suns
-FEW = 64  # patches of a run that loads compiled code
-# Of a patch and a ray; of a patch, a shadow point and a product with an entry of the matrix, under
-# each sun.
-COSTS = (1.0, 0.005), (1.0, 0.2, 0.0015)  # benchmarks/results/accuracy_prediction.md
-# power of its rays with which the matrix entries of a patch grow: rays that meet the same patch are
-# one
-MERGED = 0.8
+LARGE = 32  # rays of a patch of a city that is not small
+POINTS = 16  # shadow points
 # stages of processor time: of the scene, not the pilot; of the suns
-PLAN, SUNS = (
-    "plan and tree",
-    ("suns", COUNTING),
-)
+SUNS = ("suns", COUNTING)
 
 
 @dataclass
@@ -89,9 +78,11 @@ def run_pilot(inputs, progress=silent):
     """
     # Few suns, and few rays in a large city, as its many patches average out.
     weather, request, traced = inputs.weather, inputs.request, traced_patches(inputs.prepared)
-    suns = choose_year(weather, replace(request, suns=WAY))
-    few = traced & (np.cumsum(traced) <= FEW)
-    samples = SAMPLES if traced.sum() <= SMALL else LARGE
+    suns = choose_year(weather, replace(request, suns="days:4"))
+    # A run of 64 patches loads compiled code.
+    few = traced & (np.cumsum(traced) <= 64)
+    # A small city has up to 4,000 patches; a patch of it takes 256 rays, of a larger one 32.
+    samples = 256 if traced.sum() <= 4_000 else LARGE
 
     def tell(*_):
         progress("pilot", 0, 1, "runs")
@@ -142,7 +133,8 @@ def trace_few(inputs, setting, suns, progress=silent, *, part=None):
     # Processor time in two parts: what grows with the suns, and the rest without the plan.
     record = transfer.record
     spent, wall = (
-        sum(stages.values()) - stages[PLAN] for stages in (record.processor_seconds, record.seconds)
+        sum(stages.values()) - stages["plan and tree"]
+        for stages in (record.processor_seconds, record.seconds)
     )
     of_suns = sum(record.processor_seconds.get(stage, 0.0) for stage in SUNS)
     counts = count_patches(ready.patches, ready.plan, record.hemisphere_rays, samples)
@@ -184,8 +176,12 @@ def _work_of_run(run):
     # bounce.
     counts, rays = np.array(run.counts), (run.samples, fewer_rays(run.samples))
     patches, points = 1 + counts.sum(), counts.sum() * run.shadow_samples
-    products = counts @ np.power(rays, MERGED) * (1 + run.bounces if run.bounces else 0)
-    # Work before the suns, and with each of them, in the proportions of `COSTS`.
-    (patch, ray), (looking, point, product) = COSTS
+    # Matrix entries of a patch grow with its rays to the power 0.8: rays that meet the same patch
+    # are one.
+    products = counts @ np.power(rays, 0.8) * (1 + run.bounces if run.bounces else 0)
+    # Work before the suns, and with each of them, in these proportions.
+    # Work of a patch and a ray; of a patch, a shadow point and a product with an entry of the
+    # matrix, under each sun (benchmarks/results/accuracy_prediction.md).
+    (patch, ray), (looking, point, product) = (1.0, 0.005), (1.0, 0.2, 0.0015)
     before = patch * patches + ray * (counts @ rays)
     return before, run.suns * (looking * patches + point * points + product * products)

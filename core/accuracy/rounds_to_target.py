@@ -21,18 +21,9 @@ from .yield_errors import CURES, SAMPLED, SOURCES
 # shadow points from which patches are resolved into as many elements: the fewest of a run with
 # rounds
 CELLS = 16
-# in one round of more than the first one's: the memory grows with them
-MOST_RAYS, MOST_POINTS = (
-    1024,
-    64,
-)
 MOST_ROUNDS = 10_000
 CERTAIN = 0.8  # of what no round lowers: it is itself an estimate
-# where a target cannot be reached: error, over what no round can lower, at which to stop
-CLOSE = 1.1
 SECONDS_PER_LINE = 2.0
-NOTHING_COUNTS = "no surface is eligible, so there is no error that rounds could lower"
-NO_TIME, NO_ROOM = "no time for another round", "no memory for what the rays of another round meet"
 
 
 @dataclass
@@ -46,7 +37,8 @@ class Goal:
 
 def largest_round(request):
     """Size of the largest round of a run, in units of the first: int, a power of two."""
-    times = min(MOST_RAYS // request.samples, MOST_POINTS // request.shadow_samples)
+    # The memory grows with the rays and points of one round: 1,024 and 64 at most.
+    times = min(1024 // request.samples, 64 // request.shadow_samples)
     return 1 << max(times, 1).bit_length() - 1
 
 
@@ -78,7 +70,13 @@ def refine(run, errors, goal, trace_round, tell):
         stop = decide_stop(found, goal)
         if not stop:
             size = size_of_round(found, goal, each)
-            stop = NO_TIME if not size else "" if run.has_room(size) else NO_ROOM
+            stop = (
+                "no time for another round"
+                if not size
+                else ""
+                if run.has_room(size)
+                else "no memory for what the rays of another round meet"
+            )
         started = time.monotonic()
         if stop or started - told >= SECONDS_PER_LINE:
             tell(_describe_round(found, goal, 0.0 if stop else each, run.transfer.record, stop))
@@ -129,14 +127,16 @@ def decide_stop(errors, goal):
     goal : Goal
     """
     if np.isnan(errors.at_share()):
-        return NOTHING_COUNTS
+        return "no surface is eligible, so there is no error that rounds could lower"
     # Reached; or nearly all of the error that is left is one that no round lowers.
     if goal.target is not None:
         now = errors.at_share()
         if now <= goal.target:
             return "target reached"
         least = errors.at_share(without=SAMPLED)
-        if least >= goal.target and now < CLOSE * least:
+        # Within a tenth of what no round can lower, a target that cannot be reached ends the
+        # rounds.
+        if least >= goal.target and now < 1.1 * least:
             return "further rounds would not help"
     if errors.rounds >= MOST_ROUNDS:
         return f"{MOST_ROUNDS:,} times the samples of the first round"

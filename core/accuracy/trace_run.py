@@ -23,8 +23,6 @@ from ..sun.sun_sampling import choose_suns, weigh_by_year
 from ..sun.suns import progressive_order
 from ..weather.weather import Weather
 
-MOST_KEPT = 4e9  # [bytes] of what the rays of several rounds met
-
 
 @dataclass
 class _Run:
@@ -42,7 +40,8 @@ class _Run:
         to be kept.
         """
         kept = sum(one.traced.nbytes for one in self.city.states) if self.city else 0
-        return kept * (1 + size / self.transfer.record.rounds) <= MOST_KEPT
+        # What the rays of several rounds met may take 4 GB.
+        return kept * (1 + size / self.transfer.record.rounds) <= 4e9
 
 
 def choose_year(weather, request):

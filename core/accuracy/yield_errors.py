@@ -25,7 +25,6 @@ CURES = {  # name -> the option that lowers it
     "suns": "--suns with more days",
 }
 LEAST_HOURS = 0.1  # of the mean: surfaces with less are left out of the errors of single surfaces
-SHARE = 0.95  # of the eligible area
 ONCE = ("plan and tree",)  # stages that rounds do not repeat
 
 
@@ -51,7 +50,7 @@ class YieldErrors:
                 total += variance / more ** self.power.get(source, 0)
         return 100 * np.sqrt(total) / self.hours
 
-    def at_share(self, more=1.0, without=(), share=SHARE):
+    def at_share(self, more=1.0, without=(), share=0.95):
         """Error [%] that this share of the area stays within; NaN if no surface counts."""
         return _quantile_by_area(self.relative(more, without), self.area, share)
 

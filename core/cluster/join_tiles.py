@@ -9,16 +9,6 @@ from ..light.sun_matrix import keep_matrix
 from ..light.transfer import take_rows
 from ..patches.read_albedo import materials_of_surfaces
 
-SUMS = ("patches", "hemisphere_rays", "shadow_rays", "embree_thread_seconds")
-BY_KEY = ("source_rays", "seconds", "processor_seconds")
-LARGEST = (
-    "max_bounces",
-    "brightest_albedo",
-    "threads",
-    "last_bounce_share_diffuse",
-    "last_bounce_share_direct",
-)
-
 
 def join_tiles(parts, prepared, request, figures, folder=None):
     """The Transfer of a city from its tiles' Transfers.
@@ -106,9 +96,21 @@ def _join_records(records, plan, request, figures):
     """
     # Sums, largest values, and sums by key of what the tiles told.
     area = np.array([one["area"] for one in figures])
-    found = {name: sum(getattr(one, name) for one in records) for name in SUMS}
-    found |= {name: max(getattr(one, name) for one in records) for name in LARGEST}
-    for name in BY_KEY:
+    found = {
+        name: sum(getattr(one, name) for one in records)
+        for name in ("patches", "hemisphere_rays", "shadow_rays", "embree_thread_seconds")
+    }
+    found |= {
+        name: max(getattr(one, name) for one in records)
+        for name in (
+            "max_bounces",
+            "brightest_albedo",
+            "threads",
+            "last_bounce_share_diffuse",
+            "last_bounce_share_direct",
+        )
+    }
+    for name in ("source_rays", "seconds", "processor_seconds"):
         pairs = [pair for one in records for pair in getattr(one, name).items()]
         found[name] = {key: sum(value for own, value in pairs if own == key) for key in dict(pairs)}
     found["cut_reflections"] = _largest_of_groups([one.cut_reflections for one in records])

@@ -26,12 +26,10 @@ from ..settings.errors import InputError, count_of
 from ..settings.version import __version__
 
 SERIAL = "serial"
-CURE = f"give local:N, tcp://HOST:PORT or {SERIAL}"
 HOW_TO_START = (
     "start `dask scheduler` there (port 8786), and `dask worker` on each machine, or give local:N"
 )
 PATIENCE = 10  # [s] for a cluster to answer
-LONGEST_GREETING = 1 << 20  # [bytes] of a scheduler's first message
 MOST_WORKERS = 1024
 LOGGERS = ("distributed", "distributed.nanny", "distributed.worker", "tornado")
 UNTRUSTED = (
@@ -75,7 +73,9 @@ def check_cluster(word):
         )
     address = re.fullmatch(r"(tcp|tls)://(\[[0-9a-fA-F:]+\]|[^\s/:]+):(\d{1,5})", word)
     if not (local or address):
-        raise InputError("--cluster", f"{word!r} is not known", CURE)
+        raise InputError(
+            "--cluster", f"{word!r} is not known", f"give local:N, tcp://HOST:PORT or {SERIAL}"
+        )
     if any(importlib.util.find_spec(name) is None for name in ("dask", "distributed")):
         raise InputError(f"--cluster {word}", "needs Dask", "type: pip install distributed")
     if local:
@@ -89,7 +89,8 @@ def check_cluster(word):
             # client would wait for ever for one that is silent, and goes on trying where another
             # protocol is spoken. Of TLS only the connection is tried.
             start = connection.makefile("rb").read(8) if protocol == "tcp" else bytes(8)
-        if len(start) < 8 or int.from_bytes(start, sys.byteorder) > LONGEST_GREETING:
+        # A scheduler's first message has less than a megabyte.
+        if len(start) < 8 or int.from_bytes(start, sys.byteorder) > 1 << 20:
             raise ConnectionError("another protocol")
     except (OSError, OverflowError) as error:
         raise InputError(f"--cluster {word}", *SILENT) from error

@@ -21,11 +21,7 @@ from ..rays.sample_points import sobol_digits
 from .part_of_city import keep_patches
 from .tiles import gap
 
-WIDTH = 0.3  # of a cell, as a share of its distance from the tile
-# components of normals are rounded to whole numbers after this: 26 directions, 45° apart
-FACETS = 1.2
 PATCHES_PER_TASK = 1 << 16
-STREAM, DRAWN = np.uint64(0x7417), np.uint64(0xD7A3)
 
 
 def thin_surroundings(scene, prepared, reported):
@@ -66,11 +62,13 @@ def _cluster_patches(scene, patches):
     low, high = corners[own].min(axis=(0, 1)), corners[own].max(axis=(0, 1))
     distance = gap(corners.min(axis=1), corners.max(axis=1), low, high)
     # Size of the cubes by distance, as a power of two; patches larger than their cube stay alone.
-    level = np.floor(np.log2(np.maximum(WIDTH * distance, 1e-9)))
+    # A cell is 0.3 times as wide as its distance from the tile.
+    level = np.floor(np.log2(np.maximum(0.3 * distance, 1e-9)))
     longest = np.ptp(corners, axis=1).max(axis=1)
     alone = own | (np.exp2(level) < longest)
     cell = np.floor(corners.mean(axis=1) / np.exp2(level)[:, None])
-    facet = np.rint(FACETS * patches.normal)
+    # Rounded to whole numbers after this: 26 directions, 45° apart.
+    facet = np.rint(1.2 * patches.normal)
     kind = np.column_stack([patches.albedo, scene.triangle_surface < 0, patches.receives])
     # Same cube, direction, albedo and kind: one cluster.
     told = np.column_stack([level, cell, facet, kind])[~alone]
@@ -87,7 +85,8 @@ def _count_met(prepared, own):
     patches, ray_scene = prepared.patches, prepared.plan.ray_scene
     rows = np.flatnonzero(own & patches.receives)
     keys = patches.key.copy()
-    keys[rows] = mix(keys[rows] ^ STREAM)  # other rays than those that are traced for light
+    # Other rays than the ones that are traced for light.
+    keys[rows] = mix(keys[rows] ^ np.uint64(0x7417))
     others = type(patches)(**{**vars(patches), "key": keys})
     sequence, met = sobol_digits(1), np.zeros(len(patches), np.int64)
     for first in range(0, len(rows), PATCHES_PER_TASK):
@@ -110,7 +109,9 @@ def draw_members(cluster, met, patches):
     count = int(cluster.max(initial=-1)) + 1
     seen = np.bincount(cluster, met, count)[cluster] > 0
     weight = np.where(seen, met, patches.area)
-    chance = np.maximum(uniform(mix(patches.key ^ DRAWN), 1)[:, 0].astype(float), 2.0**-25)
+    chance = np.maximum(
+        uniform(mix(patches.key ^ np.uint64(0xD7A3)), 1)[:, 0].astype(float), 2.0**-25
+    )
     # Of numbers with exponential distributions, each is the least with a chance in proportion to
     # its rate.
     with np.errstate(divide="ignore"):

@@ -33,7 +33,6 @@ from .thin_surroundings import thin_surroundings
 from .tiles import RISE
 
 RAYS = 8192  # by which it is measured what is left out
-STREAM = 0x7E1E
 SHARES = ("sky", "reflected")  # what `_measure_halo` measures
 
 
@@ -153,7 +152,7 @@ def _measure_halo(prepared, seed, part, city):
     area = np.where(eligible, patches.area, 0.0)
     if part.complete or not area.any():
         return {}
-    generator = np.random.default_rng([seed, STREAM])
+    generator = np.random.default_rng([seed, 0x7E1E])
     start = generator.choice(len(area), RAYS, p=area / area.sum())
     b1, b2, *angles = generator.random((4, RAYS, 1), np.float32)
     # fold the square into the triangle

@@ -37,16 +37,6 @@ from .trace_part import SHARES, Part, Run, trace_part
 SMALLEST = 20.0  # [m] tiles: twice the patches
 LARGEST = 1_000_000  # triangles that are planned as a whole
 TASK_VERSION = 6  # raised when results of earlier runs are no longer to be used
-KEY_LENGTH = 24
-# effects that every tile takes over as decided
-SETTLED = (
-    "reflections",
-    "far-ground",
-    "perez",
-    "trees",
-    "specular",
-)
-ONE_MACHINE = ("target_error", "time_budget")
 STAGE = "tiles"
 
 
@@ -71,7 +61,7 @@ def check_cluster_settings(settings, request):
         words = f"give {SMALLEST:g} m or more, such as {DEFAULT:g}"
         raise InputError("--tile", f"{settings.tile:g} m is too small", words)
     check_cluster(settings.cluster)
-    for name in ONE_MACHINE:
+    for name in ("target_error", "time_budget"):
         if getattr(request, name) is not None:
             raise InputError(
                 option_of(name), "is for runs without tiles", "leave it out, or leave out --cluster"
@@ -218,7 +208,7 @@ def make_tasks(scene, squares, inputs, folder, lists):
             Part(part, own, materials, inner, complete, index == fullest), protocol=5
         )
         # A result is named by the hash of all that it depends on, so that one that exists can stay.
-        key = hashlib.sha256(run_key + data).hexdigest()[:KEY_LENGTH]
+        key = hashlib.sha256(run_key + data).hexdigest()[:24]
         result = folder / f"{name}_{key}.nc"
         # Kept without `around`, which has a byte for each piece of the whole city.
         found.append((replace(tile, around=tile.around[:0]), result))
@@ -239,7 +229,9 @@ def _settle(prepared, request):
         max(float(np.max(found.brdf.albedo)) for found in prepared.materials),
     )
     effects = {key: on for key, on in request.effects.items() if key != "terrain-horizon"}
-    effects |= {key: plan[key].on for key in SETTLED}
+    effects |= {
+        key: plan[key].on for key in ("reflections", "far-ground", "perez", "trees", "specular")
+    }
     bounces = count_surely(brightest) if plan.max_bounces is None else plan.max_bounces
     return replace(request, threads=None, horizon=None, max_bounces=bounces, effects=effects)
 

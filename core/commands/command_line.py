@@ -23,8 +23,6 @@ from . import command_options
 from .add_options import join_pairs, settings_of_options
 from .choose_settings import cluster_settings, request_of_settings
 
-EPILOGUE = "docs/guide/command_line.md shows how to go on, docs/reference/files.md what is written."
-
 
 class _OneLineParser(argparse.ArgumentParser):
     """A parser that reports errors in one line."""
@@ -128,7 +126,10 @@ def build_parser(asked=None):
     parser = _OneLineParser(
         prog="citypv",
         description="Irradiance and PV yield of the roofs and facades of a city.",
-        epilog=EPILOGUE,
+        epilog=(
+            "docs/guide/command_line.md shows how to go on, "
+            "docs/reference/files.md what is written."
+        ),
     )
     parser.add_argument("--version", action="version", version=f"citypv {__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)

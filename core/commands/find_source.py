@@ -9,14 +9,12 @@ from ..weather.read_weather import read_weather
 from ..world import sources
 
 MODELS = ("climate", "clear-sky")
-STEP = 3.0  # [°] of the models' grid
 # settings that mean nothing for grids
 STATIONS_ONLY = (
     "time_shift",
     "weather_place",
     "weather_without",
 )
-GRIDS_ONLY = ("step", "latitudes", "longitudes", "years", "off_land")  # and for stations
 
 
 def find_source(request, settings, stack):
@@ -25,7 +23,8 @@ def find_source(request, settings, stack):
     if request.weather in MODELS:
         if request.weather != "climate":
             refuse_settings(settings, ("off_land",), request.weather)
-        axes = sources.regular_axes(settings.step or STEP, settings.latitudes, settings.longitudes)
+        # The models' grid has steps of 3°.
+        axes = sources.regular_axes(settings.step or 3.0, settings.latitudes, settings.longitudes)
         return sources.model_source(
             sources.grid_places(*axes), request.weather, request, settings.off_land
         )
@@ -53,7 +52,7 @@ def find_source(request, settings, stack):
     # Stations are places by themselves.
     if "era5" in kinds:
         raise InputError("--weather", "grids and stations are mixed", "give one or the other")
-    refuse_settings(settings, GRIDS_ONLY, "stations")
+    refuse_settings(settings, ("step", "latitudes", "longitudes", "years", "off_land"), "stations")
     return _read_stations(paths, request)
 
 

@@ -10,9 +10,7 @@ from .plain_scenes import box, join_parts, rectangle, room
 RAYS = {"sky-rays": True, "shadow-rays": True}
 PLAIN = rectangle([-60, -60, 0], [120, 0, 0], [0, 120, 0], 12)  # 24 triangles
 HOUSE = box((-5, -5, 0), (5, 5, 10))
-SOUTH, SIDE_WALLS = 28 + np.arange(2), 32 + np.arange(4)
-SUN_IN_PLANE, LOW_SUN = [[0, -0.8, 0.6]], [[0, -1, 0]]  # in the south
-UTM = (389_120.0, 5_816_320.0, 30.0)  # whole squares of the ground
+SOUTH = 28 + np.arange(2)
 TURN = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0]  # about no axis in particular
 TURN *= np.sign(np.linalg.det(TURN))
 
@@ -38,8 +36,8 @@ def hard_checks():
             0.0,
             lambda: _shares([[0, 0, 1]], SOUTH, np.max),
         ),
-        (in_plane, 0.0, 0.0, lambda: _shares(SUN_IN_PLANE, SIDE_WALLS, np.max)),
-        (on_horizon, 1.0, SINGLE, lambda: _shares(LOW_SUN, SOUTH, np.min)),
+        (in_plane, 0.0, 0.0, lambda: _shares([[0, -0.8, 0.6]], 32 + np.arange(4), np.max)),
+        (on_horizon, 1.0, SINGLE, lambda: _shares([[0, -1, 0]], SOUTH, np.min)),
         ("one thread minus four: largest difference", 0.0, 0.0, threads),
     ]
 
@@ -60,7 +58,8 @@ def _moved_town():
     names, buildings = [f"face {k}" for k in range(count)], [f"b{k // 6}" for k in range(count)]
     rings = np.arange(0, 4 * count + 1, 4)
     found = []
-    for away in (np.zeros(3), np.array(UTM)):
+    # The town is moved by whole squares of the ground.
+    for away in (np.zeros(3), np.array((389_120.0, 5_816_320.0, 30.0))):
         city = City(
             names, buildings, [""] * count, points + away, rings, np.arange(count + 1), None
         )

@@ -5,10 +5,6 @@ import numpy as np
 from ..city.classify import classify, measure_tilt
 from ..city.scene import Scene, Site, Surfaces
 
-NOWHERE = Site(
-    latitude=None, longitude=None, altitude=0.0, convergence=0.0, crs=None, origin=(0.0, 0.0, 0.0)
-)
-
 
 def rectangle(start, along, across, strips=1):
     """A rectangle cut into strips across, two triangles each.
@@ -86,5 +82,18 @@ def join_parts(parts, turn=None, away=(0, 0, 0)):
     )
     own = np.arange(count, dtype=np.int32)
     return Scene(
-        vertices, triangles.astype(np.int32), own, nothing, nothing.copy(), surfaces, NOWHERE
+        vertices,
+        triangles.astype(np.int32),
+        own,
+        nothing,
+        nothing.copy(),
+        surfaces,
+        Site(
+            latitude=None,
+            longitude=None,
+            altitude=0.0,
+            convergence=0.0,
+            crs=None,
+            origin=(0.0, 0.0, 0.0),
+        ),
     )

@@ -20,13 +20,6 @@ from ..settings.progress import silent
 from ..settings.request import declared_settings
 from .choose_settings import cluster_settings, request_of_settings, take_paths
 
-# groups of settings that another weather leaves as they are
-LIGHT_FREE = (
-    "surfaces",
-    "electricity",
-    "sky",
-)
-
 
 class Result:
     """Results of a run: the files of its folder, each read when it is asked for.
@@ -118,7 +111,8 @@ class Result:
             raise InputError(
                 path, "the run wrote no light to weigh again", 'simulate with exports=("transfer",)'
             )
-        known = {name for name, *_ in declared_settings(*LIGHT_FREE)}
+        # Another weather leaves these groups of settings as they are.
+        known = {name for name, *_ in declared_settings("surfaces", "electricity", "sky")}
         kept = {name: value for name, value in before.items() if name in known}
         effects = {key: on for key, on in before.get("effects", {}).items() if key in ELECTRIC}
         request = request_of_settings({**kept, "effects": effects, **settings, "weather": weather})

@@ -23,10 +23,6 @@ from .effect import NO_SUNS, Effect, counted_surfaces
 TERRAIN = "terrain-horizon"
 POINTS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
 STEP = 5.0  # [°] to which tilts and azimuths are rounded
-COVERED = 49_000.0  # [m] to which heights should reach in all directions
-# [°] so far below the horizon a sun must stand in all intervals that it represents, not to be
-# traced
-MARGIN = 1.0
 
 
 def decide_terrain(inputs):
@@ -95,8 +91,9 @@ def _seen_from(horizon):
         return ""
     least = int(horizon.known.argmin())
     distance, point = horizon.known[least], _name_point(horizon.azimuth[least])
+    # Heights should reach 49 km in all directions.
     far = (
-        f"; heights end {distance / 1000:.1f} km away in the {point}" if distance < COVERED else ""
+        f"; heights end {distance / 1000:.1f} km away in the {point}" if distance < 49_000.0 else ""
     )
     return f" from ground at {horizon.eye:.0f} m{far}"
 
@@ -112,8 +109,9 @@ def _find_hidden(inputs, horizon):
         return NO_SUNS
     data = weather.data
     match = match_suns(suns, *weather.axis, position=data)
-    # A margin lower, so that suns on the very edge are traced.
-    lower = replace(horizon, elevation=np.maximum(horizon.elevation - MARGIN, 0))
+    # Not to be traced, a sun must stand 1° below the horizon in all intervals that it represents,
+    # so that suns on the very edge are traced.
+    lower = replace(horizon, elevation=np.maximum(horizon.elevation - 1.0, 0))
     open_sky = is_above(lower, sun_direction(data["apparent_zenith"], data["solar_azimuth"]))
     # How much light of the open hours each sun stands for.
     used = np.bincount(
@@ -258,8 +256,6 @@ def shade_at_edge(reach, suns):
 
 
 PEREZ = "perez"
-LIT = ("facade", "roof", "steep", "rack")  # kinds that have full load hours and may be inclined
-LEVEL = 1.0  # [°] of tilt up to which both skies give the same
 
 
 def decide_perez(inputs):
@@ -314,8 +310,12 @@ def surfaces_that_count(surfaces):
     (n,) bool.
     """
     eligible = np.asarray(surfaces.eligible, bool)
-    wanted = eligible if eligible.any() else np.isin(surfaces.kind, LIT)
-    return wanted & (np.asarray(surfaces.surface_tilt) > LEVEL)
+    # Kinds that have full load hours and may be inclined.
+    wanted = (
+        eligible if eligible.any() else np.isin(surfaces.kind, ("facade", "roof", "steep", "rack"))
+    )
+    # Up to a tilt of 1° both skies give the same.
+    return wanted & (np.asarray(surfaces.surface_tilt) > 1.0)
 
 
 def bound_change(weather, change):

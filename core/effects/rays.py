@@ -61,9 +61,6 @@ def decide_rays(inputs, key):
 
 
 RECEIVERS, REFLECTIONS = "receivers", "reflections"
-FEWER = 4  # times fewer rays from the others
-ENOUGH = 64  # of them to resolve the light of 16 elements
-FULL_KINDS = ("flat", "rack")  # sampled in full whether or not they are eligible
 
 
 def decide_receivers(inputs):
@@ -77,7 +74,7 @@ def decide_receivers(inputs):
     if not inputs.asked(RECEIVERS, request.report == "eligible"):
         return Effect(RECEIVERS, False, every, "all are reported in full", 0.0)
     surfaces, halo = inputs.scene.surfaces, inputs.scene.halo
-    wanted = surfaces.eligible | np.isin(surfaces.kind, FULL_KINDS)
+    wanted = surfaces.eligible | np.isin(surfaces.kind, ("flat", "rack"))
     full = np.append(wanted, False)[inputs.scene.triangle_surface] & inputs.patches.receives
     full = full if halo is None else full & (halo == OWN)
     others = int((inputs.patches.receives & ~full).sum())
@@ -95,7 +92,9 @@ def decide_receivers(inputs):
 
 def fewer_rays(samples):
     """Hemisphere rays from each of the others."""
-    return min(samples, max(ENOUGH, samples // FEWER))
+    # The other patches get four times fewer rays, and 64 at least, to resolve the light of 16
+    # elements.
+    return min(samples, max(64, samples // 4))
 
 
 WHOLE_LIMIT = 0.002  # share of the light of all receivers that reflections may leave out

@@ -42,11 +42,6 @@ TABLE = {
 }
 # key of version 0.2 -> what holds whatever it is set to
 RETIRED = {"reflectors": "all ground reflects"}
-# photons need none of them, so that forward cannot leave them out
-RAYS = (
-    "sky-rays",
-    "shadow-rays",
-)
 
 
 def check_effects(request):
@@ -65,7 +60,8 @@ def check_effects(request):
             continue
         if key not in TABLE:
             raise InputError("--effects", f"no effect is called {key!r}", f"use {', '.join(TABLE)}")
-        possible = TABLE[key].forward if on else key not in RAYS
+        # Photons need no rays of these kinds, so that forward cannot leave them out.
+        possible = TABLE[key].forward if on else key not in ("sky-rays", "shadow-rays")
         if request.estimator == "forward" and not possible:
             words = key if on else f"{key}=off"
             raise InputError(

@@ -9,15 +9,6 @@ from ..sun.solar_position import check_place, check_times
 from ..sun.suns import check_suns
 from ..weather.check_weather import LIMITS
 
-ANGLES = ("apparent_zenith", "solar_azimuth")
-ERROR_PARTS = (
-    "diffuse_passed_on",
-    "direct_passed_on",
-    "diffuse_discretisation",
-    "direct_discretisation",
-    "covariance",
-)
-SHARES = ("covered_share", "sky_view_factor", "far_ground_view_factor")
 POSITIVE, SHARE = {"least": 0}, {"least": 0, "most": 1 + UNIT}
 
 
@@ -55,7 +46,10 @@ def check_transfer(transfer):
         "visible_share": (transfer.visible_share, of_suns, SHARE),
         "direct_reflected": (transfer.direct_reflected, of_suns, POSITIVE),
     }
-    found |= {name: (getattr(transfer, name), single, SHARE) for name in SHARES}
+    found |= {
+        name: (getattr(transfer, name), single, SHARE)
+        for name in ("covered_share", "sky_view_factor", "far_ground_view_factor")
+    }
     for name in ("diffuse_relative_standard_error", "direct_annual_standard_error"):
         found[name] = np.nan_to_num(getattr(transfer, name), posinf=np.inf), single, POSITIVE
     for name, light in transfer.sources.items():
@@ -70,7 +64,17 @@ def check_transfer(transfer):
         found["no_room"] = transfer.no_room, (count, len(transfer.clearances)), SHARE
     if transfer.left_out is not None:
         found["left_out"] = transfer.left_out, (count,), SHARE
-    for name in ERROR_PARTS if transfer.error_parts is not None else ():
+    for name in (
+        (
+            "diffuse_passed_on",
+            "direct_passed_on",
+            "diffuse_discretisation",
+            "direct_discretisation",
+            "covariance",
+        )
+        if transfer.error_parts is not None
+        else ()
+    ):
         found[name] = (
             getattr(transfer.error_parts, name),
             (count, "r") if name.endswith("passed_on") else single,
@@ -117,7 +121,7 @@ def check_hours(weather):
     count = len(weather.data)
     if not count:
         raise InputError("weather", "it has no hours", "give one or more full years")
-    for name in (*LIMITS, *ANGLES):
+    for name in (*LIMITS, "apparent_zenith", "solar_azimuth"):
         if name not in weather.data.columns:
             raise InputError("weather", f"no column {name}", "complete it with add_sun")
         least, most, _ = LIMITS.get(name, (-360.0, 360.0, "°"))

@@ -26,7 +26,6 @@ from .time_axis import lay_on_axis
 BLOCK = 1024
 # surface-hours up to which pvlib itself is called; for more, tables take half of its time or less
 PLAIN_LIMIT = 1e6
-YEAR = pd.Timedelta(days=365)
 
 
 def compute_energy(
@@ -257,7 +256,7 @@ def _add_series(task, series):
 
 def count_years(weather):
     """Number of years of the weather: whole ones, or a fraction if it is shorter than one."""
-    span = len(weather.data) * weather.interval / YEAR
+    span = len(weather.data) * weather.interval / pd.Timedelta(days=365)
     return float(int(span)) if span >= 1 else span
 
 

@@ -15,7 +15,6 @@ from .pv_system import KINDS, area_of_kwp
 
 # share of a surface: if more of it is covered or has no room, it carries no modules
 MOST_COVERED = 0.5
-SMALLEST_LIT_SHARE = 1 / 64  # below it the light of a surface is too uncertain to be divided by it
 REASONS = {  # why a surface carries no modules: key in tables, words; the first that holds
     "ground": "ground, or under its building",
     "closure": "closes a building towards its neighbour",
@@ -154,7 +153,8 @@ def find_lit_share(transfer, system):
     dark = np.where(covered + cramped <= MOST_COVERED, cramped, 0.0)
     if transfer.left_out is not None:
         dark = np.maximum(dark, transfer.left_out)
-    return np.maximum(1.0 - covered - dark, SMALLEST_LIT_SHARE)
+    # Below a 64th the light of a surface is too uncertain to be divided by its lit share.
+    return np.maximum(1.0 - covered - dark, 1 / 64)
 
 
 def note_other_clearance(transfer, clearance):

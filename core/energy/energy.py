@@ -9,8 +9,6 @@ import pandas as pd
 
 from .counted_area import CountedArea
 
-WHOLE_YEAR = pd.Timedelta(days=364)  # shorter years are not reported separately
-
 
 @dataclass
 class HourlySeries:
@@ -178,7 +176,8 @@ def split_years(times, interval):
     for number in range(times[-1].year - first.year + 1):
         start, stop = first + pd.DateOffset(years=number), first + pd.DateOffset(years=number + 1)
         inside = np.flatnonzero((times >= start) & (times < stop))
-        if len(inside) * interval >= WHOLE_YEAR:
+        # Shorter years are not reported separately.
+        if len(inside) * interval >= pd.Timedelta(days=364):
             years.append(((start + (stop - start) / 2).year, inside))
     return years
 

@@ -23,10 +23,6 @@ from scipy.interpolate import PchipInterpolator
 
 from .pv_system import MOUNTINGS, PVWATTS, SANDIA, PvSystem
 
-# up to which the coefficients of f₁ were fitted; beyond it the polynomials diverge
-HIGHEST_AIRMASS = 10.0
-STANDARD_TEMPERATURE = 25.0  # [°C] of cells at standard test conditions
-INCIDENCE_LAWS = {"physical": pvlib.iam.physical, "ashrae": pvlib.iam.ashrae}
 EFFICIENCY = 0.96  # of PVWatts' inverter at full load (Dobos 2014, NREL/TP-6A20-62641)
 # [°] between the tilts whose diffuse IAM is integrated; cubic interpolation in between
 TILT_STEP = 3.0
@@ -36,9 +32,6 @@ HIGHEST = 3000.0  # [Wm⁻²] of effective irradiance
 IRRADIANCE_NODES = 16384
 COLDEST, HOTTEST = -40.0, 90.0  # [°C] of cells
 MIDDLE, HALF = (COLDEST + HOTTEST) / 2, (HOTTEST - COLDEST) / 2
-# of the polynomial in cell temperature; power of the Sandia model is almost one of degree two
-TERMS = {SANDIA: 3}
-MOST_TERMS = 5
 # uniform in √(1 - cosine), which is proportional to the angle near normal incidence
 ANGLE_NODES = 65536
 
@@ -98,9 +91,8 @@ def spectral_factor(airmass, system):
         return np.ones_like(airmass)
     if not system.spectrum:
         return np.where(np.isnan(airmass), 0.0, 1.0)
-    return pvlib.spectrum.spectral_factor_sapm(
-        np.minimum(airmass, HIGHEST_AIRMASS), system.module.parameters
-    )
+    # The coefficients of f₁ were fitted up to an air mass of 10; beyond, the polynomials diverge.
+    return pvlib.spectrum.spectral_factor_sapm(np.minimum(airmass, 10.0), system.module.parameters)
 
 
 def cell_heating(temp_air, wind_speed, system):
@@ -121,9 +113,7 @@ def cell_heating(temp_air, wind_speed, system):
         [Km²W⁻¹] per irradiance on the plane, of each of the system's `mountings`.
     """
     if not system.temperature:
-        return np.full_like(temp_air, STANDARD_TEMPERATURE), np.zeros(
-            (len(temp_air), len(system.mountings))
-        )
+        return np.full_like(temp_air, 25.0), np.zeros((len(temp_air), len(system.mountings)))
     # T_cell = T_air + slope · irradiance, with a slope for each way of mounting at this wind speed.
     slopes = [
         pvlib.temperature.sapm_cell(1.0, 0.0, wind_speed, **MOUNTINGS[name])
@@ -251,7 +241,9 @@ class PvlibCurves:
         aoi = np.degrees(np.arccos(np.minimum(aoi_projection, 1.0)))
         if self.system.incidence == "sapm":
             return pvlib.iam.sapm(aoi, self.system.module.parameters)
-        return INCIDENCE_LAWS[self.system.incidence](aoi)
+        return {"physical": pvlib.iam.physical, "ashrae": pvlib.iam.ashrae}[self.system.incidence](
+            aoi
+        )
 
     def power_at(self, effective, temp_cell):
         """DC power over nominal power, 0 without effective irradiance."""
@@ -304,7 +296,9 @@ def tabulate_power(system):
     # the first node represents all values below half a step
     irradiance = np.maximum(root, root[1] / 2) ** 2
     # At each irradiance the polynomial through power at some temperatures, per irradiance.
-    terms = TERMS.get(system.module.library, MOST_TERMS)
+    # Terms of the polynomial in cell temperature: power of the Sandia model is almost one of degree
+    # two.
+    terms = {SANDIA: 3}.get(system.module.library, 5)
     # Chebyshev nodes, for the smallest error in between
     nodes = np.cos(np.pi * (np.arange(terms) + 0.5) / terms)
     temperature = np.broadcast_to(MIDDLE + HALF * nodes[:, None], (terms, IRRADIANCE_NODES))

@@ -59,7 +59,6 @@ POSITIVE = {
 PVWATTS = "pvwatts"
 OF_INVERTER = ("Paco", "Pdco", "Vdco", "Pso", "C0", "C1", "C2", "C3", "Pnt")
 SHOWN = 5  # names that an error lists
-CANDIDATES = 400  # names that are compared letter by letter
 
 SAPM = pvlib.temperature.TEMPERATURE_MODEL_PARAMETERS["sapm"]
 MOUNTINGS = {  # a, b and deltaT of Sandia's cell temperature (King et al. 2004, table 1)
@@ -67,17 +66,6 @@ MOUNTINGS = {  # a, b and deltaT of Sandia's cell temperature (King et al. 2004,
     "insulated-back": SAPM["insulated_back_glass_polymer"],
     "close-mount": SAPM["close_mount_glass_glass"],
 }
-AUTO = ("close-mount", "open-rack")  # of the mounting `auto`: on walls and pitched roofs, and
-STANDING = ("flat", "rack")  # on these kinds
-OF_LIBRARY = {SANDIA: "sapm", CEC: "physical"}  # library -> law of "module"
-# of a Request and of a PvSystem
-SAME = (
-    "mounting",
-    "losses",
-    "hidden_walls",
-    "clearance",
-    "sectors",
-)
 ELECTRIC = ("aoi", "spectrum", "temperature")  # effects that may be switched off
 KINDS = (*BEARING, RACK)  # that carry modules, in the order of tables
 
@@ -130,11 +118,12 @@ class PvSystem:
     @property
     def mountings(self):
         """Mountings that occur, of MOUNTINGS: tuple of str."""
-        return AUTO if self.mounting == "auto" else (self.mounting,)
+        # The mounting `auto`: close-mount on walls and pitched roofs, open-rack on the others.
+        return ("close-mount", "open-rack") if self.mounting == "auto" else (self.mounting,)
 
     def mounting_of(self, kind):
         """Which of `mountings` surfaces of some kinds, (n,) str, have: (n,) int."""
-        return (np.isin(kind, STANDING) & (self.mounting == "auto")).astype(int)
+        return (np.isin(kind, ("flat", "rack")) & (self.mounting == "auto")).astype(int)
 
 
 def build_system(request):
@@ -164,12 +153,17 @@ def build_system(request):
     module = pick_module(request.module)
     return PvSystem(
         module,
-        incidence=OF_LIBRARY[module.library] if request.iam == "module" else request.iam,
+        incidence={SANDIA: "sapm", CEC: "physical"}[module.library]
+        if request.iam == "module"
+        else request.iam,
         diffuse_incidence=request.diffuse_iam,
         inverter=pick_inverter(request.inverter, request.dc_ac_ratio) if request.inverter else None,
         overhangs=request.overhangs == "count",
         usable=dict(request.usable),
-        **{name: getattr(request, name) for name in SAME},
+        **{
+            name: getattr(request, name)
+            for name in ("mounting", "losses", "hidden_walls", "clearance", "sectors")
+        },
         **{key: request.effects.get(key, True) for key in ELECTRIC},
     )
 
@@ -317,7 +311,8 @@ def _search_library(text, libraries, *, option):
             )
     # The nearest are found among those with most of its words.
     names = {join_letters(name): name for _, name in known}
-    candidates = sorted(names, key=lambda one: -sum(word in one for word in words))[:CANDIDATES]
+    # Of all names, 400 are compared letter by letter.
+    candidates = sorted(names, key=lambda one: -sum(word in one for word in words))[:400]
     nearest = ", ".join(
         names[one] for one in difflib.get_close_matches(wanted, candidates, SHOWN, 0.0)
     )

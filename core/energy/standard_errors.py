@@ -12,9 +12,6 @@ from ..light.transfer import no_parts, own_diffuse, own_direct, variance_of_mean
 from ..sky.sky_models import split_sky
 from .energy import states_of_year
 
-# relative difference in yield per irradiance between direct, diffuse and reflected light
-PROPORTION = 0.1
-
 
 def state_errors(energy, errors, groups):
     """An Energy with the standard errors of surfaces, of the means of groups, and of the mean of
@@ -175,7 +172,8 @@ def join_own(direct, diffuse, own_direct, own_diffuse, covariance):
     # Variance of a sum, a² V(A) + b² V(B) + 2ab Cov(A, B), but never below a hundredth of it
     # without the covariance: light and hours are in proportion to within a tenth.
     together = diffuse**2 * own_diffuse + direct**2 * own_direct
-    return np.maximum(together + 2 * direct * diffuse * covariance, PROPORTION**2 * together)
+    # The yield per irradiance differs by about a tenth between direct, diffuse and reflected light.
+    return np.maximum(together + 2 * direct * diffuse * covariance, 0.1**2 * together)
 
 
 def sun_sampling_share(record, part):

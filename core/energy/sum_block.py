@@ -17,8 +17,6 @@ import numpy as np
 from ..sun.sun_sampling import values_at
 from .power import ac_power, dc_factor
 
-GRAZING = 1e-6  # cosine of incidence up to which a sun counts as behind
-
 
 @dataclass
 class Block:
@@ -274,5 +272,6 @@ def filled_share(transfer, rows, dtype=np.float32):
     openness = np.clip(
         transfer.sky_view_factor[rows] / np.maximum((1.0 + normal[2]) / 2.0, 1e-9), 0.0, 1.0
     )
-    np.copyto(visible, openness.astype(dtype), where=transfer.suns.direction @ normal <= GRAZING)
+    # Up to a cosine of a millionth a sun counts as behind.
+    np.copyto(visible, openness.astype(dtype), where=transfer.suns.direction @ normal <= 1e-6)
     return visible

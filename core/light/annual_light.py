@@ -24,8 +24,6 @@ from .solve_light import solve_light
 from .sun_visibility import projection_in_front
 from .traced import FirstLight
 
-MOST_POINTS = 1024  # of a net; larger ones stay apart
-
 
 class _Net(NamedTuple):
     """Light at the points of a digital net on each of k patches."""
@@ -173,7 +171,8 @@ def _join_nets(keys, nets):
             # Two nets of the same size, one right after the other at a multiple of both, are halves
             # of a larger one.
             halves = count == other.light.shape[1] and other.before == one.before + count
-            if not halves or one.before % (2 * count) or 2 * count > MOST_POINTS:
+            # Larger nets stay apart.
+            if not halves or one.before % (2 * count) or 2 * count > 1024:
                 break
             shifts = tuple(
                 shift_points(keys, np.full(len(keys), half.before)) for half in (one, other)

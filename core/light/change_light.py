@@ -51,8 +51,6 @@ from .traced import SKY_DOME, empty_traced, no_light
 from .transfer import variance_of_mean
 
 STAGE = "what the change reaches"
-MOST_GONE = 0.1  # of the surfaces; when more are gone all get new numbers
-ROUNDING = 2.0**-22  # of light: what changes by less is the same in single precision
 
 
 def trace_change(base, change, request=None, progress=silent, preview=None):
@@ -128,7 +126,8 @@ def trace_change(base, change, request=None, progress=silent, preview=None):
     city = _make_city(edit, prepared, base.suns, clock, change)
     edited = EditableCity(base.suns, request, city, change.rows, base.specular, drift)
     gone = len(context.surfaces) - len(change.rows)
-    edited = compact_city(edited) if gone > MOST_GONE * len(change.rows) else edited
+    # When more than a tenth of the surfaces are gone, all get new numbers.
+    edited = compact_city(edited) if gone > 0.1 * len(change.rows) else edited
     return replace(edited, before=None if base is given else base)
 
 
@@ -361,7 +360,8 @@ def _unreached(before, made, edit, change):
     found = found[:-1]  # the ground's -1 took the last one
     for name, light in made.lights.items():
         old, new = before.lights[name].mean, light.mean[:count]
-        found[:count] &= np.abs(new - old) <= ROUNDING * np.abs(old)
+        # What changes by less than 2⁻²² of itself is the same in single precision.
+        found[:count] &= np.abs(new - old) <= 2.0**-22 * np.abs(old)
     found[:count] &= before.transfer.surfaces.eligible == made.transfer.surfaces.eligible[:count]
     return found
 

@@ -25,8 +25,6 @@ from .trace_gather import TracedCity
 
 SMALL = 4e6  # patches times suns, up to which all suns are solved: half a second
 GUESSED = 5e-4  # of reflected light that one edit may give the mean's pattern
-# of reflected light: when what has the mean's pattern adds up to more, all suns are solved
-DRIFT = 0.1
 
 
 @dataclass
@@ -95,7 +93,9 @@ def change_suns(edit, drift):
             direct.visible_share = _visible_share(edit, state)
             direct.reflected = _first_reflections(edit, state)
             guessed += _add_further(edit, state) / states
-        if guessed <= GUESSED and drift + guessed <= DRIFT:
+        # Where what has the mean pattern adds up to a tenth of the reflected light, all suns are
+        # solved.
+        if guessed <= GUESSED and drift + guessed <= 0.1:
             return drift + guessed
     # Else, or where a guess would count for too much, all suns are solved again.
     solved = solve_known_suns(context, edit.traced, edit.task, edit.hooks)

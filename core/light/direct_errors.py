@@ -10,9 +10,6 @@ from .light_errors import shares_of_cells
 # computed for straight edges of shadow at any place and angle it is 0.38 to 0.59
 # (`tests/core/test_standard_errors.py`).
 EVENNESS = 0.5
-# of points along the edge of the covered part, in cells that are covered by less than half
-WRONG_SIDE = 0.25
-LARGEST_STEP = 32767  # of 16-bit numbers
 
 
 def variance_of_neighbours(by_point):
@@ -126,7 +123,9 @@ def spread_of_elements(by_point, representative_points, covered):
     # In a cell on the edge of the covered part, the representative point may lie on the wrong side
     # of it.
     share = shares_of_cells(covered[partly], spread.shape[1])
-    line = filled.mean(axis=1, keepdims=True) * np.sqrt(WRONG_SIDE * share * (1 - share))
+    # A quarter of the points along the edge of the covered part lie in cells that are covered by
+    # less than half.
+    line = filled.mean(axis=1, keepdims=True) * np.sqrt(0.25 * share * (1 - share))
     spread[partly] = np.hypot(spread[partly], line)
     return spread
 
@@ -152,7 +151,8 @@ def deviations_of_spread(spread, keys):
     spread *= np.float32(np.sqrt(HEMISPHERE_REPLICATES))
     # Rounded to 16 bits, in units such that the largest just fits.
     largest = float(spread.max(initial=0))
-    step = np.float32(largest / LARGEST_STEP) if largest > 0 else np.float32(1)
+    # Steps are 16-bit numbers.
+    step = np.float32(largest / 32767) if largest > 0 else np.float32(1)
     bits = mix(keys[:, None] ^ mix(np.arange(1, spread.shape[1] + 1, dtype=np.uint64)))
     deviation = np.empty((*spread.shape, HEMISPHERE_REPLICATES), np.int16)
     for replicate in range(HEMISPHERE_REPLICATES):

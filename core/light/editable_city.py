@@ -19,16 +19,6 @@ from .trace_all import prepare_gather
 from .trace_gather import TracedCity, TracedState, trace_light
 from .transfer import take_rows
 
-PINNED = ("receivers", "perez", "far-ground")  # effects that are decided as in the base
-# fields of the plan, likewise
-KEPT = (
-    "terrain",
-    "hidden_suns",
-    "max_bounces",
-    "sky",
-    "rays_share",
-)
-
 
 @dataclass
 class Decisions:
@@ -59,9 +49,13 @@ class EditableCity:
     def decisions(self):
         """What was decided: Decisions."""
         plan = self.city.prepared.plan
+        # These effects and fields of the plan are decided as in the base.
         on, kept = (
-            {key: plan[key].on for key in PINNED},
-            {name: getattr(plan, name) for name in KEPT},
+            {key: plan[key].on for key in ("receivers", "perez", "far-ground")},
+            {
+                name: getattr(plan, name)
+                for name in ("terrain", "hidden_suns", "max_bounces", "sky", "rays_share")
+            },
         )
         return Decisions(on, kept, self.city.context.bounces, self.suns)
 

@@ -25,8 +25,6 @@ from .form_factor_products import multiply_columns, multiply_elements, multiply_
 from .solve_radiosity import reflection_of
 from .transfer import variance_of_mean
 
-# of a deviation, by powers of the brightest albedo: bounces that carry less are left out
-LEAST_SHARE = 0.1
 # ratio of successive steps: errors fall with the square or the first power of length
 SMOOTH, ABRUPT = (
     1 / 4,
@@ -65,7 +63,8 @@ def propagate_deviations(context, traced, first, arrived):
     # Each bounce multiplies by the albedo; it stops when little can be left of the first.
     brightest = float(albedo.max(initial=0))
     for bounce in range(2, context.bounces + 1):
-        if brightest**bounce < LEAST_SHARE:
+        # Bounces that carry less than a tenth of a deviation are left out.
+        if brightest**bounce < 0.1:
             break
         arrived = reflect(arrived)
         total += arrived

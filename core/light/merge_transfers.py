@@ -18,7 +18,6 @@ from ..rays.random_numbers import GOLDEN, mix
 from ..settings.errors import InputError
 from .transfer import ErrorParts, SourceLight, own_diffuse, own_direct, variance_of_mean
 
-MEANS = ("covered_share", "sky_view_factor", "far_ground_view_factor", "diffuse_relative")
 MATRICES = ("visible_share", "direct_reflected")
 MOST_REPLICATES = 64  # kept side by side; deviations of further rounds are added to these
 ROWS = 1 << 14
@@ -33,12 +32,6 @@ SUMS = (
     "seconds",
     "processor_seconds",
     "degrees_of_freedom",
-)
-SHARES = (
-    "last_bounce_share_diffuse",
-    "last_bounce_share_direct",
-    "discretisation_error",
-    "cut_reflections",
 )
 
 
@@ -121,9 +114,15 @@ def _merge_light(total, other, weight):
             blend(getattr(one, n), getattr(two, n), weight) for n in ("view_factor", "relative")
         )
         sources[name] = SourceLight(view, relative, error)
-    return {name: blend(getattr(total, name), getattr(other, name), weight) for name in MEANS} | {
-        "sources": sources
-    }
+    return {
+        name: blend(getattr(total, name), getattr(other, name), weight)
+        for name in (
+            "covered_share",
+            "sky_view_factor",
+            "far_ground_view_factor",
+            "diffuse_relative",
+        )
+    } | {"sources": sources}
 
 
 def add_columns(matrix, values, weight):
@@ -224,7 +223,12 @@ def merge_records(one, other, weight):
     sums = {name: _combine(getattr(one, name), getattr(other, name), (1, 1)) for name in SUMS}
     means = {
         name: _combine(getattr(one, name), getattr(other, name), (1 - weight, weight))
-        for name in SHARES
+        for name in (
+            "last_bounce_share_diffuse",
+            "last_bounce_share_direct",
+            "discretisation_error",
+            "cut_reflections",
+        )
     }
     return replace(one, rounds=one.rounds + other.rounds, **sums, **means)
 

@@ -14,7 +14,6 @@ from ..settings.threads import map_in_order
 
 PATCHES_PER_TASK = 1 << 12
 WORD = 16  # points, one bit each
-MOST_ELEMENTS = 16  # cells of a patch: one bit each in the mask of those that see a sun
 
 
 class KnownPoints(NamedTuple):
@@ -41,7 +40,8 @@ def count_elements(point_count):
     """Number of cells by which the light of a patch is resolved: 1, 4 or 16, at most one
     per point.
     """
-    return next(cells for cells in (MOST_ELEMENTS, 4, 1) if cells <= point_count)
+    # A patch has 16 cells at most: one bit each in the mask of those that see a sun.
+    return next(cells for cells in (16, 4, 1) if cells <= point_count)
 
 
 def shadow_points(patches, chosen, point_count):

@@ -20,7 +20,6 @@ from ..settings.errors import InputError, check_array
 from .form_factor_products import multiply, multiply_starts
 from .traced import SKY_DOME
 
-LARGEST_RATIO = 0.999
 # below it the light of a patch is too uncertain to be divided by its open share
 MINIMAL_OPEN_SHARE = 1 / 64
 
@@ -180,7 +179,7 @@ def find_bounces(reflect, light, weights, first):
         light = reflect(light)
         following = weights @ light.astype(float)
         ratio = np.divide(following, arrived, out=np.zeros(whole.shape), where=arrived > 0)
-        series = following / (1 - np.minimum(ratio, LARGEST_RATIO))
+        series = following / (1 - np.minimum(ratio, 0.999))
         left = np.divide(series, whole, out=np.zeros(whole.shape), where=whole > 0)
         if (left <= limits).all():
             break

@@ -23,13 +23,7 @@ from .sun_blocks import (
 from .sun_matrix import keep_columns, keep_matrix
 from .sun_visibility import SunWatch, projection_in_front, sun_visibility
 
-# direct light by air mass AM: 0.7^(AM^0.678), Meinel & Meinel (1976)
-CLEAR_AIR, AIR_POWER = (
-    np.float32(0.7),
-    0.678,
-)
 COUNTING = "number of reflections"  # stage
-LOWEST = np.float32(0.02)  # height of a sun whose air mass is not finite
 
 
 @dataclass
@@ -143,7 +137,11 @@ def light_of_first_days(context, traced, task):
             # Direct light in clear air, weaker where the path through it is long: a share to the
             # power of the air mass.
             height = np.maximum(directions[:, 2], 0)
-            weights = weights * CLEAR_AIR ** (1 / np.maximum(height, LOWEST)) ** AIR_POWER
+            # Direct light falls with the air mass AM as 0.7^(AM^0.678), Meinel & Meinel (1976); at
+            # the horizon the air mass is not finite.
+            weights = (
+                weights * np.float32(0.7) ** (1 / np.maximum(height, np.float32(0.02))) ** 0.678
+            )
             first += (
                 found.visible_share * projection_in_front(context.patches.normal, directions)
             ) @ weights

@@ -14,9 +14,7 @@ BYTES_PER_BLOCK = 53e6  # of one array (patches × suns); about six exist at a t
 # 24, and three times as long in blocks of 8. With 24 days (294 suns) Berlin takes 4.9 s of
 # processor time in blocks of 49, of 74 and of all suns.
 SUNS_PER_BLOCK = 160
-FEWEST_PER_BLOCK = 50  # four days
 FIRST_SUNS = 24  # two days
-BLOCKS = 12  # of runs with enough suns
 RAYS_PART = 0.7  # of a block's time, about, where it has reflections too
 
 
@@ -75,7 +73,8 @@ def cut_into_blocks(suns, patch_count):
     -------
     list of slice
     """
-    wanted = min(SUNS_PER_BLOCK, max(FEWEST_PER_BLOCK, len(suns) // BLOCKS))
+    # A twelfth of the suns, but four days (50 suns) at least.
+    wanted = min(SUNS_PER_BLOCK, max(50, len(suns) // 12))
     most = max(1, min(wanted, int(BYTES_PER_BLOCK / 4 / max(patch_count, 1))))
     ends, blocks, start = end_of_days(suns), [], 0
     while start < len(suns):

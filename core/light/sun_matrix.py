@@ -14,9 +14,6 @@ LIMIT = 1 << 28  # bytes: largest matrix kept in memory
 ZEROS = 1 << 24  # bytes written at a time where the system cannot preallocate files
 # finer than cover is known: walls that are covered by exactly one half are told from larger ones
 COVER_STEPS = 512
-# of a step: what lies halfway between two is rounded down, whatever the rounding of areas adds to
-# it
-TIE = 1e-4
 
 
 def keep_matrix(shape, folder=None):
@@ -115,4 +112,6 @@ def cover_of_surfaces(patch_to_surface, covered_share):
     -------
     (n,) float64
     """
-    return np.floor(COVER_STEPS * (patch_to_surface @ covered_share) + 0.5 - TIE) / COVER_STEPS
+    # What lies halfway between two steps is rounded down, whatever the rounding of areas adds to
+    # it.
+    return np.floor(COVER_STEPS * (patch_to_surface @ covered_share) + 0.5 - 1e-4) / COVER_STEPS

@@ -38,7 +38,7 @@ from ..sky.horizon import mark_hidden
 from .form_factors import FEWEST_RAYS, count_hits
 from .traced import SKY_DOME, STEP, FirstLight, RowLight, no_light
 
-RAYS_PER_TASK, PARTS = 1 << 18, 8  # rays of a part, and most parts of a task
+RAYS_PER_TASK = 1 << 18  # rays of a part of a task
 LEAST = 1e-6  # of a source's light on an unshaded patch, up to which that does not face it
 MOST_STEPS = 32767  # of 16-bit numbers
 
@@ -75,7 +75,8 @@ def trace_rows(city, rows, samples):
         parts = [slice(start, start + step) for start in range(0, len(some), step)]
         return [trace_part(city, some[part], covered[part], sequence) for part in parts]
 
-    size = step * max(1, min(PARTS, -(-len(rows) // (step * city.threads))))
+    # A task has at most eight parts.
+    size = step * max(1, min(8, -(-len(rows) // (step * city.threads))))
     for parts in map_in_order(
         trace, [rows[start : start + size] for start in range(0, len(rows), size)], city.threads
     ):

@@ -19,7 +19,6 @@ from ..rays.random_numbers import GOLDEN, key_of_names, mix
 from ..sky.horizon import TerrainHorizon
 from ..sky.horizon_band import HorizonBand
 
-MARGIN = 64 * np.finfo(np.float32).eps  # of the largest coordinate: margin of the box
 # lid, bottom, sides
 INWARDS = np.array([[0, 0, -1], [0, 0, 1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], float)
 # Shares of isotropic light that enter through each side: all of it through lid or bottom, half
@@ -64,7 +63,8 @@ def box_of_scene(scene, canopy=None):
     if canopy is not None:
         points = np.concatenate([points, canopy.vertices])
     low, high = points.min(axis=0), points.max(axis=0)
-    margin = MARGIN * float(np.abs(points).max())
+    # The box is wider than the scene by 64 roundings of its largest coordinate.
+    margin = 64 * np.finfo(np.float32).eps * float(np.abs(points).max())
     return Box(low - margin, high - low + 2 * margin)
 
 

@@ -26,8 +26,6 @@ from .light_of_photons import Light
 
 QUANTUM = 2.0**-26
 NUMBERS = 3  # random numbers per reflection: two for the direction, one for a choice
-STREAM = np.uint64(0x5CA77E4)
-FLATTEST = 1e-7  # smallest cosine of incidence, against rounding at grazing incidence
 
 
 @dataclass
@@ -302,7 +300,7 @@ def reflect_photons(target, key, photons, places, bounce):
         Without those that are absorbed wholly.
     """
     patches, (others, brdf_index), hit = target.patches, target.brdfs, places[0]
-    own = mix(key + mix(photons.number.astype(np.uint64) ^ STREAM))
+    own = mix(key + mix(photons.number.astype(np.uint64) ^ np.uint64(0x5CA77E4)))
     draws = uniform(own + np.uint64(bounce * NUMBERS * int(GOLDEN) % 2**64), NUMBERS)
     share = patches.albedo[hit].astype(float)
     local = np.stack(cosine_direction(draws[:, 0], draws[:, 1]))
@@ -315,7 +313,8 @@ def reflect_photons(target, key, photons, places, bounce):
         arriving = -np.einsum(
             "mij,mj->mi", axes.astype(float), photons.directions[chosen].astype(float)
         )
-        arriving[:, 2] = np.maximum(arriving[:, 2], FLATTEST)
+        # At grazing incidence rounding may make the cosine 0.
+        arriving[:, 2] = np.maximum(arriving[:, 2], 1e-7)
         arriving /= np.linalg.norm(arriving, axis=1, keepdims=True)
         leaving, share[chosen] = brdf.sample(arriving, draws[chosen])
         local[:, chosen] = leaving.T

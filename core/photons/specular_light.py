@@ -37,7 +37,6 @@ from .specular_faces import (
 
 REPLICATES = 8  # independent sets of photons; their variance gives the standard error
 PHOTONS_PER_TASK = 1 << 16
-BATCHES_PER_SUM = 128  # so many pieces of the matrix are added at once
 
 
 @dataclass
@@ -143,7 +142,8 @@ def _trace_specular(prepared, context, traced, state=0):
     for batch, entries in zip(batches, found, strict=True):
         pending.append(entries)
         done += len(batch.numbers)
-        if len(pending) == BATCHES_PER_SUM or done == per_replicate * REPLICATES:
+        # So many pieces of the matrix are added at once.
+        if len(pending) == 128 or done == per_replicate * REPLICATES:
             rows, sources, weights = (np.concatenate(parts) for parts in zip(*pending, strict=True))
             matrix, pending = (
                 matrix + sparse.csr_matrix((weights, (rows, sources)), shape=matrix.shape),

@@ -29,8 +29,6 @@ from .follow_photons import Target
 from .light_of_photons import Light
 from .trace_sources import PHOTON_REPLICATES, Run, no_light, standard_error, trace_sources
 
-WHOLE = 1 - 1e-6  # covered share from which a surface counts as completely covered
-
 
 @dataclass
 class _Direct:
@@ -130,7 +128,8 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
     by_ground, whole = request.ground_albedo * float(far.whole.sum()), float(diffuse.sum())
     measured = Measured(last, by_ground / whole if whole > 0 else 0.0, beyond=beyond)
     left_out = measure_cover.share_without_room(target.left_out[:, None], target.covered)
-    unreachable = (covered_share > WHOLE) | (target.area == 0)
+    # Up to rounding, these surfaces are covered completely.
+    unreachable = (covered_share > 1 - 1e-6) | (target.area == 0)
     return Transfer(
         surfaces=scene.surfaces,
         site=scene.site,

@@ -76,7 +76,6 @@ def stop_child(child):
     child.stdin.close()
 
 
-LOOPS = Path(__file__).with_name("loops.txt")
 CORE = __package__.rpartition(".")[0]
 
 
@@ -101,7 +100,7 @@ def read_loops():
     """Lines of `loops.txt`, in the order in which a run needs them: module, function, types of the
     arguments.
     """
-    lines = LOOPS.read_text("utf-8").splitlines()
+    lines = Path(__file__).with_name("loops.txt").read_text("utf-8").splitlines()
     return [line for line in lines if line and not line.startswith("#")]
 
 

@@ -37,11 +37,6 @@ PROTOTYPES = {
     "rtcReleaseScene": (None, [POINTER]),
     "rtcReleaseDevice": (None, [POINTER]),
 }
-VERSION_MAJOR, NATIVE_PACKETS = 1, {16: 34, 8: 33, 4: 32}  # device properties
-TRIANGLES, INDICES, VERTICES = 0, 0, 1  # geometry and buffer types
-THREE_WORDS, THREE_FLOATS = 0x5003, 0x9003  # buffer formats
-ROBUST = 1 << 2
-COHERENT = 1 << 16  # hint that the rays of a packet are coherent
 ROW = 12  # [bytes] stride of three integers or floats
 
 
@@ -102,11 +97,13 @@ def load_library():
     device = library.rtcNewDevice(None)
     if not device:
         raise LibraryError("Embree cannot create a device")
-    if library.rtcGetDeviceProperty(device, VERSION_MAJOR) != 4:
+    # Property 1 of a device is the major version.
+    if library.rtcGetDeviceProperty(device, 1) != 4:
         raise LibraryError("its library is not Embree 4")
+    # Properties 34, 33 and 32 of a device: whether packets of 16, 8 and 4 rays are native.
     widths = [
         width
-        for width, number in NATIVE_PACKETS.items()
+        for width, number in ((16, 34), (8, 33), (4, 32))
         if library.rtcGetDeviceProperty(device, number)
     ]
     if not widths:
@@ -118,11 +115,15 @@ def _build_tree(library, device, vertices, triangles):
     """Handle of a committed triangle scene; the arrays must outlive it, `vertices` needs one spare
     row at the end.
     """
-    scene, mesh = library.rtcNewScene(device), library.rtcNewGeometry(device, TRIANGLES)
-    library.rtcSetSceneFlags(scene, ROBUST)
+    # Geometry of type 0: triangles.
+    scene, mesh = library.rtcNewScene(device), library.rtcNewGeometry(device, 0)
+    # Flag of a scene whose edges are watertight: robust.
+    library.rtcSetSceneFlags(scene, 1 << 2)
     share = library.rtcSetSharedGeometryBuffer
-    share(mesh, VERTICES, 0, THREE_FLOATS, vertices.ctypes.data, 0, ROW, len(vertices) - 1)
-    share(mesh, INDICES, 0, THREE_WORDS, triangles.ctypes.data, 0, ROW, len(triangles))
+    share(mesh, 1, 0, 0x9003, vertices.ctypes.data, 0, ROW, len(vertices) - 1)
+    # Buffers of type 0 hold indices, three 32-bit words a row; of type 1 vertices, three floats a
+    # row.
+    share(mesh, 0, 0, 0x5003, triangles.ctypes.data, 0, ROW, len(triangles))
     library.rtcCommitGeometry(mesh)
     library.rtcAttachGeometry(scene, mesh)
     library.rtcReleaseGeometry(mesh)  # the scene holds it
@@ -155,7 +156,7 @@ class PacketTree:
         self._triangles = np.ascontiguousarray(triangles, np.uint32)
         self._scene = _build_tree(self._library, device, self._vertices, self._triangles)
         # Shadow rays of a packet are coherent, hemisphere rays are not.
-        self._arguments = _Arguments(feature_mask=-1), _Arguments(flags=COHERENT, feature_mask=-1)
+        self._arguments = _Arguments(feature_mask=-1), _Arguments(flags=1 << 16, feature_mask=-1)
         self._closest, self._blocked = (
             (
                 ctypes.cast(self._library[name + str(self._width)], POINTER).value,
@@ -230,7 +231,6 @@ class _RayTree:
 
 TREES = {"packets": PacketTree, "rays": _RayTree}
 VARIABLE = "CITYPV_ENGINE"  # environment variable that forces one engine
-PROOF_RAYS = 1000
 
 
 def choose_engine():
@@ -275,7 +275,7 @@ def fault_of_packets():
     middles = generator.uniform(-10, 10, (300, 1, 3))
     vertices = (middles + generator.normal(size=(300, 3, 3))).reshape(-1, 3).astype(np.float32)
     triangles = np.arange(900, dtype=np.int32).reshape(-1, 3)
-    origins, directions = generator.normal(size=(2, PROOF_RAYS, 3)).astype(np.float32) * np.float32(
+    origins, directions = generator.normal(size=(2, 1000, 3)).astype(np.float32) * np.float32(
         [[[5]], [[1]]]
     )
     try:

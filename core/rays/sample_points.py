@@ -5,12 +5,6 @@ import functools
 import numpy as np
 
 DIGITS = 24  # binary digits of float32 numbers below 1
-# of dimensions 2 to 4: coefficients of the primitive polynomial, and initial numbers
-DIRECTION_NUMBERS = (
-    (0, (1,)),
-    (1, (1, 3)),
-    (1, (1, 3, 1)),
-)
 # independent sets of hemisphere rays per patch; their variance gives the standard error
 HEMISPHERE_REPLICATES = 4
 
@@ -74,7 +68,8 @@ def _all_directions():
     # The first dimension is the van der Corput sequence; the others follow from their polynomials
     # by the recurrence of Sobol.
     found = [[1 << (DIGITS - digit) for digit in range(1, DIGITS + 1)]]
-    for coefficients, initial in DIRECTION_NUMBERS:
+    # Dimensions 2 to 4: coefficients of the primitive polynomial, and initial numbers.
+    for coefficients, initial in ((0, (1,)), (1, (1, 3)), (1, (1, 3, 1))):
         degree, numbers = len(initial), list(initial)
         for digit in range(degree, DIGITS):
             last = numbers[digit - degree]

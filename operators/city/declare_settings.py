@@ -11,11 +11,8 @@ from .run_step import Action
 
 LARGEST = 2**31 - 1  # Blender keeps whole numbers in 32 bits
 AUTO = "auto_"  # + setting: switch of one that may be left to the program
-START = 3  # number that the user begins with
 # stands for None in whole numbers that may be left to the program, as Blender has no None
 UNSET = -1
-MOST = 100  # suggestions
-SUBTYPES = {"m": "DISTANCE", "%": "PERCENTAGE"}  # of numbers with these units
 STATES = (
     ("auto", "Auto", "As the plan decides for the city"),
     ("on", "On", "Always"),
@@ -59,11 +56,12 @@ def build_properties():
 
 def _build_switch(name, details):
     """Property that leaves a setting to the program: on while its number is UNSET."""
+    # The user begins with 3.
     return BoolProperty(
         name="Automatic",
         description=details.words[0].upper() + details.words[1:],
         get=lambda settings: getattr(settings, name) == UNSET,
-        set=lambda settings, left: setattr(settings, name, UNSET if left else START),
+        set=lambda settings, left: setattr(settings, name, UNSET if left else 3),
     )
 
 
@@ -82,7 +80,7 @@ def _build_property(default, details):
     # A setting in Blender's panel: a list, a switch, a text or a number, by the kind of the
     # setting. Words and unit as for the command line.
     words = details.words[0].upper() + details.words[1:]
-    subtype = SUBTYPES.get(details.unit, "NONE")
+    subtype = {"m": "DISTANCE", "%": "PERCENTAGE"}.get(details.unit, "NONE")
     unit = f" [{details.unit}]" if details.unit and subtype == "NONE" else ""
     named = {"name": details.title, "description": words + unit}
     if details.kind == "choice":
@@ -156,7 +154,7 @@ def _suggest_modules(settings, context, text):
         name for library in (SANDIA, CEC) for name in pv_system.read_library(library)
     )
     return [name for name in names if all(word in pv_system.join_letters(name) for word in words)][
-        :MOST
+        :100
     ]
 
 

@@ -9,8 +9,6 @@ from ...core.settings.progress import CancelledError, with_prefix
 from ...core.settings.threads import usable_threads
 from .check_libraries import name_libraries
 
-EARLIEST, FEWEST = 5.0, 0.2  # seconds and share before which a time left says nothing
-SOONEST = 0.2  # [s] of a stage before which its rate says nothing
 # above the window's own: it gets nine tenths of a core that both want; at most
 NICENESS, LARGEST = (
     10,
@@ -72,7 +70,8 @@ class Job(threading.Thread):
         self.stage = stage
         share = (self.share - self._before) / (1 - self._before)
         self.left = describe_left(now - self._began, share) if stage != COMPILING else ""
-        told = done and unit and now - self._entered > SOONEST
+        # In the first 0.2 s of a stage its rate says nothing.
+        told = done and unit and now - self._entered > 0.2
         self.rate = f"{with_prefix(done / (now - self._entered))}{unit}/s" if told else ""
 
     def run(self):
@@ -121,7 +120,8 @@ def share_of_step(stages, stage, share, before):
 
 def describe_left(seconds, share):
     """Time that the whole step still takes as text; "" before the estimate is worth something."""
-    if seconds < EARLIEST or not FEWEST < share < 1:
+    # Before 5 seconds and a fifth of the work a time left says nothing.
+    if seconds < 5.0 or not 0.2 < share < 1:
         return ""
     left = seconds * (1 - share) / share
     return f"about {left:.0f} s left" if left < 90 else f"about {left / 60:.0f} min left"

@@ -16,8 +16,6 @@ from .keys import Key
 from .read_settings import folder_of_answers, read_settings, state_of_step
 from .session import Session, find_city, find_session, list_cities, open_session
 
-SUFFIX = ".citypv.nc"
-
 
 @persistent
 def keep_transfers(path, *_):
@@ -34,7 +32,7 @@ def keep_transfers(path, *_):
     from ...core.results.transfer_file import write_transfer
 
     for city in {item for scene in bpy.data.scenes if path for item in list_cities(scene)}:
-        name = f"{Path(path).stem}.{bpy.path.clean_name(city.name)}{SUFFIX}"
+        name = f"{Path(path).stem}.{bpy.path.clean_name(city.name)}.citypv.nc"
         target, session, kept = Path(path).with_name(name), find_session(city), find_kept(city)
         try:
             if session is not None and session.transfer is not None:

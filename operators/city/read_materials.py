@@ -19,7 +19,6 @@ NODES = {
     "BSDF_GLOSSY": ("Color", 1.0, "Roughness", 0.0),
     "BSDF_GLASS": ("Color", 0.0, "Roughness", 1.0),
 }
-UNREAD = "a texture, another node or another shader defines its colour"
 
 
 def name_face_materials(item, mesh):
@@ -186,6 +185,9 @@ def _read_shader(material):
 def describe_material(material):
     """Description of a material's reflection for the panel."""
     try:
-        return materials.describe_finish(read_finish(material)) or f"One value: {UNREAD}"
+        return (
+            materials.describe_finish(read_finish(material))
+            or "One value: a texture, another node or another shader defines its colour"
+        )
     except InputError as error:
         return f"{error.source}: {error.problem}"

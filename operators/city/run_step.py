@@ -18,7 +18,6 @@ from .check_libraries import FAILURES, describe_cure, name_libraries
 from .job import Job
 from .session import find_city, find_session
 
-TICK = 0.25  # between two looks at the work [s]: drawing its progress takes time from it
 # of the command line -> of properties that have another type in the panel; the longer ones first
 PHRASES = {
     "--latitude D --longitude D": "Own location",
@@ -156,7 +155,9 @@ class Step:
         self._scene = context.scene.session_uid
         self._job = Job(self.bl_label, functools.partial(self.work, task), self.stages)
         Step.current = self._job
-        Step.timer = context.window_manager.event_timer_add(TICK, window=context.window)
+        # A quarter of a second between two looks at the work: drawing its progress takes time from
+        # it.
+        Step.timer = context.window_manager.event_timer_add(0.25, window=context.window)
         context.window_manager.modal_handler_add(self)
         self._job.start()
         return {"RUNNING_MODAL"}

@@ -11,7 +11,6 @@ from ...core.settings.errors import InputError
 from .keys import Key
 from .source_objects import is_seen
 
-MOST = 12  # sessions of cities that are gone, for undo
 _sessions = {}  # key -> (session, session_uid of the object)
 
 
@@ -46,7 +45,8 @@ def open_session(item, session):
     _sessions[item[Key.SESSION]] = session, item.session_uid
     there = {one.session_uid for one in bpy.data.objects}
     gone = [key for key, (_, owner) in _sessions.items() if owner not in there]
-    for key in gone[:-MOST]:
+    # Twelve sessions of cities that are gone are kept, for undo.
+    for key in gone[:-12]:
         del _sessions[key]
 
 

@@ -30,7 +30,6 @@ from ..show.keep_report import keep_report
 from ..show.show_city import show_city
 from .switch_city import show_objects_of
 
-SHOWN = (*SUFFIXES, ".gz")  # the file browser shows these
 IMPORT_LABEL = f"City for CityPV ({', '.join(suffixes[0] for _, suffixes, *_ in READ)})"
 
 
@@ -105,7 +104,7 @@ class ChooseCity(bpy.types.Operator):
         name="Solar city", description="Run all steps, not only the import", options={"SKIP_SAVE"}
     )
     filter_glob: bpy.props.StringProperty(
-        default=";".join("*" + suffix for suffix in SHOWN), options={"HIDDEN"}
+        default=";".join("*" + suffix for suffix in (*SUFFIXES, ".gz")), options={"HIDDEN"}
     )
     files: bpy.props.CollectionProperty(
         type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"}

@@ -21,14 +21,12 @@ from .compute_energy import WeighEnergy
 from .import_city import CityFiles, ImportCity, show_import
 from .trace_city import TraceCity, keep_light, read_goal, show_round, stages_of_trace, work_of_trace
 
-LOOK = {"samples": 16, "shadow_samples": 4, "suns": "days:4", "estimator": "gather"}
-WORTH = 2  # so many times its work must a trace have for a look before it
 STAGE = "first look"
 TOLD = (
     "First look, by 16 rays, 4 shadow points and 4 days. Trace light computes it as set in its step"
 )
 FOLDER = Path(__file__).parents[2] / "examples" / "berlin"
-CITY, WEATHER = "berlin_3910_5817.gml", "era5_berlin_2017.nc"
+CITY = "berlin_3910_5817.gml"
 
 
 class SolarCity(CityFiles, Step, bpy.types.Operator):
@@ -121,8 +119,17 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
 
 def settings_of_look(request):
     """Request of a look at a city, or None where tracing as asked for takes hardly longer."""
-    look = replace(request, **LOOK, target_error=None, time_budget=None)
-    worth = request.estimator == "forward" or sum(work_of_trace(request)) > WORTH * sum(
+    look = replace(
+        request,
+        samples=16,
+        shadow_samples=4,
+        suns="days:4",
+        estimator="gather",
+        target_error=None,
+        time_budget=None,
+    )
+    # A trace must have twice its work for a look before it.
+    worth = request.estimator == "forward" or sum(work_of_trace(request)) > 2 * sum(
         work_of_trace(look)
     )
     return look if worth else None
@@ -156,7 +163,7 @@ class BerlinExample(bpy.types.Operator):
         """Choose its files, and run *Solar city*."""
         settings = context.scene.citypv
         settings.city_path, settings.own_place = str(FOLDER / CITY), False
-        settings.weather, settings.weather_file = "file", str(FOLDER / WEATHER)
+        settings.weather, settings.weather_file = "file", str(FOLDER / "era5_berlin_2017.nc")
         return bpy.ops.citypv.solar_city("INVOKE_DEFAULT")
 
 

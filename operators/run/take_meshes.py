@@ -18,7 +18,6 @@ from ..city.worn_faces import name_faces
 from .import_city import show_import, triangulate_import
 
 LARGEST_COORDINATE = 1e8  # [m] larger than any coordinate on Earth
-TREE_COLLECTIONS = ("tree", "trees", "vegetation")
 OTHER_SHAPES = ("CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD", "VOLUME")
 
 
@@ -178,7 +177,8 @@ def _is_tree(item):
         if holder is not None and holder.get("tree") is not None:
             return bool(holder["tree"])
     return any(
-        group.name.partition(".")[0].lower() in TREE_COLLECTIONS for group in item.users_collection
+        group.name.partition(".")[0].lower() in ("tree", "trees", "vegetation")
+        for group in item.users_collection
     )
 
 

@@ -23,9 +23,6 @@ from ..show.summarise import OF_ENERGY, summarise_albedo
 from .plan_trace import OfScene, keep_plan, prepare_weather
 
 SUNS_PER_DAY = 12
-# Work of a patch beside its rays to the sky, under each sun, and for each of its points there, in
-# units of such a ray.
-PATCH, SUN, POINT = 175.0, 0.5, 0.1
 
 
 class TraceCity(OfScene, Step, bpy.types.Operator):
@@ -111,7 +108,9 @@ def work_of_trace(request):
     """
     way, _, number = request.suns.partition(":")
     suns = int(number or 0) * SUNS_PER_DAY if "days" in way else int(number or SUNS_PER_DAY * 365)
-    return PATCH + request.samples, suns * (SUN + POINT * request.shadow_samples)
+    # In units of a ray to the sky: 175 for a patch beside its rays, 0.5 for each sun, 0.1 for each
+    # point there.
+    return 175.0 + request.samples, suns * (0.5 + 0.1 * request.shadow_samples)
 
 
 def keep_light(context, session, found, findings, albedos):

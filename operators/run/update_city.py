@@ -21,7 +21,6 @@ from .compute_energy import WeighEnergy
 from .edited_city import read_edited_city
 from .trace_city import keep_light
 
-BUSY = ("TRANSFORM_OT_", "OBJECT_OT_", "MESH_OT_")  # operators that end with the mouse released
 HOURS = "full_load_hours"
 
 
@@ -250,7 +249,11 @@ def _renew_before(item, earlier):
 
 def is_editing(context):
     """Whether the user is in the middle of an edit: moving something, or in edit mode."""
-    busy = any(own.bl_idname.startswith(BUSY) for own in context.window.modal_operators)
+    # Operators that end with the mouse released.
+    busy = any(
+        own.bl_idname.startswith(("TRANSFORM_OT_", "OBJECT_OT_", "MESH_OT_"))
+        for own in context.window.modal_operators
+    )
     return busy or context.mode not in ("OBJECT", "POSE")
 
 

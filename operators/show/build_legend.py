@@ -13,10 +13,8 @@ from ..city.city_design import describe_edit
 from ..city.keys import Key
 from .colour_faces import MATERIAL, colours_of_values, linear_colour, start_emission, write_colours
 
-INK = "23282d"
 DISTANCE = 1.0  # of the legend's plane in front of the camera [m]
 COLLECTION = "CityPV legend"
-FONT = "Inter.woff2"
 # property of the city, by owner of the attribute
 NOTES = {
     "energy": Key.WEATHER,
@@ -25,7 +23,7 @@ NOTES = {
 
 # Layout in fractions of the picture's height, from its lower left corner.
 LEFT, BAR_BOTTOM, BAR_WIDTH, BAR_HEIGHT = 0.055, 0.085, 0.62, 0.026
-TITLE_SIZE, TEXT_SIZE, GAP = 0.036, 0.028, 0.014
+TEXT_SIZE, GAP = 0.028, 0.014
 
 
 def build_legend(scene, camera, scale, note=""):
@@ -50,7 +48,7 @@ def build_legend(scene, camera, scale, note=""):
     if collection.name not in scene.collection.children:
         scene.collection.children.link(collection)
     page = _Page(scene, camera, collection)
-    page.write(scale.heading(), LEFT, BAR_BOTTOM + BAR_HEIGHT + GAP, TITLE_SIZE)
+    page.write(scale.heading(), LEFT, BAR_BOTTOM + BAR_HEIGHT + GAP, 0.036)
     below = BAR_BOTTOM - GAP - 0.75 * TEXT_SIZE
     if note:
         page.write(note, page.width - LEFT, below, TEXT_SIZE, "RIGHT")
@@ -99,10 +97,10 @@ class _Page:
         low, high = corners.min(axis=0), corners.max(axis=0)
         self.scale, self.middle = float(high[1] - low[1]), (low + high) / 2
         self.camera, self.collection = camera, collection
-        start_emission("CityPV ink")[2].default_value = linear_colour(INK)
+        start_emission("CityPV ink")[2].default_value = linear_colour("23282d")
         self.ink = bpy.data.materials["CityPV ink"]
         # Blender's own interface font, packed into the file; its text font where it ships without.
-        path = Path(bpy.utils.system_resource("DATAFILES", path="fonts") or "", FONT)
+        path = Path(bpy.utils.system_resource("DATAFILES", path="fonts") or "", "Inter.woff2")
         self.font = bpy.data.fonts.load(str(path), check_existing=True) if path.is_file() else None
         if self.font is not None and self.font.packed_file is None:
             self.font.pack()

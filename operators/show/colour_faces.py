@@ -32,7 +32,7 @@ from ..city.attributes import (
 )
 from ..city.keys import Key
 
-MATERIAL, GROUND_MATERIAL = "CityPV colours", "CityPV ground"
+MATERIAL = "CityPV colours"
 # One colour per code, safe for colour-blind viewers: M. Okabe and K. Ito (2008).
 CLASS_COLOURS = {
     "kind": {
@@ -199,7 +199,7 @@ def colour_faces(city, ground, attribute, ends=None, colour_map="viridis"):
     city[Key.COLOUR_MAP] = colour_map
     if ground is not None:
         # Neutral grey with ambient occlusion, so that narrow streets and courtyards appear darker.
-        nodes, links, colour = start_emission(GROUND_MATERIAL, ground.data)
+        nodes, links, colour = start_emission("CityPV ground", ground.data)
         occlusion = nodes.new("ShaderNodeAmbientOcclusion")
         occlusion.samples, occlusion.inputs["Distance"].default_value = 4, 25.0
         occlusion.inputs["Color"].default_value = linear_colour(GROUND)

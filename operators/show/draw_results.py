@@ -26,8 +26,8 @@ from .build_legend import build_legend, note_of
 from .colour_faces import colour_faces, read_scale, show_exact_colours
 from .show_city import SENSOR_WIDTH, find_camera, place_camera, set_background, show_city
 
-SAMPLES = 16  # rays per pixel; only the ground's ambient occlusion is noisy
 SCENE = "CityPV picture"
+SAMPLES = 16  # rays per pixel; only the ground's ambient occlusion is noisy
 VIEWS = [
     ("overview", "Whole city", "From above the south-east, with everything in the frame"),
     ("viewport", "3D view", "As the 3D view shows it"),

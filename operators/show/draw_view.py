@@ -21,21 +21,14 @@ from .probe_faces import CURVES, read_charts
 from .select_faces import read_selection
 
 PAPER = (0.95, 0.95, 0.94, 0.94)  # background; all colours here are sRGB with alpha
-BAR = (0.90, 0.62, 0.0, 1.0)  # colours that colour-blind viewers tell apart (Okabe and Ito)
 LINES = ((0.13, 0.15, 0.17, 1.0), (0.84, 0.37, 0.0, 1.0), (0.0, 0.45, 0.70, 1.0))
 WIDTH, HEIGHT, GAP = 250, 90, 52  # of a chart, and between them [pixels]
-LEGEND = 600  # [pixels] width of the legend and what is left of it
 SMALLEST = 0.7  # of that size, at which legend and charts are drawn in a narrow view
-NAMES = 18  # height above the curves for their names [pixels]
 # of the legend's note: from one line to the next [pixels], and letters on one
 LINE, LETTERS_OF_NOTE = (
     15,
     84,
 )
-BOXES = 110  # of colours along the bar
-LETTERS = "JFMAMJJASOND"
-SELECTED = (1.0, 0.35, 0.0, 0.75)
-LIFT = 2e-4  # of the city's size: in front of its faces for the depth buffer, see `show_city`
 
 
 def _find_coloured(switch):
@@ -64,7 +57,8 @@ def _draw_legend():
         return
     # Sizes follow Blender's scale and the width of the view.
     whole = bpy.context.preferences.system.ui_scale
-    pixel = max(_fit_width(LEGEND), SMALLEST) * whole
+    # The legend and what is left of it take 600 pixels.
+    pixel = max(_fit_width(600), SMALLEST) * whole
     blf.size(0, 11 * pixel)
     lines = textwrap.wrap(note_of(city, scale.attribute), LETTERS_OF_NOTE) or [""]
     # Above Blender's box with the last operator; the note's last line is always at the same height.
@@ -84,7 +78,8 @@ def _draw_legend():
     values = (
         np.arange(len(scale.classes))
         if scale.classes
-        else np.linspace(scale.low, scale.high, BOXES)
+        # The bar has 110 boxes of colours.
+        else np.linspace(scale.low, scale.high, 110)
     )
     edges = np.linspace(left, left + width, len(values) + 1).tolist()
     points = [(x, y) for ends in pairwise(edges) for x in ends for y in (bottom, bottom + height)]
@@ -161,9 +156,9 @@ def _draw_months(months, left, bottom, pixel):
     step = WIDTH * pixel / 12
     for number, value in enumerate(months.tolist()):
         height = HEIGHT * pixel * max(value, 0.0) / largest
-        _draw_box((left + number * step, bottom, 0.8 * step, height), BAR)
+        _draw_box((left + number * step, bottom, 0.8 * step, height), (0.90, 0.62, 0.0, 1.0))
         _write_text(
-            LETTERS[number],
+            "JFMAMJJASOND"[number],
             left + (number + 0.4) * step,
             bottom - 13 * pixel,
             10 * pixel,
@@ -180,7 +175,8 @@ def _draw_curves(curves, left, bottom, pixel):
     shader = gpu.shader.from_builtin("UNIFORM_COLOR")
     for row, colour in reversed(list(enumerate(LINES))):
         places = [left + (hour + 0.5) / 24 * WIDTH * pixel for hour in range(24)]
-        heights = (bottom + (HEIGHT - NAMES) * pixel * curves[row] / largest).tolist()
+        # The names stand in 18 pixels above the curves.
+        heights = (bottom + (HEIGHT - 18) * pixel * curves[row] / largest).tolist()
         points = list(zip(places, heights, strict=True))
         gpu.state.line_width_set(2.0)
         shader.uniform_float("color", colour)
@@ -226,14 +222,15 @@ def _draw_highlight():
         read_array(mesh.vertices, "co", 3),
         read_array(mesh.polygons, "normal", 3)[chosen],
     )
-    lift = LIFT * float(np.linalg.norm(np.ptp(points, axis=0)))
+    # In front of the city's faces for the depth buffer, see `show_city`.
+    lift = 2e-4 * float(np.linalg.norm(np.ptp(points, axis=0)))
     lifted = points[read_corners(mesh).reshape(-1, 3)[chosen]] + np.float32(lift) * normals[:, None]
     shader = gpu.shader.from_builtin("UNIFORM_COLOR")
     gpu.state.blend_set("ALPHA")
     gpu.state.depth_test_set("LESS_EQUAL")
     with gpu.matrix.push_pop():
         gpu.matrix.multiply_matrix(city.matrix_world)
-        shader.uniform_float("color", SELECTED)
+        shader.uniform_float("color", (1.0, 0.35, 0.0, 0.75))
         batch_for_shader(shader, "TRIS", {"pos": lifted.reshape(-1, 3)}).draw(shader)
     gpu.state.depth_test_set("NONE")
     gpu.state.blend_set("NONE")

@@ -17,9 +17,7 @@ from ..city.session import find_city
 from ..city.source_objects import list_taken
 from .select_faces import gather_selection, select_faces
 
-NEAR = 0.1  # [m] from what is hit to the city's own face
 CURVES = {"year": range(1, 13), "June": (6,), "December": (12,)}
-MOST = 1000  # surfaces whose hours are computed for the day curve
 
 
 class ProbeFaces(OfEnergy, Action, bpy.types.Operator):
@@ -112,8 +110,9 @@ def hit_face(context, origin, direction):
     # Objects show some of its faces in its place, so that those seen have other numbers.
     shape = bmesh.new()
     shape.from_mesh(city.data)
+    # The city's own face lies within 0.1 m of what is hit.
     _, _, nearest, _ = BVHTree.FromBMesh(shape).find_nearest(
-        city.matrix_world.inverted() @ place, NEAR
+        city.matrix_world.inverted() @ place, 0.1
     )
     shape.free()
     return -1 if nearest is None else nearest
@@ -198,7 +197,8 @@ def _chart_surfaces(session, rows):
     counted = rows[np.isfinite(energy.full_load_hours[rows]) & (energy.counted_area[rows] > 0)]
     kwp = kwp_of_hours(session.transfer.surfaces.area, energy)[counted]
     months = kwp @ energy.full_load_hours_by_month[counted] / 1000
-    if 0 < len(counted) <= MOST:
+    # The day curve shows at most 1,000 surfaces.
+    if 0 < len(counted) <= 1000:
         transfer = take_rows(session.transfer, counted)
         request = replace(session.request, series=tuple(transfer.surfaces.surface_id))
         energy = compute_energy(transfer, session.weather, request)

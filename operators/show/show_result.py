@@ -18,7 +18,6 @@ from .colour_user_meshes import colour_user_meshes, uncolour_user_meshes
 from .show_city import give_back_shading, keep_shading, show_city
 
 BEFORE = "before"  # part of the object that is kept as *before*
-GAP = 1.1  # distance of the two results over the width of the city
 
 _state = {"quiet": False}  # what a step sets in the panel is coloured already
 
@@ -152,7 +151,7 @@ def show_before(item, *, visible, scale=None):
     if not visible:
         return
     across = [corner[0] for corner in item.bound_box]
-    item.location.x = GAP * (min(across) - max(across))
+    item.location.x = 1.1 * (min(across) - max(across))
     name = None if scale is None else scale.attribute.removeprefix(CHANGE)
     values = read_face_attribute(item.data, name) if name else None
     if values is None:

@@ -19,8 +19,6 @@ OF_ENERGY = (
     Key.PROBE,
     Key.CHARTS,
 )
-MOST = 20  # of the best buildings
-SHOWN = ("kwp", "mwh_per_year", "full_load_hours")  # of sum_potential, in the table of totals
 
 
 def summarise_energy(item, weather, energy, *, place, whole, buildings):
@@ -46,7 +44,15 @@ def summarise_energy(item, weather, energy, *, place, whole, buildings):
     totals = {"All": whole} | {kind_title(kind): one for kind, one in whole["kinds"].items()}
     item[Key.ENERGY_TOTALS] = {name: total["mwh_per_year"] for name, total in totals.items()}
     rows = [
-        "|".join([name, *("–" if total[key] is None else f"{total[key]:,.0f}" for key in SHOWN)])
+        "|".join(
+            [
+                name,
+                *(
+                    "–" if total[key] is None else f"{total[key]:,.0f}"
+                    for key in ("kwp", "mwh_per_year", "full_load_hours")
+                ),
+            ]
+        )
         for name, total in totals.items()
     ]
     item[Key.TOTALS] = rows + [
@@ -65,10 +71,10 @@ def summarise_energy(item, weather, energy, *, place, whole, buildings):
         )
     ]
     columns = ["building_id", "kwp", "mwh_per_year", "p50_mwh_per_year", "p90_mwh_per_year"]
-    # The buildings with the most energy, without columns that are unknown.
+    # The 20 buildings with the most energy, without columns that are unknown.
     best = (
         buildings[buildings["kwp"] > 0]
-        .nlargest(MOST, "mwh_per_year")
+        .nlargest(20, "mwh_per_year")
         .reindex(columns=columns)
         .dropna(axis=1)
     )

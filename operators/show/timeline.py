@@ -19,13 +19,9 @@ from .colour_faces import colours_of_values, read_scale, start_nodes, write_colo
 from .colour_user_meshes import colour_user_meshes
 from .show_result import has_result, show_result
 
-FRAMES, HOURS = 288, 24
-NOON = 5 * 24 + 13  # June, 12 to 13 h
+FRAMES = 288
 TIMED = ("direct_irradiance", "month_hours")  # attributes that change with the frame
 SUN, SKY = "CityPV sun", "CityPV timeline sky"
-STRENGTH = 0.005  # of the lamp, per Wm⁻²: 5 at full sun suits Blender's view transforms
-BRIGHTNESS = 0.004  # of the sky, per Wm⁻² of DHI
-ANGLE = 0.0093  # of the sun's disc [rad]
 
 
 class StartTimeline(OfTransfer, Step, bpy.types.Operator):
@@ -71,7 +67,8 @@ class StartTimeline(OfTransfer, Step, bpy.types.Operator):
             seeing.world_before = stage.world
         stage.frame_start, stage.frame_end = 1, FRAMES
         if not 1 < stage.frame_current <= FRAMES:
-            stage.frame_set(NOON)
+            # In June, 12 to 13 h.
+            stage.frame_set(5 * 24 + 13)
         seeing.timeline = True
         _show_moment(stage)
         show_result(context, city, ground, seeing.timeline_show)
@@ -160,7 +157,7 @@ def _show_moment(stage):
     city, ground = find_city(stage)
     timeline = timeline_of(city)
     moment = min(max(stage.frame_current - 1, 0), FRAMES - 1)
-    values = timeline.irradiance(moment), timeline.hours_by_month[:, moment // HOURS]
+    values = timeline.irradiance(moment), timeline.hours_by_month[:, moment // 24]
     for name, of_surfaces in zip(TIMED, values, strict=True):
         attributes.write_surface_values(city, ground, name, of_surfaces)
     shown = city.get(Key.COLOUR_ATTRIBUTE)
@@ -191,11 +188,13 @@ def _light_scene(stage, direction, dni, dhi):
     up = direction[2] > 0
     if SUN not in bpy.data.objects:
         lamp = bpy.data.objects.new(SUN, bpy.data.lights.new(SUN, "SUN"))
-        lamp.data.angle, lamp[Key.PART] = ANGLE, "sun"
+        # The sun's disc is 0.0093 rad wide.
+        lamp.data.angle, lamp[Key.PART] = 0.0093, "sun"
         show_objects(stage, lamp)
     lamp = bpy.data.objects[SUN]
     lamp.rotation_euler = Vector(direction).to_track_quat("Z", "Y").to_euler()
-    lamp.data.energy = STRENGTH * dni if up else 0.0
+    # 5 at full sun suits Blender's view transforms.
+    lamp.data.energy = 0.005 * dni if up else 0.0
     if SKY not in bpy.data.worlds:
         nodes, links, output = start_nodes(bpy.data.worlds.new(SKY), "ShaderNodeOutputWorld")
         texture, background = nodes.new("ShaderNodeTexSky"), nodes.new("ShaderNodeBackground")
@@ -206,5 +205,5 @@ def _light_scene(stage, direction, dni, dhi):
     world = bpy.data.worlds[SKY]
     texture, background = (world.node_tree.nodes[name] for name in ("Sky Texture", "Background"))
     texture.sun_direction = [*direction[:2], max(direction[2], 0.0)]
-    background.inputs["Strength"].default_value = BRIGHTNESS * dhi if up else 0.0
+    background.inputs["Strength"].default_value = 0.004 * dhi if up else 0.0
     stage.world = world
