@@ -192,7 +192,7 @@ def check_columns(path, table, texts, numbers):
     """The table, all columns but texts as numbers; parameters and errors as of `read_table`."""
     missing = [name for name in (*texts, *numbers) if name not in table]
     if missing:
-        raise InputError(path, f"has no column {', '.join(missing)}", CURE)
+        raise InputError(path, f"has no column {', '.join(missing)}", AGAIN)
     for name in set(IDS) & set(table.columns):
         table[name] = [id_of_cell(str(cell)) for cell in table[name]]
     for name in set(table.columns) - set(texts):

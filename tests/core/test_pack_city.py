@@ -17,7 +17,13 @@ from citypv.core.city.grid_cells import Outlines
 from citypv.core.energy.counted_area import REASONS
 from citypv.core.results import write_report
 from citypv.core.results.pack_city import BELOW, pack_city, pack_shapes
-from citypv.core.results.read_results import Results, count_faces
+from citypv.core.results.read_results import (
+    FACE_NUMBERS,
+    FACE_TEXTS,
+    Results,
+    check_columns,
+    count_faces,
+)
 from citypv.core.settings.errors import InputError
 
 WEB = Path(write_report.__file__).parent / "web"
@@ -128,9 +134,14 @@ def test_what_does_not_count_says_why(reason):
     assert not city["counted"].any() and np.isnan(city["month_01"]).all()
 
 
-def test_a_reason_of_another_version_is_refused():
+def test_a_table_of_another_version_is_refused():
     with pytest.raises(InputError, match=r"faces\.csv: has the reason 'new', which is not known"):
         some_results(reason=["new"] * 24)
+    earlier = some_results().faces.drop(columns=["kwp", "reason"])
+    with pytest.raises(
+        InputError, match="no column reason, reason_note, kwp; compute the folder again, by"
+    ):
+        check_columns("faces.csv", earlier, FACE_TEXTS, FACE_NUMBERS)
 
 
 def test_a_change_has_zero_in_the_middle():
