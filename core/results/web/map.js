@@ -7,7 +7,7 @@ NOTES.file =
   "A browser reads no map from files. Put this folder on a web server, or type in it: python3 -m http.server";
 NOTES.lost = "The map's files could not be read. Is the folder whole?";
 
-const MOST_OFF = 5; // pixels that what is drawn may be off: lower walls are left out
+const MOST_OFF = 10; // pixels that what is drawn may be off: lower walls are left out
 
 let header; // of map.json
 let tiles; // of 3d-tiles-renderer
@@ -113,7 +113,8 @@ function buildView() {
   tiles = new TILES.TilesRenderer(new URL("tiles/tileset.json", location).href);
   const inverse = new THREE.Matrix4().fromArray(header.frame).invert();
   inverse.decompose(tiles.group.position, tiles.group.quaternion, tiles.group.scale);
-  tiles.errorTarget = MOST_OFF;
+  // All of a town is a few MB, of which the first view may have every wall.
+  tiles.errorTarget = header.buildings > 1000 ? MOST_OFF : MOST_OFF / 2;
   tiles.setCamera(started.camera);
   started.scene.add(tiles.group);
   started.scene.updateMatrixWorld(true);
