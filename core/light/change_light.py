@@ -183,7 +183,8 @@ def _trace_rows(old, context, change, scene, progress):
     reached = find_changed_rows(old.context, context.ray_scene, patches, (rest, sent[rest]), change)
     progress(STAGE, 1, 3, "steps")
     todo[reached] = True
-    # Changes of the room for modules and of cover are found on these rows only.
+    # The room for modules and cover change on these rows only. Where a surface then leaves out other
+    # cells, its rows are traced anew as well.
     cramped = _find_cramped(old, context, scene, todo & patches.receives)
     context.left_out = choose_left_out(scene, context.patch_to_surface, context.request, cramped)
     todo[:first] |= context.left_out[:first] != old.context.left_out

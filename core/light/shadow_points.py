@@ -88,7 +88,8 @@ def find_points(patches, covered, counts, wanted, threads=1, *, left_out=None):
     counted = np.full((count, -(-point_count // WORD)), (1 << WORD) - 1, np.uint16)
 
     def find(rows):
-        # Points that lie in covered cells, or deep in them; elements that are covered as a whole.
+        # Points in covered cells; open are all but those whose cell has only covered neighbours.
+        # Elements, parts of a patch whose light is kept apart, that are covered as a whole.
         places = _places_of_points(patches.key[rows], patches.points_before[rows], point_count)
         in_covered, all_covered = (
             np.zeros((len(rows), point_count), bool),
@@ -103,8 +104,8 @@ def find_points(patches, covered, counts, wanted, threads=1, *, left_out=None):
             inside = sample_points.cells_inside(divisions, round(np.sqrt(elements)))
             members = np.argsort(inside, kind="stable").reshape(elements, -1)
             all_covered[partly] = cells[:, members].all(axis=2)
-        # The point nearest to the middle of an element stands for it, one in the open where there
-        # is any.
+        # The point nearest to the middle of an element stands for it. It lies in no covered cell
+        # unless the element is covered as a whole and must be dark.
         chosen = np.empty((len(rows), elements), representative_points.dtype)
         _choose_representatives(places, (in_covered, all_covered), middles, chosen)
         representative_points[rows] = chosen

@@ -155,6 +155,7 @@ def meet_fronts(target, photons, tally, source=None):
     """
     patches = target.patches
     places = target.ray_scene.trace_places(photons.origins, photons.directions)
+    # Leaves of trees stop some.
     stopped = end_in_crowns(target, photons.origins, photons.directions, places)
     if stopped.any():
         tally.leaves += float(photons.weight[stopped].sum())
@@ -162,13 +163,14 @@ def meet_fronts(target, photons, tally, source=None):
     hit, b1, b2 = places
     missed = hit < 0
     back = meets_back(patches, hit, photons.directions)
+    # At the first hit some slip past an edge by rounding, and count as hits of the back.
     if source is not None:
         back |= _slip_past_edges(target, places, photons.directions, ~missed & ~back)
     closure = ~missed & ~back & ~patches.receives[hit]
     covered = np.zeros(len(hit), bool)
     if source is not None and source.rising:
-        # The ground has no thickness: photons rising from below it may hit walls that extend below
-        # ground.
+        # The ground has no thickness: photons that rise from below it may hit walls that extend
+        # below ground, and end where the place that they hit is covered.
         fronts = np.flatnonzero(~missed & ~back & ~closure)
         covered[fronts] = target.covered[hit, cell_of_point(b1, b2, CELL_DIVISIONS)][fronts]
         # In cells that the line of the ground crosses each place is asked, as gather asks the start

@@ -92,8 +92,8 @@ def rename_groups(dataset):
 
 
 def refuse_links(path):
-    """Refuse an HDF5 file that takes values from other files, which whoever made it chooses: links,
-    virtual data sets.
+    """Refuse an HDF5 file that takes values from other files, which whoever made it chooses: by
+    links to them, virtual data sets, or data sets kept outside. Links within the file do no harm.
 
     Raises
     ------

@@ -97,7 +97,8 @@ def _read_declared(path, declared, report_share):
         held = {**others, "terrain triangles": content.relief.count(), **left_out}
         words = ", ".join([f"{count} {name}" for name, count in sorted(held.items()) if count][:5])
         raise InputError(path, f"contains no buildings{f' (but {words})' if words else ''}", cure)
-    # Only now all ids are known: references are followed.
+    # Only now all ids are known: references are followed, what was demolished is left out, and each
+    # tree gets the polygons of its best level.
     content.srs_names = content.srs_names or enveloped or dict(content.relief.srs_names)
     resolve_references(content)
     leave_out_demolished(content)

@@ -14,7 +14,8 @@ MOMENT = 1.0  # [s] for the rest of writing
 
 
 def refine_run(run, log, progress, folder):
-    """Trace rounds until the target is met or the time is up.
+    """Trace rounds until the target is met, the time is up, or more would not help or not fit into
+    memory.
 
     Parameters
     ----------
@@ -38,7 +39,8 @@ def refine_run(run, log, progress, folder):
         None if request.time_budget is None else log.started + request.time_budget - finishing
     )
 
-    # Errors after a round; near the target hours are computed anew, as they have moved too.
+    # Errors after a round, by the hours known so far; where they meet the target, hours are computed
+    # anew to confirm it.
     def judge(one):
         nonlocal energy
         log.show(one)
@@ -48,7 +50,6 @@ def refine_run(run, log, progress, folder):
             and request.target_error is not None
             and errors.at_share() <= request.target_error
         ):
-            # hours have changed as well since they were computed
             energy = compute_energy(one, weather, request)
             errors = split_errors(one, weather, energy)
         return errors
@@ -56,6 +57,7 @@ def refine_run(run, log, progress, folder):
     # The stages of every round would be many lines.
     progress.progress = TerminalProgress(log.stream, lasting=False) if log.stream else log.progress
     target = request.target_error
+    # A target that no number of rays reaches is told, with the option that would help.
     if target is not None and (words := rounds_to_target.unreachable(judge(transfer), target)):
         log.write(words)
 

@@ -44,7 +44,9 @@ class GroupErrors:
 
 
 def find_group_errors(transfer, environment, rows, traced=()):
-    """Parts of the errors of an environment's groups.
+    """Parts of the errors of an environment's groups: of their own light by the square of each
+    surface's weight; of light that others pass on, and of patch size, which surfaces share, by
+    the weight itself.
 
     Parameters
     ----------
