@@ -108,7 +108,7 @@ def measure_effects(inputs, progress=silent):
 
 def _replan(inputs, key=None):
     """A city with the plan of its request, in which one effect is switched: CityYear."""
-    # The same scene and rays, with only the plan of effects made anew.
+    # Scene and rays stay; only the plan of effects is made anew.
     prepared, weather, request = inputs.prepared, inputs.weather, inputs.request
     if key is not None:
         request = replace(request, effects=request.effects | {key: not prepared.plan[key].on})

@@ -61,7 +61,7 @@ def measure_ways(inputs, transfer, ways, progress=silent, *, patches=LOOKED_AT):
     if every.keys() == {"hourly"} or not surfaces.eligible.any():
         return [NO_ERROR | {"patches": 0} for _ in ways]
     every.setdefault("hourly", choose_suns("hourly", *weather.axis, position=weather.data))
-    # The same few patches under each choice of suns, and their full load hours.
+    # A few patches under each choice of suns, and their full load hours.
     few = trace_sun_samples(
         scene, transfer, [*every.values()], request, progress, prepared=prepared, count=patches
     )

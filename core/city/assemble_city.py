@@ -136,7 +136,7 @@ def _tell_buildings_apart(contents, report):
         report.note(
             f"buildings of {content.path} have the name of an earlier one, number added", again
         )
-        # Those that are left are counted anew.
+        # What is left is counted anew.
         number = {building: k for k, building in enumerate(kept)}
         content.buildings = list(kept.values())
         content.polygons = [polygon for polygon in content.polygons if polygon.building in number]

@@ -244,7 +244,7 @@ def build_ground(
     lines = draw_lines(feet)
     foot_points, edges = cut_feet(feet, lines, 0.5 * patch_size)
     report_share(0.28)
-    # Points of the open ground, at heights between those of the feet.
+    # Points of the open ground, at heights interpolated between the feet.
     free = spread_points(foot_points[:, :2], feet.footprints, lattice)
     free = _interpolate_heights(foot_points, free, lattice)
     report_share(SPREAD)

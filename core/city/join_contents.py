@@ -233,8 +233,8 @@ def _common_crs(contents, like=None):
     """The one system of all files, or of the city `like` where it is given; None where no file
     names one.
     """
-    # With a given city all must be in its system; without, all in that of each other, up to the
-    # plane that they lie in.
+    # With a given city all must be in its system; without, all in one system, up to the plane that
+    # they lie in.
     named = {content.crs: content for content in contents if content.crs}
     if like is not None:
         for crs, content in named.items():

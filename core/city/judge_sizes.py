@@ -37,7 +37,7 @@ def judge_unit(contents):
         What was taken, or may be meant.
     """
     heights = [high - low for content in contents for low, high in _heights_of(content)]
-    # Hardly any place has buildings of which half are higher than 150 m.
+    # Hardly any place has more than half of its buildings above 150 m.
     if not heights or (middle := float(np.median(heights))) < 150.0:
         return "m", []
     likely = likely_units(middle)

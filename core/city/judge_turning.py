@@ -147,7 +147,7 @@ def trace_both_sides(shape, shell, tested, wanted):
     Views
     """
     # Triangles of all polygons near the origin, rounded to micrometres, so that the noise of large
-    # coordinates has no effect; rays start from those of the tested ones.
+    # coordinates has no effect; rays start from the triangles of tested polygons.
     places = np.round(shape[0] - shape[0].min(axis=0), 6)  # near zero
     triangles, owner = triangulate(places, *shape[1:])
     # (t, 3, 3) [m] and (t, 3) [m²]

@@ -28,7 +28,7 @@ def find_source(request, settings, stack):
         return sources.model_source(
             sources.grid_places(*axes), request.weather, request, settings.off_land
         )
-    # Files: a grid of ERA5 has its own points, of which some may be picked.
+    # Files: a grid of ERA5 has its own points; some of them may be picked.
     paths = [
         Path(one)
         for one in (request.weather if isinstance(request.weather, list) else [request.weather])

@@ -98,8 +98,7 @@ def compute_energy(
     by_month = np.where(electric[:, None], sums["by_month"] * hour / years, np.nan)
     dc, poa = sums["dc"] * hour / years, sums["poa_global"] * hour / years / 1000.0
     full_load_hours = by_month.sum(axis=1)
-    # Errors of direct light in both states hold for the hours of each; those of hours follow from
-    # it.
+    # Errors of direct light in both states hold for the hours of each; errors of hours follow.
     direct_errors = [
         share * one.direct_annual_standard_error
         for share, (one, _) in zip(sunny, states, strict=True)

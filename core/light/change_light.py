@@ -275,7 +275,7 @@ def _look_again(edit, suns, change):
     anew[:first] |= (watch.traced[:first] != known.traced) | (
         watch.unobstructed[:first] != known.unobstructed
     )
-    # Bits of points that see suns are those of before, but for what is new.
+    # Bits of points that see suns stay as before, but for what is new.
     states, (_, _, words, count) = context.ray_scene.states, before.bits.shape
     bits = np.zeros((states, len(patches), words, count), np.uint16)
     for state in range(states):
@@ -342,8 +342,8 @@ def _sum_annual(edit, state):
 
 
 def _find_cramped(old, context, scene, asked):
-    """Cells of patches without room for modules: those of before, but of patches that are asked
-    anew: (p, k) uint64.
+    """Cells of patches without room for modules, (p, k) uint64: as before, but anew for patches
+    that are asked.
     """
     how = {"clearances": list_clearances(context.request), "threads": context.threads}
     cramped = find_cramped(context.ray_scene, context.patches, scene, asked=asked, **how)

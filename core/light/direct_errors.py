@@ -78,7 +78,7 @@ def variance_of_points(nets, covered, unshaded):
     count = sum(light.shape[1] for light in nets)
     variance = sum((light.shape[1] / count) ** 2 * variance_of_neighbours(light) for light in nets)
     # At the edge of a covered part: points that are lit by chance may all agree, so the variance is
-    # at least that of a coin for each of √m points along the edge.
+    # at least as for the toss of a coin at each of √m points along the edge.
     partly = np.flatnonzero((covered > 0) & (covered < 1))
     by_point, covered = np.concatenate([light[partly] for light in nets], axis=1), covered[partly]
     lit = (by_point > 0).sum(axis=1)

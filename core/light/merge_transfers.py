@@ -199,7 +199,7 @@ def merge_replicates(one, other, weight, rounds):
     counts = one.shape[1], other.shape[1]
     beside = sum(counts) <= MOST_REPLICATES
     whole = sum(counts) if beside else counts[0]
-    # Deviations scaled so that their variance of the mean is that of the weighted sum.
+    # Deviations scaled so that their variance of the mean agrees with the weighted sum's.
     scaled = [
         share
         * np.sqrt(whole * (whole - 1) / (count * (count - 1)))

@@ -54,7 +54,7 @@ def add_round(city, size, progress, folder=None):
     CancelledError
         The matrices are as they were, but `city` can take no further round.
     """
-    # The same tree and points that follow in the sequences; rays of this round go into the matrix.
+    # The tree stays, points follow in the sequences; rays of this round go into the matrix.
     clock, traced, before = (
         Clock(),
         [one.traced for one in city.states],
@@ -144,8 +144,7 @@ def _trace_suns(context, city, size, before, folder):
         alone = [_with_rays_of(more, one, done - size) for one in traced]
         direct = solve_suns(more, alone, task, [None] * len(traced), folder=folder)
         total = total or direct
-        # The year's light is averaged over all points so far; visible shares over those of this
-        # round.
+        # The year's light is averaged over all points so far; visible shares over this round's.
         for state, (found, new) in enumerate(zip(total, direct, strict=True)):
             annual[state] = add_points(
                 annual[state],

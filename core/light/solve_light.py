@@ -103,7 +103,8 @@ def solve_light(
         transported, left = errors_of_reflected(to_surface, deviations, steps, variance)
     else:
         found.cut = np.full(to_surface.shape[0], _bound_all(context, first.light, far_ground))
-    # Mean of the surface, and its own noise; rays that all agree still have that of one of them.
+    # Mean of the surface, and its own noise; rays that all agree still have the noise of one of
+    # them.
     found.mean = to_surface @ by_replicate.mean(axis=1, dtype=float)
     own = to_surface.power(2) @ (points + variance_of_mean(by_replicate))
     if look is not None:

@@ -72,8 +72,7 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
     )
     own = replace(own, surfaces=replace(own.surfaces, area=patches.area[chosen]))
     found = []
-    # The same points look at the suns of each choice; light is what reaches them without
-    # reflections.
+    # Equal points look at the suns of each choice; light is what reaches them without reflections.
     for suns in ways:
         if len(few):
             progress(f"error check, {suns.sampling}", 0, 1, "rays")

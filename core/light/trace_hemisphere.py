@@ -213,7 +213,7 @@ def source_rays(patches, source, chosen, sequence, *, share):
         Of CELL_DIVISIONS², in which each ray starts.
     """
     keys = mix(patches.key[chosen] ^ source.stream)
-    # Points of the net go on from those of earlier rounds, shifted by each patch's own digits.
+    # Points of the net continue earlier rounds' points, shifted by each patch's own digits.
     digits = (
         sequence[None, None]
         ^ shift_replicates(keys, patches.rays_before[chosen] // share)[:, :, None]
@@ -244,8 +244,7 @@ def _darken_rays(fate, start_cells, covered):
 
 
 def _tally_counted(city, chosen, rays):
-    """Tally of rays, of which those from cells that are left out do not count for what patches
-    receive.
+    """Tally of rays; rays from cells that are left out do not count for what patches receive.
 
     What elements of patches pass on of first light holds all of it: it leaves gaps again.
 

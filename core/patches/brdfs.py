@@ -91,7 +91,7 @@ def _sample_facets(seen_from, roughness, draws):
         upright[:, None], [1.0, 0, 0], sideways / np.where(upright, 1, level)[:, None]
     )
     upwards = np.cross(stretched, sideways)
-    # An even point on a disk, of which one half is pressed to the ellipse that is seen.
+    # An even point on a disk, one half of it pressed to the ellipse that is seen.
     radius, angle = np.sqrt(draws[:, 0]), 2 * np.pi * draws[:, 1]
     across, along = radius * np.cos(angle), radius * np.sin(angle)
     share = (1 + stretched[:, 2]) / 2

@@ -106,7 +106,7 @@ def follow_photons(target, source, numbers, per_replicate, max_bounces):
     )
     found = Light(*np.zeros((2, rows, target.surface_count)), begin=int(replicate[0]))
     found.tally.emitted = float(len(number))
-    # Those that would come from behind terrain, or from before it, are dropped.
+    # Photons that would come from behind terrain, or from before it, are dropped.
     if source.terrain is not None:
         chosen = is_above(source.terrain, -photons.directions) != source.beyond
         found.tally.behind_terrain = float(len(number) - chosen.sum())

@@ -116,7 +116,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
     direct = _trace_direct(run, lit, weighed, far, request.ground_albedo, **how)
     clock.lap("suns")
     # Diffuse light is what the sky gives directly and what the far ground reflects of it; direct
-    # light is that of all suns of the year.
+    # light comes from all suns of the year.
     diffuse = sky.whole + request.ground_albedo * far.whole
     photons = sky.photon**2 + (request.ground_albedo * far.photon) ** 2
     covered_share = sun_matrix.cover_of_surfaces(patch_to_surface, covered_share)

@@ -178,7 +178,7 @@ class _Reading:
             if kinds[name] in ("member", "extension"):
                 words = "parts or installations have no parent building; they are read as buildings"
                 shapes.remarks[words].append(clean_name(name))
-        # Numbers of buildings and parts, from those of the file so far.
+        # Numbers of buildings and parts, counted on from the file so far.
         building = {name: len(content.buildings) + k for k, name in enumerate(buildings)}
         part = {name: content.part_count + k + 1 for k, name in enumerate(parts)} | {None: 0}
         content.buildings += [clean_name(name) for name in buildings]

@@ -83,7 +83,7 @@ def compare_folders(before, after):
         has no outlines.
     """
     folders, known, again = (before, after), None, None
-    # Both runs, and which surfaces of one have the shape of which of the other.
+    # Both runs, and pairs of their surfaces with equal shapes.
     before, after = read_results(before), read_results(after)
     _check_comparable(before, after)
     match = match_shapes(_shapes_of(before), _shapes_of(after))

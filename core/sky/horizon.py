@@ -224,7 +224,7 @@ def bilinear(heights, column, row):
     rows, columns = heights.shape
     if not (-0.5 <= column <= columns - 0.5 and -0.5 <= row <= rows - 0.5):
         return np.nan
-    # Half a cell beyond the outermost posts the height stays that of the edge.
+    # Half a cell beyond the outermost posts the height stays as at the edge.
     column, row = min(max(column, 0.0), columns - 1.0), min(max(row, 0.0), rows - 1.0)
     left, top = min(int(column), columns - 2), min(int(row), rows - 2)
     # Linear across, along the upper and the lower edge of the cell, then linear down between them.

@@ -112,15 +112,14 @@ def read_horizon(path, scene):
         places.append(GEODESIC.fwd(site.longitude, site.latitude, azimuth, distance)[1::-1])
     grids = read_heights(path, places[0], REACH)
     # Terrain counts from where the scene's own ground ends: what the scene holds is traced, and
-    # would count twice. Its ground is that of its surfaces, or measured terrain, not what is
-    # generated.
+    # would count twice. Its ground is its own surfaces, or measured terrain, not what is generated.
     drawn = find_ground(scene) if scene.terrain_laid else find_ground(scene) & own
     model = np.concatenate(
         [scene.vertices[scene.triangles[drawn], :2], corners[[[0, 1, 2], [0, 2, 3]]]]
     )
     found = []
     for place, post in zip(places, posts, strict=True):
-        # A corner without a height, as in water, takes that of the middle.
+        # A corner without a height, as in water, takes the height of the middle.
         eye = found[0].eye if found else np.nan
         found.append(
             horizon_of_terrain(grids, place, distance_to_end(post, model), REACH, otherwise=eye)

@@ -174,7 +174,7 @@ def _check_flat(year, source):
     not set.
     """
     ghi = year.data["ghi"].to_numpy()
-    # The same light lasts for less than 4 h in real records: 8 h are a fault.
+    # Real records repeat one value for less than 4 h: 8 h are a fault.
     width = int(pd.Timedelta(hours=8) / year.interval)
     changes = np.flatnonzero(np.diff(ghi)) + 1
     starts, ends = np.append(0, changes), np.append(changes, len(ghi))

@@ -201,7 +201,7 @@ def scale_to_sums(clearness, cleanest, outside, sums, starts):
     # value to scale.
     clearness = np.minimum(np.maximum(clearness, 1e-3), cleanest)
 
-    # The sum of a period grows with its factor, of which the logarithm is found by bisection.
+    # The sum of a period grows with its factor, whose logarithm is found by bisection.
     def scale(logarithm):
         return np.minimum(clearness * np.repeat(np.exp(logarithm), length, axis=1), cleanest)
 

@@ -66,7 +66,7 @@ def read_weather_csv(path, own):
         raise InputError(
             path, problem, "name the columns ghi, dhi, dni, temp_air, wind_speed, pressure"
         )
-    # Times are those of the first column; numbers of the others by name.
+    # Times stand in the first column; numbers of the others by name.
     times = _read_times(path, table.iloc[:, 0])
     data = pd.DataFrame({name: read_numbers(path, table[name]) for name in names}).set_axis(
         times, axis=0

@@ -122,7 +122,7 @@ def _loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
             total[i] = (direct[i] + rest) * hot + cold
         _convert(effective, total, efficiency)
         _add_groups(effective, area, first, found[hour, :group_count])
-        # The same surface without surroundings' reflections: what comes directly from sun and sky.
+        # Without reflections of surroundings, a surface has what comes directly from sun and sky.
         for i in range(count):
             straight = dome * sky[i]
             effective[i] = passing * (

@@ -153,7 +153,7 @@ def note_edits(city, *, own=True):
 def _compare_with_results(city, names, design):
     """Which of the parts that are seen of a city differ from those its results are of: _Parts.
 
-    That is not known where it was never seen as its results are, nor where objects are buildings
+    Nothing is known where it was never seen as its results are, nor where objects are buildings
     of the files: such a one is none of the design as long as it is as in the files.
     """
     if any(original for _, original in names.values()):

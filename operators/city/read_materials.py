@@ -69,7 +69,7 @@ def remember_materials(item, ground, session):
             "assign one material to all of its faces",
         )
     session.ground_material = next(iter(of_ground), session.ground_material)
-    # From the smallest face to the largest, so that of a surface the largest one with a material
+    # From the smallest face to the largest, so that on each surface the largest one with a material
     # counts.
     names, surface = name_face_materials(item, item.data), read_face_attribute(item.data, "surface")
     scene, city = session.scene, session.city

@@ -161,7 +161,7 @@ def show_import(context, city, scene, findings, taken=()):
         The user's objects that are the city, with the names of their buildings: then the same
         objects count, whatever the files are called, and the view stays where it is.
     """
-    # The same city from an earlier import goes; others are hidden.
+    # An earlier import of this city goes; others are hidden.
     files, own_objects = [str(path) for path in scene.report.files], {part for part, _ in taken}
     earlier = None
     for item in list_cities(context.scene):

@@ -151,7 +151,7 @@ def describe_surfaces(session, rows):
             f"Azimuth|{surfaces.surface_azimuth[rows[0]]:.1f}°",
         ]
     error = f" ± {energy.full_load_hours_standard_error[rows[0]]:.1f}" if len(rows) == 1 else ""
-    # What those of them yield that carry modules, year by year.
+    # What the ones with modules yield, year by year.
     hours, counted = total["full_load_hours"], rows[energy.counted_area[rows] > 0]
     kwp = kwp_of_hours(surfaces.area, energy)[counted]
     years = kwp @ energy.full_load_hours_by_year[counted] / 1000
