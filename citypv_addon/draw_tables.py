@@ -11,8 +11,6 @@ from ..operators.run.plan_trace import ITEMS
 from ..operators.show import compare_results
 from .draw_steps import draw_numbers, draw_sentence
 
-PAGE = 12  # buildings on a page
-
 
 def draw_table(layout, city, key, head):
     """Show a table that a step stored on the city, with cells separated by bars."""
@@ -26,7 +24,7 @@ def draw_table(layout, city, key, head):
             line.label(text=cell)
 
 
-def draw_comparison(layout, city, seeing):
+def draw_comparison(layout, city, seeing, *, per_page=12):
     """Show who gains and who loses: sums, roofs and facades apart, then the buildings, sorted as
     chosen.
     """
@@ -48,7 +46,7 @@ def draw_comparison(layout, city, seeing):
             }[one["state"]],
         )
     buildings = _sort_buildings(tables["buildings"], seeing)
-    pages = max(1, -(-len(buildings) // PAGE))
+    pages = max(1, -(-len(buildings) // per_page))
     page = min(seeing.page, pages)
     row = layout.row(align=True)
     row.use_property_split = False
@@ -58,7 +56,7 @@ def draw_comparison(layout, city, seeing):
         row.prop(seeing, "page", text="Page")
         row.label(text=f"of {pages}")
     column = layout.box().column(align=True)
-    for one in buildings[(page - 1) * PAGE : page * PAGE]:
+    for one in buildings[(page - 1) * per_page : page * per_page]:
         _draw_change(column, one)
 
 

@@ -29,7 +29,6 @@ from .trace_run import choose_year
 from .yield_errors import YieldErrors, split_errors
 
 LARGE = 32  # rays of a patch of a city that is not small
-POINTS = 16  # shadow points
 # stages of processor time: of the scene, not the pilot; of the suns
 SUNS = ("suns", COUNTING)
 
@@ -64,7 +63,7 @@ class Pilot:
     electricity: float  # [s] of `compute_energy`
 
 
-def run_pilot(inputs, progress=silent):
+def run_pilot(inputs, progress=silent, *, shadow_points=16):
     """Trace the pilot.
 
     Parameters
@@ -88,8 +87,8 @@ def run_pilot(inputs, progress=silent):
         progress("pilot", 0, 1, "runs")
 
     # Timing starts after a run on some patches that compiles the code.
-    trace_few(inputs, (LARGE, POINTS), suns, tell, part=few)  # loads compiled code, untimed
-    run, transfer = trace_few(inputs, (samples, POINTS), suns, tell)
+    trace_few(inputs, (LARGE, shadow_points), suns, tell, part=few)  # loads compiled code, untimed
+    run, transfer = trace_few(inputs, (samples, shadow_points), suns, tell)
     progress("pilot", 1, 1, "runs")
     # From the traced light: hours, their errors, and how long electricity takes.
     started, sky = time.perf_counter(), choose_sky(request, transfer)

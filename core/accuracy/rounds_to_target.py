@@ -21,9 +21,7 @@ from .yield_errors import CURES, SAMPLED, SOURCES
 # shadow points from which patches are resolved into as many elements: the fewest of a run with
 # rounds
 CELLS = 16
-MOST_ROUNDS = 10_000
 CERTAIN = 0.8  # of what no round lowers: it is itself an estimate
-SECONDS_PER_LINE = 2.0
 
 
 @dataclass
@@ -42,7 +40,7 @@ def largest_round(request):
     return 1 << max(times, 1).bit_length() - 1
 
 
-def refine(run, errors, goal, trace_round, tell):
+def refine(run, errors, goal, trace_round, tell, *, seconds_per_line=2.0):
     """Trace rounds until the goal is reached.
 
     Parameters
@@ -63,7 +61,7 @@ def refine(run, errors, goal, trace_round, tell):
         Of all rounds that were finished. Matrices of the given one are overwritten.
     """
     # Seconds of a round follow from the one before; the first round is given.
-    found, told = errors(run.transfer), -SECONDS_PER_LINE
+    found, told = errors(run.transfer), -seconds_per_line
     each = sum(run.transfer.record.seconds.values())  # [s] of a round of size 1
     while True:
         # Stop if the goal is reached, or if neither time nor memory allows the next round.
@@ -78,7 +76,7 @@ def refine(run, errors, goal, trace_round, tell):
                 else "no memory for what the rays of another round meet"
             )
         started = time.monotonic()
-        if stop or started - told >= SECONDS_PER_LINE:
+        if stop or started - told >= seconds_per_line:
             tell(_describe_round(found, goal, 0.0 if stop else each, run.transfer.record, stop))
             told = started
         if stop:
@@ -118,7 +116,7 @@ def size_of_round(errors, goal, each):
     return size
 
 
-def decide_stop(errors, goal):
+def decide_stop(errors, goal, *, most_rounds=10_000):
     """Why to stop before the next round, or "".
 
     Parameters
@@ -138,8 +136,8 @@ def decide_stop(errors, goal):
         # rounds.
         if least >= goal.target and now < 1.1 * least:
             return "further rounds would not help"
-    if errors.rounds >= MOST_ROUNDS:
-        return f"{MOST_ROUNDS:,} times the samples of the first round"
+    if errors.rounds >= most_rounds:
+        return f"{most_rounds:,} times the samples of the first round"
     return ""
 
 

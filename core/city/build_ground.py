@@ -160,9 +160,6 @@ DEFAULT_PATCH = 10.0  # [m]
 SPREAD, TRIANGULATED = 0.45, 0.8  # shares of the time that are over then
 REACH = 3.0  # [building heights] least extent of the ground beyond the city's edge
 SHORTEST_REACH = 30.0  # [m]
-# points on a circle around the ground; each has the height of the feet nearest to it
-CONTROL_COUNT = 32
-STEPS = 0.1  # [m] to which that mean is rounded
 
 
 def choose_reach(ground_albedo):
@@ -320,19 +317,21 @@ def cut_feet(feet, lines, longest):
     return places, unique_pairs(edges[edges[:, 0] != edges[:, 1]])
 
 
-def _interpolate_heights(foot_points, free, lattice):
+def _interpolate_heights(foot_points, free, lattice, *, controls=32, rounding=0.1):
     """Free places with heights interpolated between the feet, and out to a rim as high as the
     places next to it: (k, 3) float64 [m]."""
     low, high = lattice.low, lattice.high
     # Around the ground a circle of places, as high as the feet near them.
-    angle = 2 * np.pi * np.arange(CONTROL_COUNT) / CONTROL_COUNT
+    # Each control point on a circle around the ground has the height of the feet nearest to it.
+    angle = 2 * np.pi * np.arange(controls) / controls
     rim = 0.5 * (low + high) + np.hypot(*(high - low)) * np.column_stack(
         [np.cos(angle), np.sin(angle)]
     )
     rim, tree = lattice.place(rim), cKDTree(foot_points[:, :2])
     # Heights are averaged over feet within 100 m.
     around = tree.query_ball_point(foot_points[tree.query(rim)[1], :2], 100.0)
-    rim_height = [STEPS * np.round(foot_points[some, 2].mean() / STEPS) for some in around]
+    # That mean is rounded, to `rounding` [m].
+    rim_height = [rounding * np.round(foot_points[some, 2].mean() / rounding) for some in around]
     # Heights are linear on the triangles between feet and circle.
     known = np.concatenate([foot_points, np.column_stack([rim, rim_height])])
     heights = drop_on_triangles(known[triangulate_plan(known[:, :2])], free)

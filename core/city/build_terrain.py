@@ -25,7 +25,6 @@ from .slope_filter import draw_lines
 from .terrain import HORIZON, NEAR, measure_heights, nearest_heights
 from .triangulate_feet import drop_on_triangles, triangulate_plan
 
-MOST_POINTS = 60_000
 JOINED = 0.01  # [m] a foot this close to the ground counts as on it
 
 
@@ -151,13 +150,13 @@ def _spread(foot_points, feet, terrain, near):
     return places[keep], heights[keep], notes
 
 
-def _refine(vertices, terrain, foot_places):
+def _refine(vertices, terrain, foot_places, *, most_points=60_000):
     """Greedy refinement: in each triangle add the terrain point with the largest error, until all
     are in tolerance.
 
     Returns the vertices, and the triangles between them.
     """
-    if len(vertices) >= MOST_POINTS:
+    if len(vertices) >= most_points:
         return vertices, Delaunay(vertices[:, :2]).simplices
     feet = cKDTree(foot_places)
     low, high = vertices.min(axis=0)[:2], vertices.max(axis=0)[:2]
@@ -181,7 +180,7 @@ def _refine(vertices, terrain, foot_places):
         order = np.lexsort([-missed, simplex])
         worst = order[np.unique(simplex[order], return_index=True)[1]]
         worst = worst[missed[worst] > 1]
-        if not len(worst) or len(vertices) + len(worst) > MOST_POINTS:
+        if not len(worst) or len(vertices) + len(worst) > most_points:
             return vertices, triangulation.simplices
         vertices = np.concatenate([vertices, own[worst]])
         left = np.ones(len(own), bool)

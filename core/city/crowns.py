@@ -12,7 +12,6 @@ from scipy.spatial import ConvexHull, QhullError
 from .polygons import edges_of, merge_vertices, normals_of, triangulate
 from .scene import Crowns
 
-CROWN_PER_HEIGHT = 0.5  # crown diameter of a tree for which only the height is given
 CROWN_BASE = 0.25  # of its height
 FLAT = 0.1  # [m] shapes that are lower have no volume
 MERGED = 5  # decimals [m] of corners that are one
@@ -105,15 +104,16 @@ def _build_tree(tree, report):
     return _build_ellipsoid(tree, report)
 
 
-def _build_ellipsoid(tree, report):
+def _build_ellipsoid(tree, report, *, crown_per_height=0.5):
     """A tree from its numbers: an ellipsoid crown from CROWN_BASE of its height up, and a trunk
     below its middle.
     """
     width, base = tree.crown_diameter, CROWN_BASE * tree.height
     if width is None:
-        width = CROWN_PER_HEIGHT * tree.height
+        # `crown_per_height`: crown diameter of a tree for which only the height is given.
+        width = crown_per_height * tree.height
         report.repair(
-            f"tree without a crown diameter, {CROWN_PER_HEIGHT:g} of its height assumed",
+            f"tree without a crown diameter, {crown_per_height:g} of its height assumed",
             [tree.name],
         )
     middle = tree.place + np.array([0, 0, (base + tree.height) / 2])

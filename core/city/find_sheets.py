@@ -22,8 +22,6 @@ from .find_ground import find_ground
 from .join_sheets import look
 
 FEW, MANY = 8, 64  # rays per triangle: to exclude clear cases, and to judge the others
-# of the rays hit backs: a wall beside a floor without a roof has half, a vault of faces 0.36
-ENCLOSED = 0.4
 # share of the time for the FEW rays, and for each pass of the next four
 AFTER_FEW, EACH = (
     0.35,
@@ -31,7 +29,6 @@ AFTER_FEW, EACH = (
 )
 RAYS_PER_TASK = 1 << 13  # so that what they need stays in the cache
 PERPENDICULAR = 4  # points per triangle with a ray straight ahead
-AT_ONCE = 1 << 16  # triangles that are measured together, so that they need little memory
 
 
 @dataclass
@@ -80,7 +77,7 @@ def find_judged(scene):
     return (scene.triangle_surface >= 0) & ~scene.footprint & ~scene.closure & ~find_ground(scene)
 
 
-def judge_faces(faces, rows, sheet, report_share):
+def judge_faces(faces, rows, sheet, report_share, *, enclosed=0.4):
     """Mark which triangles of some whole surfaces are sheets, where the other sheets are known.
 
     Parameters
@@ -123,7 +120,8 @@ def judge_faces(faces, rows, sheet, report_share):
             rows, backs = rows[kept], [one[kept] for one in (*backs, found)]
             begin += EACH
     # Inside on a side: enough of its rays hit backs; what is inside on neither is a sheet.
-    inside = np.array([mean(rows, found / MANY) >= ENCLOSED for found in backs])
+    # Enclosed: so many rays hit backs. A wall beside a floor without a roof has half, a vault 0.36.
+    inside = np.array([mean(rows, found / MANY) >= enclosed for found in backs])
     news = sheet.any()  # those that are known do not count so far
     # Faces below or behind sheets are judged again, as backs of sheets are not an inside.
     for _ in range(4):
@@ -135,10 +133,10 @@ def judge_faces(faces, rows, sheet, report_share):
         for side, doubtful in zip((-1, 1), inside, strict=True):
             some = rows[doubtful]
             backs, _ = _follow_rays(faces, some, side, MANY, hops=1, sheet=sheet)
-            doubtful[doubtful] = mean(some, backs / MANY) >= ENCLOSED
+            doubtful[doubtful] = mean(some, backs / MANY) >= enclosed
 
 
-def faces_of_scene(scene):
+def faces_of_scene(scene, *, at_once=1 << 16):
     """Faces of a scene."""
     vertices, count, tiny = (
         np.asarray(scene.vertices, float),
@@ -147,8 +145,9 @@ def faces_of_scene(scene):
     )
     along, normal = np.empty((2, count, 3))
     area, width, offset = np.empty((3, count))
-    for first in range(0, count, AT_ONCE):
-        some = slice(first, first + AT_ONCE)
+    # `at_once`: triangles that are measured together, so that they need little memory.
+    for first in range(0, count, at_once):
+        some = slice(first, first + at_once)
         # Edges, normal and area of each triangle; width  its least height, 2 · area over the
         # longest edge.
         corners = vertices[scene.triangles[some]]

@@ -12,14 +12,12 @@ from .plan_geometry import list_runs
 from .polygons import plane_axes, polygon_bounds
 
 ACCURACY = 0.01  # [m] coordinates come in millimetres or centimetres
-ONE_PLACE = 1e-4  # [m] closer than this, neither of two surfaces is in front of the other
 COMMON = 0.05  # [m] least overlap of two bounding boxes along two axes: less is an edge
 # surfaces whose neighbours are looked at together, so that they need little memory
 AT_ONCE = 1 << 14
-TWIN_SHARE = 0.5  # of its area that lies on others, the same share as for covered surfaces
 
 
-def find_twins(shape, area, normal, wanted):
+def find_twins(shape, area, normal, wanted, *, one_place=1e-4, twin_share=0.5):
     """Surfaces that lie by more than half on others that face the same way.
 
     Parameters
@@ -51,13 +49,15 @@ def find_twins(shape, area, normal, wanted):
     # The largest first, so that a surface on a twin does not become a twin for that reason alone.
     for pair in found[np.lexsort((rank[pairs[found, 1]], rank[pairs[found, 0]]))]:
         large, small = pairs[pair]
-        if ahead[pair] < -ONE_PLACE:
+        # `one_place`: [m] closer than this, neither of two surfaces is in front of the other.
+        if ahead[pair] < -one_place:
             hidden[0, large] += common[pair]
-        elif ahead[pair] > ONE_PLACE:
+        elif ahead[pair] > one_place:
             hidden[0, small] += common[pair]
-        elif hidden[:, large].sum() <= TWIN_SHARE * area[large]:
+        # `twin_share`: of its area that lies on others, the same share as for covered surfaces.
+        elif hidden[:, large].sum() <= twin_share * area[large]:
             hidden[1, small] += common[pair]
-    return wanted & (hidden.sum(axis=0) > TWIN_SHARE * area)
+    return wanted & (hidden.sum(axis=0) > twin_share * area)
 
 
 def _find_parallel_pairs(shape, normal, wanted):

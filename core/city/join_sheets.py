@@ -17,9 +17,7 @@ from ..rays.ray_scene import RayScene
 from .polygons import edges_of, normals_of, number_connected
 
 CURB = 0.5  # [m] largest step from one sheet to the next, and least height of a deck
-SEAM = 0.1  # [m] largest gap in plan between sheets that meet
 ALONG = (1 / 6, 1 / 2, 5 / 6)  # of an edge of the rim, where it is looked at
-MOST = 0.5  # of a rim or an area
 UP = np.array([0.0, 0.0, 1.0])
 SLIGHT = np.finfo(float).tiny
 
@@ -42,7 +40,7 @@ class _Seen(NamedTuple):
     front: np.ndarray  # (m,) bool, the front of a face
 
 
-def join_sheets(vertices, triangles, sheet, among):
+def join_sheets(vertices, triangles, sheet, among, *, seam=0.1, share=0.5):
     """Number sheets that together may be ground.
 
     Parameters
@@ -66,12 +64,14 @@ def join_sheets(vertices, triangles, sheet, among):
     seen = look(vertices, among, vertices[triangles].mean(axis=1) - CURB * UP, -UP)
     above = _share_of(sheet, area, seen.front, count)
     # Walled: just below most of its rim stands a wall that faces outwards, as under a roof.
-    seen = look(vertices, among, rim.place + SEAM * rim.outward - CURB * UP, -rim.outward)
-    walled = _share_of(rim.sheet, rim.length, seen.front & (seen.distance < 2 * SEAM), count)
-    lowest = (above <= MOST) & (walled <= MOST)
+    # `seam`: [m] largest gap in plan between sheets that meet.
+    seen = look(vertices, among, rim.place + seam * rim.outward - CURB * UP, -rim.outward)
+    walled = _share_of(rim.sheet, rim.length, seen.front & (seen.distance < 2 * seam), count)
+    # Most of a rim or an area is half of it.
+    lowest = (above <= share) & (walled <= share)
     triangles, sheet = triangles[lowest[sheet]], sheet[lowest[sheet]]
     # What is neither is joined with what lies as high just beyond its rim, but for a curb.
-    seen = look(vertices, triangles, rim.place + SEAM * rim.outward + CURB * UP, -UP)
+    seen = look(vertices, triangles, rim.place + seam * rim.outward + CURB * UP, -UP)
     meets = lowest[rim.sheet] & seen.front & (seen.distance <= 2 * CURB)
     return np.where(lowest, number_connected(rim.sheet[meets], sheet[seen.hit[meets]], count), -1)
 

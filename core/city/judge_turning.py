@@ -19,7 +19,6 @@ RAYS = 64  # from each side of a polygon
 INSIDE = 0.5  # of the rays that do not escape downwards hit backs
 SKY = 0.125  # of the rays reach the sky
 GLIMPSE = 1 / 32  # of the rays must reach the sky for a front to be known to be outside
-DOWNWARD = -0.02  # vertical component of the normal, below which a polygon faces down
 
 
 @dataclass
@@ -81,7 +80,7 @@ def judge_turning(shape, found, allowed):
     return wanted, turned
 
 
-def _spare_upward_sheets(shape, found, wanted, others):
+def _spare_upward_sheets(shape, found, wanted, others, *, downward=-0.02):
     """Proposals that do not turn upward open sheets down: polygons that agree with them, and those
     that would turn.
 
@@ -93,8 +92,9 @@ def _spare_upward_sheets(shape, found, wanted, others):
     area, normal = measure_polygons(*shape)
     count = shell.max(initial=-1) + 1
     height = np.where(found.agree, 1.0, -1.0) * normal[:, 2]  # of the normal as proposed
-    only_up = np.bincount(shell, -height < DOWNWARD, count) == 0
-    only_up &= np.bincount(shell, height < DOWNWARD, count) > 0
+    # `downward`: vertical component of the normal, below which a polygon faces down.
+    only_up = np.bincount(shell, -height < downward, count) == 0
+    only_up &= np.bincount(shell, height < downward, count) > 0
     mostly = np.bincount(
         shell, np.where(found.agree, 0.0, area), count
     ) >= SURE_SHARE * np.bincount(shell, area, count)

@@ -12,7 +12,6 @@ from .tangled_rings import FEWEST_CORNERS, MOST_CROSSINGS, is_tangled
 from .unite_holes import unite_holes
 
 SMALLEST_AREA = 1e-6  # [m²] a square millimetre; smaller polygons have no reliable normal
-SAME = 1e-4  # [m] corners closer than this are the same
 BENT = 0.05  # [m] deviation from the mean plane, peak to peak, from which a polygon is reported
 
 
@@ -143,16 +142,17 @@ def _find_first_geometry(city, sources, report):
     return keep
 
 
-def _find_singles(city, report):
+def _find_singles(city, report, *, same_place=1e-4):
     """All but polygons that their building has already, with the same corners and facing the same
     side: (n,) bool.
     """
     area, normal = measure_polygons(*city.shape)
     # Rough marks first: building, number of corners, middle, area and side; only polygons that
     # share them are compared corner by corner.
-    middles = np.round(0.5 * sum(polygon_bounds(*city.shape)) / SAME)
+    # `same_place`: [m] corners closer than this are the same.
+    middles = np.round(0.5 * sum(polygon_bounds(*city.shape)) / same_place)
     size = np.diff(city.ring_start[city.polygon_start])
-    sides = np.round(area / SAME), np.round(normal / 0.01)
+    sides = np.round(area / same_place), np.round(normal / 0.01)
     rough = np.column_stack([number_names(city.building_id), size, middles, *sides])
     _, group, uses = np.unique(rough, axis=0, return_inverse=True, return_counts=True)
     seen, keep = set(), np.ones(len(size), bool)
@@ -160,7 +160,7 @@ def _find_singles(city, report):
         corners = city.points[
             city.ring_start[city.polygon_start[k]] : city.ring_start[city.polygon_start[k + 1]]
         ]
-        cells = np.round(corners / SAME).astype(np.int64)
+        cells = np.round(corners / same_place).astype(np.int64)
         key = group.reshape(-1)[k], cells[np.lexsort(cells.T)].tobytes()
         keep[k] = key not in seen
         seen.add(key)

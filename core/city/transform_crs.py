@@ -19,7 +19,6 @@ from ..settings.errors import InputError
 UNITS = {"m": 1.0, "ft": 0.3048, "us-ft": 1200 / 3937, "mm": 0.001, "cm": 0.01, "in": 0.0254}  # [m]
 EAST_NORTH = {"east", "north"}
 LOCAL = "local transverse Mercator"  # name of a plane around the middle of a city
-STEP = 100.0  # [m] large against rounding, small against the curvature of a parallel
 
 
 @lru_cache(maxsize=64)  # of PROJ's slower ways
@@ -266,7 +265,7 @@ def choose_plane(crs, axes, points, source=None):
     return grid, note
 
 
-def measure_steps(plane, middle, axes):
+def measure_steps(plane, middle, axes, *, step=100.0):
     """Scale of a plane along its two axes at a place, and whether they are left-handed, so that all
     would be mirrored.
 
@@ -286,7 +285,8 @@ def measure_steps(plane, middle, axes):
     """
     unit = plane.axis_info[0].unit_conversion_factor
     x, y = middle if axes == "xy" else middle[::-1]
-    places = np.array([[x, y], [x + STEP / unit, y], [x, y + STEP / unit]])
+    # A step is large against rounding, small against the curvature of a parallel.
+    places = np.array([[x, y], [x + step / unit, y], [x, y + step / unit]])
     latitude, longitude = find_globe_places(places, plane)
     if not (np.isfinite(latitude).all() and np.isfinite(longitude).all()):
         return np.full(2, np.inf), False
@@ -294,7 +294,7 @@ def measure_steps(plane, middle, axes):
     azimuth, _, length = plane.get_geod().inv(*start, longitude[1:], latitude[1:])
     # Clockwise from the step along x to that along y: 270° where x is a quarter turn right of y.
     quarter = (azimuth[1] - azimuth[0]) % 360
-    return STEP / np.asarray(length), quarter < 180
+    return step / np.asarray(length), quarter < 180
 
 
 def _east_first(points, axes):

@@ -79,12 +79,10 @@ def heights_on(corners, places):
     )
 
 
-# of halving foot edges that are missing, all in the first, then those that hang above the ground
-ROUNDS = 5
 SHARES = np.array([0.25, 0.5, 0.75])  # of an edge, where its height is compared with the ground's
 
 
-def triangulate_feet(lines, foot_points, edges, free, report_share):
+def triangulate_feet(lines, foot_points, edges, free, report_share, *, rounds=5):
     """Delaunay TIN of all points; missing foot edges are halved once, and again where they hang
     above the ground.
 
@@ -107,8 +105,10 @@ def triangulate_feet(lines, foot_points, edges, free, report_share):
         In either orientation.
     """
     first, feet = len(free), foot_points
-    for turn in range(ROUNDS + 1):
-        report_share(turn / (ROUNDS + 1))
+    # `rounds`: of halving foot edges that are missing, all in the first, then those that hang above
+    # the ground.
+    for turn in range(rounds + 1):
+        report_share(turn / (rounds + 1))
         vertices = np.concatenate([free, feet])
         triangles = triangulate_plan(vertices[:, :2])
         along = feet[edges[:, 1]] - feet[edges[:, 0]]
@@ -125,7 +125,7 @@ def triangulate_feet(lines, foot_points, edges, free, report_share):
             )
             # Edges of feet that hang more than 5 mm above the ground are refined.
             missing = missing[(places[..., 2] - height > 0.005).any(axis=1)]
-        if turn == ROUNDS or not len(missing):
+        if turn == rounds or not len(missing):
             return vertices, triangles
         feet, edges = _halve(lines, feet, edges, missing)
 

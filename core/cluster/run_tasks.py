@@ -30,7 +30,6 @@ HOW_TO_START = (
     "start `dask scheduler` there (port 8786), and `dask worker` on each machine, or give local:N"
 )
 PATIENCE = 10  # [s] for a cluster to answer
-MOST_WORKERS = 1024
 LOGGERS = ("distributed", "distributed.nanny", "distributed.worker", "tornado")
 UNTRUSTED = (
     "does not accept this machine's key, or finds none",
@@ -51,7 +50,7 @@ class _Workers:
     words: str  # for the user
 
 
-def check_cluster(word):
+def check_cluster(word, *, most_workers=1024):
     """Refuse what names no cluster, one that does not answer, or any without Dask, before anything
     long begins.
 
@@ -67,9 +66,9 @@ def check_cluster(word):
     if word == SERIAL:
         return SERIAL, 1
     local = re.fullmatch(r"local:(\d{1,9})", word)
-    if local and not 1 <= int(local[1]) <= MOST_WORKERS:
+    if local and not 1 <= int(local[1]) <= most_workers:
         raise InputError(
-            "--cluster", f"{word!r} asks for {local[1]} workers", f"give 1 to {MOST_WORKERS}"
+            "--cluster", f"{word!r} asks for {local[1]} workers", f"give 1 to {most_workers}"
         )
     address = re.fullmatch(r"(tcp|tls)://(\[[0-9a-fA-F:]+\]|[^\s/:]+):(\d{1,5})", word)
     if not (local or address):

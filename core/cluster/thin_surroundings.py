@@ -21,8 +21,6 @@ from ..rays.sample_points import sobol_digits
 from .part_of_city import keep_patches
 from .tiles import gap
 
-PATCHES_PER_TASK = 1 << 16
-
 
 def thin_surroundings(scene, prepared, reported):
     """The tile with fewer patches around it.
@@ -78,7 +76,7 @@ def _cluster_patches(scene, patches):
     return cluster
 
 
-def _count_met(prepared, own):
+def _count_met(prepared, own, *, patches_per_task=1 << 16):
     """How many of some rays from a tile's own patches, (p,) bool, meet the front of each patch:
     (p,) int.
     """
@@ -89,8 +87,8 @@ def _count_met(prepared, own):
     keys[rows] = mix(keys[rows] ^ np.uint64(0x7417))
     others = type(patches)(**{**vars(patches), "key": keys})
     sequence, met = sobol_digits(1), np.zeros(len(patches), np.int64)
-    for first in range(0, len(rows), PATCHES_PER_TASK):
-        chosen = rows[first : first + PATCHES_PER_TASK]
+    for first in range(0, len(rows), patches_per_task):
+        chosen = rows[first : first + patches_per_task]
         origins, directions, _ = hemisphere_rays(others, chosen, sequence)
         directions = directions.reshape(-1, 3)
         hit = ray_scene.trace_places(origins.reshape(-1, 3), directions).triangle

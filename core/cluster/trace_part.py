@@ -32,7 +32,6 @@ from .run_tasks import finish_task, read_task, read_told
 from .thin_surroundings import thin_surroundings
 from .tiles import RISE
 
-RAYS = 8192  # by which it is measured what is left out
 SHARES = ("sky", "reflected")  # what `_measure_halo` measures
 
 
@@ -126,7 +125,7 @@ def trace_part(run_path, part_path, result_path, threads):
     return result_path
 
 
-def _measure_halo(prepared, seed, part, city):
+def _measure_halo(prepared, seed, part, city, *, rays=8192):
     """Shares of the hemispheres of a tile's eligible surfaces that may be wrong.
 
     Parameters
@@ -153,8 +152,8 @@ def _measure_halo(prepared, seed, part, city):
     if part.complete or not area.any():
         return {}
     generator = np.random.default_rng([seed, 0x7E1E])
-    start = generator.choice(len(area), RAYS, p=area / area.sum())
-    b1, b2, *angles = generator.random((4, RAYS, 1), np.float32)
+    start = generator.choice(len(area), rays, p=area / area.sum())
+    b1, b2, *angles = generator.random((4, rays, 1), np.float32)
     # fold the square into the triangle
     b1, b2 = (np.where(b1 + b2 > 1, 1 - one, one) for one in (b1, b2))
     origins, directions = rays_from_patches(patches, start, b1, b2, cosine_direction(*angles))

@@ -34,7 +34,6 @@ from .run_tasks import SERIAL, check_cluster, open_workers, read_told, run_tasks
 from .tiles import DEFAULT, assign_tiles, box_pieces, prepare_whole, surround, take_part
 from .trace_part import SHARES, Part, Run, trace_part
 
-SMALLEST = 20.0  # [m] tiles: twice the patches
 LARGEST = 1_000_000  # triangles that are planned as a whole
 TASK_VERSION = 6  # raised when results of earlier runs are no longer to be used
 STAGE = "tiles"
@@ -48,7 +47,7 @@ class ClusterSettings:
     tile: float = DEFAULT  # [m]
 
 
-def check_cluster_settings(settings, request):
+def check_cluster_settings(settings, request, *, smallest=20.0):
     """Refuse settings of tiles that mean nothing.
 
     Raises
@@ -57,8 +56,9 @@ def check_cluster_settings(settings, request):
     """
     if settings is None:
         return
-    if not SMALLEST <= settings.tile < np.inf:
-        words = f"give {SMALLEST:g} m or more, such as {DEFAULT:g}"
+    # Tiles are at least twice the patches.
+    if not smallest <= settings.tile < np.inf:
+        words = f"give {smallest:g} m or more, such as {DEFAULT:g}"
         raise InputError("--tile", f"{settings.tile:g} m is too small", words)
     check_cluster(settings.cluster)
     for name in ("target_error", "time_budget"):

@@ -23,8 +23,6 @@ from .add_options import NOT_FOR_WORLDS
 from .find_source import MODELS, STATIONS_ONLY, find_source, refuse_settings
 from .world_tasks import compute_in_tasks
 
-FEWEST = 50  # merged surfaces of an environment
-
 
 @dataclass
 class WorldSettings:
@@ -122,7 +120,7 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
     log.write(f"Written to {folder} in {describe_duration(sum(log.clock.seconds.values()))}")
 
 
-def _check_world_settings(request, settings):
+def _check_world_settings(request, settings, *, fewest=50):
     """Refuse settings that mean nothing for a world."""
     grid, implied = request.weather in MODELS, METHODS.get(request.method, {})
     unused = (*NOT_FOR_WORLDS, *(STATIONS_ONLY if grid else ()))
@@ -134,8 +132,9 @@ def _check_world_settings(request, settings):
         raise InputError(
             "--step", f"{settings.step:g}° is no step", "give degrees above 0 and up to 90"
         )
-    if settings.surfaces is not None and settings.surfaces < FEWEST:
-        raise InputError("--surfaces", f"{settings.surfaces} is too few", f"give {FEWEST} or more")
+    # `fewest`: merged surfaces of an environment.
+    if settings.surfaces is not None and settings.surfaces < fewest:
+        raise InputError("--surfaces", f"{settings.surfaces} is too few", f"give {fewest} or more")
     if grid and settings.years:
         raise InputError(
             "--years", f"--weather {request.weather} has one typical year", "give --year Y"

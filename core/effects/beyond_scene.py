@@ -22,7 +22,6 @@ from .effect import NO_SUNS, Effect, counted_surfaces
 
 TERRAIN = "terrain-horizon"
 POINTS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
-STEP = 5.0  # [°] to which tilts and azimuths are rounded
 
 
 def decide_terrain(inputs):
@@ -156,11 +155,12 @@ def _largest_share(inputs, change, behind=None):
     return float(np.max(change(year, normal, albedo) / np.maximum(light, 1e-9)))
 
 
-def _planes_of(surfaces, members):
+def _planes_of(surfaces, members, *, step=5.0):
     """Normals of some surfaces, alike ones once: (k, 3) float64."""
     angles = np.stack([surfaces.surface_tilt, surfaces.surface_azimuth]).astype(float)[:, members]
     # it stands above its plane as a sun does
-    return sun_direction(*np.unique(STEP * np.round(angles / STEP), axis=1))
+    # `step`: [°] to which tilts and azimuths are rounded.
+    return sun_direction(*np.unique(step * np.round(angles / step), axis=1))
 
 
 FAR_GROUND = "far-ground"

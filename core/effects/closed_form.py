@@ -12,12 +12,11 @@ from scipy.spatial import ConvexHull, QhullError
 from ..settings.errors import UNIT, check_array
 from ..sky.horizon import lost_sky
 
-NORMAL_STEPS = 1e6  # in which components of normals are told apart
 # times steps from -10⁶ to 10⁶: numbers that differ where normals do
 NUMBERED = np.array([1 << 42, 1 << 21, 1])
 
 
-def find_unobstructed(patches, vertices):
+def find_unobstructed(patches, vertices, *, normal_steps=1e6):
     """Patches with no part of the scene in front of their plane.
 
     Parameters
@@ -39,9 +38,10 @@ def find_unobstructed(patches, vertices):
         outermost = vertices
     # One number for each normal, since rows are sorted much more slowly; opposite normals have
     # opposite numbers.
-    steps = np.rint(patches.normal.astype(float) * NORMAL_STEPS).astype(np.int64)
+    # `normal_steps`: in which components of normals are told apart.
+    steps = np.rint(patches.normal.astype(float) * normal_steps).astype(np.int64)
     numbers, first, which = np.unique(steps @ NUMBERED, return_index=True, return_inverse=True)
-    normals = steps[first] / NORMAL_STEPS  # (k, 3) float64, each once
+    normals = steps[first] / normal_steps  # (k, 3) float64, each once
     # Extent of the scene along each normal, from the origin; in slices, to limit memory.
     slices = np.array_split(normals, len(normals) * len(outermost) // 10_000_000 + 1)
     reach = np.concatenate([(part @ outermost.T).max(axis=1) for part in slices])

@@ -30,7 +30,6 @@ REASONS = {  # why a surface carries no modules: key in tables, words; the first
 }
 # area without modules, by reason; and parts of surfaces that carry modules on the rest
 LEFT_OUT = REASONS | {"parts": "covered, or without room, of surfaces with modules on the rest"}
-STEEPEST_UNDERSIDE = 165.0  # [°] of tilt; beyond it a surface is a ceiling, without an orientation
 
 
 @dataclass
@@ -50,7 +49,7 @@ class CountedArea:
     reason_note: np.ndarray  # (n,) str, words of the user on it
 
 
-def find_counted_area(transfer, system):
+def find_counted_area(transfer, system, *, steepest_underside=165.0):
     """Area that counts for groups, power and energy.
 
     Parameters
@@ -78,7 +77,9 @@ def find_counted_area(transfer, system):
     tilt, thematic = np.asarray(surfaces.surface_tilt), np.asarray(surfaces.thematic, str)
     # Walls that lean outward are facades where asked for, as in the paper.
     if system.overhangs:
-        chosen = (kind == "downward") & (tilt < STEEPEST_UNDERSIDE) & (thematic != "GroundSurface")
+        # `steepest_underside`: [°] of tilt; beyond it a surface is a ceiling, without an
+        # orientation.
+        chosen = (kind == "downward") & (tilt < steepest_underside) & (thematic != "GroundSurface")
         upright = np.where(chosen, 90.0, tilt)
         found = classify(area, upright, surfaces.surface_azimuth, thematic, system.sectors)
         pairs = zip(found, (kind, orientation, eligible), strict=True)
@@ -101,7 +102,7 @@ def find_counted_area(transfer, system):
         "usable": carries,
         "ground": (kind == "ground") | (thematic == "GroundSurface"),
         "closure": thematic == "ClosureSurface",
-        "underside": (kind == "downward") & (tilt >= STEEPEST_UNDERSIDE),
+        "underside": (kind == "downward") & (tilt >= steepest_underside),
         "overhang": kind == "downward",
         "racks": racked,
         "covered": hidden & (covered > MOST_COVERED),

@@ -12,8 +12,6 @@ from ..sun.sun_sampling import match_suns
 from .energy import split_years
 from .power import cell_heating, spectral_factor
 
-CHUNK = 128  # hours at a time
-
 
 @dataclass
 class Hours:
@@ -49,14 +47,15 @@ class Hours:
         """Hours first to last-1, as views."""
         return Hours(**{name: values[first:last] for name, values in vars(self).items()})
 
-    def chunks(self):
+    def chunks(self, *, chunk=128):
         """Runs of at most CHUNK hours within one month of one year: list of (first, last)."""
         change = np.flatnonzero((np.diff(self.month) != 0) | (np.diff(self.year) != 0)) + 1
         bounds = [0, *change.tolist(), len(self)]
+        # `chunk`: hours at a time.
         return [
-            (start, min(start + CHUNK, last))
+            (start, min(start + chunk, last))
             for first, last in pairwise(bounds)
-            for start in range(first, last, CHUNK)
+            for start in range(first, last, chunk)
         ]
 
     @property

@@ -23,10 +23,6 @@ from scipy.interpolate import PchipInterpolator
 
 from .pv_system import MOUNTINGS, PVWATTS, SANDIA, PvSystem
 
-EFFICIENCY = 0.96  # of PVWatts' inverter at full load (Dobos 2014, NREL/TP-6A20-62641)
-# [°] between the tilts whose diffuse IAM is integrated; cubic interpolation in between
-TILT_STEP = 3.0
-
 HIGHEST = 3000.0  # [Wm⁻²] of effective irradiance
 # uniform in its square root: dense at low light, where efficiency changes fast
 IRRADIANCE_NODES = 16384
@@ -39,7 +35,7 @@ ANGLE_NODES = 65536
 # -- the curves of a system, by pvlib --
 
 
-def diffuse_incidence_factors(surface_tilt, system, sources=()):
+def diffuse_incidence_factors(surface_tilt, system, sources=(), *, tilt_step=3.0):
     """IAM of the light from the sky, of reflected light, and of the light of traced parts of the
     sky.
 
@@ -62,7 +58,9 @@ def diffuse_incidence_factors(surface_tilt, system, sources=()):
     if not (system.diffuse_incidence and system.aoi):
         return np.ones((2 + len(sources), len(surface_tilt)))
     # pvlib integrates the glass over sky, ground and horizon at some tilts; smooth in between.
-    tilt = np.arange(0.0, 180.0 + TILT_STEP, TILT_STEP)
+    # `tilt_step`: [°] between the tilts whose diffuse IAM is integrated; cubic interpolation in
+    # between.
+    tilt = np.arange(0.0, 180.0 + tilt_step, tilt_step)
     own = {"module": system.module.parameters} if system.incidence == "sapm" else {}
     factors = pvlib.iam.marion_diffuse(system.incidence, tilt, **own)
     regions = ("sky", "ground", *(source.incidence for source in sources))
@@ -149,7 +147,7 @@ def dc_power(effective, temp_cell, module):
     return pvlib.pvsystem.max_power_point(*diode, method="newton")["p_mp"] / module.nominal_power
 
 
-def ac_power(power, system):
+def ac_power(power, system, *, efficiency=0.96):
     """AC power after losses and the inverter, both over nominal DC power; DC power itself without
     either.
 
@@ -165,7 +163,8 @@ def ac_power(power, system):
     if inverter is None:
         return power
     if inverter.name == PVWATTS:
-        fed = pvlib.inverter.pvwatts(power, 1.0 / inverter.dc_ac_ratio / EFFICIENCY, EFFICIENCY)
+        # `efficiency`: of PVWatts' inverter at full load (Dobos 2014, NREL/TP-6A20-62641).
+        fed = pvlib.inverter.pvwatts(power, 1.0 / inverter.dc_ac_ratio / efficiency, efficiency)
     else:
         # [W] of modules
         own, size = (

@@ -22,7 +22,6 @@ AVERAGE_DAYS = (17, 16, 16, 15, 15, 11, 17, 16, 15, 15, 14, 10)
 HOURS = 24
 COUNT = 12 * HOURS
 HOUR = pd.Timedelta(hours=1)
-BLOCK = 1024  # surfaces at a time
 
 
 @dataclass
@@ -134,7 +133,7 @@ def mean_of_months(values, times, interval, longitude):
     return np.divide(total, count, out=np.full(COUNT, np.nan), where=count > 0)
 
 
-def relative_direct(transfer, times, interval, latitude, longitude):
+def relative_direct(transfer, times, interval, latitude, longitude, *, block=1024):
     """Direct irradiance of surfaces per DNI, with all reflections of it.
 
     Angles of incidence hold for mid-interval, visible shares and reflections for the traced suns
@@ -168,8 +167,9 @@ def relative_direct(transfer, times, interval, latitude, longitude):
         match = match_suns(state.suns, times, interval, latitude, longitude, position=sun)
         towards, index, weight = direction[rows], match.index[rows], match.weight[rows]
         height = np.maximum(towards[:, 2:], 0.0)
-        for first in range(0, relative.shape[1], BLOCK):
-            part = slice(first, first + BLOCK)
+        # `block`: surfaces at a time.
+        for first in range(0, relative.shape[1], block):
+            part = slice(first, first + block)
             # Direct sunlight, all its reflections but off the open ground, and light by way of the
             # open ground.
             light = values_at(filled_share(state, part), index, weight)

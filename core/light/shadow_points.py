@@ -12,7 +12,6 @@ from ..rays.random_numbers import mix, uniform
 from ..rays.sample_points import DIGITS
 from ..settings.threads import map_in_order
 
-PATCHES_PER_TASK = 1 << 12
 WORD = 16  # points, one bit each
 
 
@@ -58,7 +57,9 @@ def shadow_points(patches, chosen, point_count):
     return start[:, None] + b1 * edges[:, 0] + b2 * edges[:, 1]
 
 
-def find_points(patches, covered, counts, wanted, threads=1, *, left_out=None):
+def find_points(
+    patches, covered, counts, wanted, threads=1, *, left_out=None, patches_per_task=1 << 12
+):
     """Which points of patches lie in the open, and which of them stand for which element.
 
     Parameters
@@ -121,7 +122,7 @@ def find_points(patches, covered, counts, wanted, threads=1, *, left_out=None):
 
     rows = np.flatnonzero(wanted)
     for _ in map_in_order(
-        find, np.split(rows, range(PATCHES_PER_TASK, len(rows), PATCHES_PER_TASK)), threads
+        find, np.split(rows, range(patches_per_task, len(rows), patches_per_task)), threads
     ):
         pass
     return KnownPoints(is_open, representative_points, counted)

@@ -12,8 +12,6 @@ from scipy import sparse
 
 LIMIT = 1 << 28  # bytes: largest matrix kept in memory
 ZEROS = 1 << 24  # bytes written at a time where the system cannot preallocate files
-# finer than cover is known: walls that are covered by exactly one half are told from larger ones
-COVER_STEPS = 512
 
 
 def keep_matrix(shape, folder=None):
@@ -98,7 +96,7 @@ def area_means(triangle_surface, area, count):
     return sparse.csr_matrix((area[own] / whole[surface], (surface, own)), shape=(count, len(area)))
 
 
-def cover_of_surfaces(patch_to_surface, covered_share):
+def cover_of_surfaces(patch_to_surface, covered_share, *, cover_steps=512):
     """Covered share of surfaces, to 1/COVER_STEPS.
 
     Parameters
@@ -114,4 +112,6 @@ def cover_of_surfaces(patch_to_surface, covered_share):
     """
     # What lies halfway between two steps is rounded down, whatever the rounding of areas adds to
     # it.
-    return np.floor(COVER_STEPS * (patch_to_surface @ covered_share) + 0.5 - 1e-4) / COVER_STEPS
+    # `cover_steps`: finer than cover is known: walls that are covered by exactly one half are told
+    # from larger ones.
+    return np.floor(cover_steps * (patch_to_surface @ covered_share) + 0.5 - 1e-4) / cover_steps

@@ -40,7 +40,6 @@ from .traced import SKY_DOME, STEP, FirstLight, RowLight, no_light
 
 RAYS_PER_TASK = 1 << 18  # rays of a part of a task
 LEAST = 1e-6  # of a source's light on an unshaded patch, up to which that does not face it
-MOST_STEPS = 32767  # of 16-bit numbers
 
 
 def trace_rows(city, rows, samples):
@@ -280,7 +279,7 @@ def _tally_counted(city, chosen, rays):
     return fate, tally
 
 
-def _tally_rays(fate, start_cells, near_cover, cells):
+def _tally_rays(fate, start_cells, near_cover, cells, *, most_steps=32767):
     """Shares of rays that reach sky and far ground, in each replicate and in each cell.
 
     Parameters
@@ -322,8 +321,9 @@ def _tally_rays(fate, start_cells, near_cover, cells):
     total = np.maximum(started.sum(axis=1, keepdims=True), 1)
     mean = free.sum(axis=1, keepdims=True) / total
     steps = np.rint((free - mean * started) * HEMISPHERE_REPLICATES / total / STEP)
+    # `most_steps`: of 16-bit numbers.
     deviation = np.ascontiguousarray(
-        np.clip(steps, -MOST_STEPS, MOST_STEPS).astype(np.int16).swapaxes(1, 2)
+        np.clip(steps, -most_steps, most_steps).astype(np.int16).swapaxes(1, 2)
     )
     return FirstLight(sky, mean[:, 0], deviation), far_ground, below / np.float32(rays), open_share
 

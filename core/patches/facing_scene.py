@@ -203,10 +203,9 @@ def _list_doubles(pairs, kinds, hits):
 
 # of a triangle clipped by three edges: 6, and never more than twice as many after each cut
 MOST_CORNERS = 24
-PAIRS_PER_TASK = 1 << 13
 
 
-def _drop_hidden(ray_scene, patches, coincident, threads=1):
+def _drop_hidden(ray_scene, patches, coincident, threads=1, *, pairs_per_task=1 << 13):
     """Coincident faces without the fronts that light does not reach; only pairs that face opposite
     ways are tested.
 
@@ -228,8 +227,8 @@ def _drop_hidden(ray_scene, patches, coincident, threads=1):
     opposite = np.einsum("ex,ex->e", patches.normal[one], patches.normal[other]) < 0
     doubtful = np.flatnonzero(opposite & patches.receives[other])
     tasks = [
-        doubtful[begin : begin + PAIRS_PER_TASK]
-        for begin in range(0, len(doubtful), PAIRS_PER_TASK)
+        doubtful[begin : begin + pairs_per_task]
+        for begin in range(0, len(doubtful), pairs_per_task)
     ]
 
     def vote(entries):

@@ -15,9 +15,6 @@ from numba import njit
 from ..rays.random_numbers import GOLDEN
 from ..settings.threads import map_in_order
 
-# as a power of two: cells of one layer are four times as large as in the next finer one
-LAYER_GROWTH = 2.0
-TRIANGLES_PER_TASK = 1 << 15
 MOST_PAIRS = 256  # per triangle; a pair that shares several cells counts in each
 SMALLEST = np.finfo(float).tiny
 
@@ -37,7 +34,7 @@ class Coincident:
         return len(self.other)
 
 
-def find_coincident(corners, offset, threads=1):
+def find_coincident(corners, offset, threads=1, *, layer_growth=2.0, triangles_per_task=1 << 15):
     """Pairs of triangles that overlap in one plane.
 
     Parameters
@@ -62,7 +59,9 @@ def find_coincident(corners, offset, threads=1):
         [corners.min(axis=1) - offset[:, None], corners.max(axis=1) + offset[:, None]], axis=1
     )
     extent = (boxes[:, 3:] - boxes[:, :3]).max(axis=1, initial=0)
-    layer = np.ceil(np.log2(np.maximum(extent, np.finfo(np.float32).tiny)) / LAYER_GROWTH).astype(
+    # `layer_growth`: as a power of two: cells of one layer are four times as large as in the next
+    # finer one.
+    layer = np.ceil(np.log2(np.maximum(extent, np.finfo(np.float32).tiny)) / layer_growth).astype(
         np.int32
     )
     largest = int(layer[length > 0].max(initial=-(1 << 20)))
@@ -72,7 +71,7 @@ def find_coincident(corners, offset, threads=1):
     found = [np.zeros((0, 2), np.int32)]
     # A layer at a time: its triangles in buckets, and all finer ones are compared with them.
     for one in np.unique(sorted_layer[sorted_layer <= largest]):
-        size = 2.0 ** (LAYER_GROWTH * one)
+        size = 2.0 ** (layer_growth * one)
         first, last = np.searchsorted(sorted_layer, [one, one + 1])
         buckets = 1 << int(2 * (last - first)).bit_length()
         start, listed = _fill_buckets(order[first:last], boxes, size, buckets)
@@ -83,8 +82,8 @@ def find_coincident(corners, offset, threads=1):
             normal[listed].astype(np.float32),
         )
         tasks = [
-            order[begin : min(begin + TRIANGLES_PER_TASK, last)]
-            for begin in range(0, last, TRIANGLES_PER_TASK)
+            order[begin : min(begin + triangles_per_task, last)]
+            for begin in range(0, last, triangles_per_task)
         ]
         found.extend(
             map_in_order(partial(_pairs_in_grid, grid=grid, size=size, faces=faces), tasks, threads)

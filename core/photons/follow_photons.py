@@ -25,7 +25,6 @@ from .emit_photons import emit_photons
 from .light_of_photons import Light
 
 QUANTUM = 2.0**-26
-NUMBERS = 3  # random numbers per reflection: two for the direction, one for a choice
 
 
 @dataclass
@@ -281,7 +280,7 @@ def deposit(photons, surface, sums):
     ]
 
 
-def reflect_photons(target, key, photons, places, bounce):
+def reflect_photons(target, key, photons, places, bounce, *, numbers=3):
     """Reflect photons by the BRDF of the patch that each hits; the absorbed part is removed from
     their weight.
 
@@ -303,7 +302,8 @@ def reflect_photons(target, key, photons, places, bounce):
     """
     patches, (others, brdf_index), hit = target.patches, target.brdfs, places[0]
     own = mix(key + mix(photons.number.astype(np.uint64) ^ np.uint64(0x5CA77E4)))
-    draws = uniform(own + np.uint64(bounce * NUMBERS * int(GOLDEN) % 2**64), NUMBERS)
+    # `numbers`: random numbers per reflection: two for the direction, one for a choice.
+    draws = uniform(own + np.uint64(bounce * numbers * int(GOLDEN) % 2**64), numbers)
     share = patches.albedo[hit].astype(float)
     local = np.stack(cosine_direction(draws[:, 0], draws[:, 1]))
     for index, brdf in enumerate(others):

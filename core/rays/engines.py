@@ -37,7 +37,6 @@ PROTOTYPES = {
     "rtcReleaseScene": (None, [POINTER]),
     "rtcReleaseDevice": (None, [POINTER]),
 }
-ROW = 12  # [bytes] stride of three integers or floats
 
 
 class _Arguments(ctypes.Structure):
@@ -111,7 +110,7 @@ def load_library():
     return library, device, max(widths)
 
 
-def _build_tree(library, device, vertices, triangles):
+def _build_tree(library, device, vertices, triangles, *, row=12):
     """Handle of a committed triangle scene; the arrays must outlive it, `vertices` needs one spare
     row at the end.
     """
@@ -120,10 +119,11 @@ def _build_tree(library, device, vertices, triangles):
     # Flag of a scene whose edges are watertight: robust.
     library.rtcSetSceneFlags(scene, 1 << 2)
     share = library.rtcSetSharedGeometryBuffer
-    share(mesh, 1, 0, 0x9003, vertices.ctypes.data, 0, ROW, len(vertices) - 1)
+    # `row`: [bytes] stride of three integers or floats.
+    share(mesh, 1, 0, 0x9003, vertices.ctypes.data, 0, row, len(vertices) - 1)
     # Buffers of type 0 hold indices, three 32-bit words a row; of type 1 vertices, three floats a
     # row.
-    share(mesh, 0, 0, 0x5003, triangles.ctypes.data, 0, ROW, len(triangles))
+    share(mesh, 0, 0, 0x5003, triangles.ctypes.data, 0, row, len(triangles))
     library.rtcCommitGeometry(mesh)
     library.rtcAttachGeometry(scene, mesh)
     library.rtcReleaseGeometry(mesh)  # the scene holds it

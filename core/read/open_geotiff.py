@@ -21,7 +21,6 @@ from ..settings.errors import parsing
 METADATA, NO_DATA = 42112, 42113  # tags of GDAL
 UNREADABLE, GIVE = "is not a readable raster", "give a GeoTIFF or an ASC grid"
 USER_DEFINED = 32767
-PROJECTED = 1  # type of model
 # EPSG's [m]
 UNITS = {
     9001: ("metre", 1.0),
@@ -70,7 +69,7 @@ def _crs_of_keys(keys):
     """
     model = _number_of_key(keys, "GTModelTypeGeoKey", 0)
     # Models of type 1 are projected, of type 2 geographic.
-    name = {PROJECTED: "ProjectedCSTypeGeoKey", 2: "GeographicTypeGeoKey"}.get(model)
+    name = {1: "ProjectedCSTypeGeoKey", 2: "GeographicTypeGeoKey"}.get(model)
     unit = UNITS.get(_number_of_key(keys, "VerticalUnitsGeoKey", 0), ("", None))[0]
     if name is None:
         return None, unit
@@ -80,11 +79,7 @@ def _crs_of_keys(keys):
         raise NotImplementedError("its coordinate reference system has no EPSG code")
     system = pyproj.CRS.from_epsg(code)
     given = UNITS.get(_number_of_key(keys, "ProjLinearUnitsGeoKey", 0), ("", None))[1]
-    if (
-        model == PROJECTED
-        and given
-        and abs(given / system.axis_info[0].unit_conversion_factor - 1) > 1e-9
-    ):
+    if model == 1 and given and abs(given / system.axis_info[0].unit_conversion_factor - 1) > 1e-9:
         raise NotImplementedError(f"its unit of length is not that of EPSG:{code}")
     if 0 < vertical < USER_DEFINED and not unit and pyproj.CRS.from_epsg(vertical).is_vertical:
         system = pyproj.CRS.from_user_input(f"EPSG:{code}+{vertical}")

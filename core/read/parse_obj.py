@@ -17,9 +17,7 @@ from ..settings.errors import InputError
 from ..settings.progress import silent
 from .open_input import CUT, LARGEST_COORDINATE, Budget, clean_name, open_input
 
-LONGEST_LINE = 2**20  # characters
 FACE = 400  # [bytes] upper bound of Python's memory for a face, and 50 more for a corner
-MOST_LIBRARIES = 16  # per OBJ file; one is usual
 ELSEWHERE = re.compile(r"[/\\:\0]")  # characters that lead to another folder or device
 SHORT = 60  # characters of a name in a note
 FREE_FORMS = {"l", "p", "curv", "curv2", "surf", "call", "csh"}
@@ -121,7 +119,7 @@ def turn_up(points, up):
     return points if up == "z" else points[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
 
 
-def _statements(path, report_share):
+def _statements(path, report_share, *, longest_line=2**20):
     """Line number and words of every statement; a trailing backslash continues on the next line."""
     with open_input(path, report_share) as stream:
         start = stream.peek(2)[:2] if hasattr(stream, "peek") else b""
@@ -133,12 +131,12 @@ def _statements(path, report_share):
             errors="replace",
         )
         number, pending, length = 0, [], 0
-        for raw in iter(lambda: text.readline(LONGEST_LINE), ""):
+        for raw in iter(lambda: text.readline(longest_line), ""):
             number += 1
             length += len(raw)
-            if length >= LONGEST_LINE:
+            if length >= longest_line:
                 raise InputError(
-                    path, f"line {number}: longer than {LONGEST_LINE:,} characters", CUT
+                    path, f"line {number}: longer than {longest_line:,} characters", CUT
                 )
             if "\0" in raw:
                 raise InputError(path, f"line {number}: this is not text", "give an OBJ file")
@@ -182,7 +180,7 @@ def _corners(path, line, words, count):
     return [corner - 1 if corner > 0 else count + corner for corner in corners]
 
 
-def read_libraries(path, statements, notes):
+def read_libraries(path, statements, notes, *, most_libraries=16):
     """Diffuse colours of the materials of an OBJ file.
 
     Parameters
@@ -204,13 +202,14 @@ def read_libraries(path, statements, notes):
         # All of it if there is such a file (names may contain spaces), else each word.
         for name in [text] if _find_library(folder, text)[0] else text.split() or [""]:
             lines.setdefault(name, line)
-    if len(lines) > MOST_LIBRARIES:
+    # `most_libraries`: per OBJ file; one is usual.
+    if len(lines) > most_libraries:
         notes.append(
-            f"{path} names {len(lines)} files with mtllib; only the first {MOST_LIBRARIES} were "
+            f"{path} names {len(lines)} files with mtllib; only the first {most_libraries} were "
             "read."
         )
     colours = {}
-    for name, line in list(lines.items())[:MOST_LIBRARIES]:
+    for name, line in list(lines.items())[:most_libraries]:
         library, refusal = _find_library(folder, name)
         try:
             found = _read_mtl(library, notes) if library else {}

@@ -24,8 +24,6 @@ from .read_relief import collect_json_relief
 from .walk_boundaries import read_transform, read_vertices
 
 VERSION = re.compile(r"[12]\.\d+(\.\d+)?")
-MOST_NAMED = 5  # in a note
-MOST_TYPES = 30  # types listed in notes
 
 
 def read_cityjson(path, report_share=silent):
@@ -207,22 +205,22 @@ class _Reading:
             if isinstance(one, dict):
                 one.pop("geometry", None)  # frees memory
 
-    def finish(self):
+    def finish(self, *, most_named=5, most_types=30):
         """Write the notes, and raise an error if the file has no usable buildings."""
         content = self.content
         content.notes = list(dict.fromkeys(content.notes))  # each note once
-        for kind, count in sorted(self.extensions.items())[:MOST_TYPES]:
+        for kind, count in sorted(self.extensions.items())[:most_types]:
             content.notes.append(f"{count} {clean_name(kind)} (extension type) read as buildings.")
-        for kind, count in sorted(self.others.items())[:MOST_TYPES]:
+        for kind, count in sorted(self.others.items())[:most_types]:
             content.notes.append(f"{count} {clean_name(kind)} left out: not a building.")
         for words, names in self.remarks.items():
-            named = list_some(list(dict.fromkeys(names)), MOST_NAMED)
+            named = list_some(list(dict.fromkeys(names)), most_named)
             content.notes.append(f"{len(names)} {words}: {named}")
         if not content.buildings and not content.trees:
             skipped = {reason: len(names) for reason, names in content.skipped.items()}
             met = {**self.others, "terrain triangles": content.relief.count(), **skipped}
             words = [f"{count} {clean_name(kind)}" for kind, count in met.items() if count]
-            more = f" (but {', '.join(words[:MOST_NAMED])})" if words else ""
+            more = f" (but {', '.join(words[:most_named])})" if words else ""
             raise InputError(
                 self.path, f"contains no buildings{more}", "give a file with buildings"
             )

@@ -15,14 +15,13 @@ from .parse_obj import parse_obj, read_libraries, turn_up
 
 TOUCH = 1e-2  # [units of the file] in plan view, a piece this close to a polygon lies on it
 MOST_NAMED = 5  # in a note
-PARSED = 0.5  # share of the time spent parsing statements
 # Names that objects or their materials have where a file holds more than buildings, with the
 # suffixes of 3dfier.
 GROUND = r"(?i)(terrain|tinrelief|relief|dtm|landuse|roads?|railway|water|waterbody|forest|vegetation|plantcover)"
 OTHERS = re.compile(GROUND + r"(wall|floor)?(?![a-z])")
 
 
-def read_obj(path, up="z", report_share=silent):
+def read_obj(path, up="z", report_share=silent, *, parsed=0.5):
     """Read all polygons (`f` statements) of an OBJ file.
 
     Each ``o`` is a building. Without any, each name of ``g`` is one; without either, or where one
@@ -48,7 +47,8 @@ def read_obj(path, up="z", report_share=silent):
         The file cannot be read, or has no polygons.
     """
     # Statements first, then which way is up.
-    parts = parse_obj(path, "z" if up == "auto" else up, lambda share: report_share(PARSED * share))
+    # `parsed`: share of the time spent parsing statements.
+    parts = parse_obj(path, "z" if up == "auto" else up, lambda share: report_share(parsed * share))
     if not parts.faces:
         raise InputError(path, "contains no polygons", "give an OBJ file of buildings")
     content = FileContent(path)
@@ -61,7 +61,7 @@ def read_obj(path, up="z", report_share=silent):
     rows = zip(parts.faces, parts.lines, building, parts.materials, strict=True)
     for place, (face, line, number, material) in enumerate(rows):
         if place % 4096 == 0:
-            report_share(PARSED + (1 - PARSED) * place / len(parts.faces))
+            report_share(parsed + (1 - parsed) * place / len(parts.faces))
         if len(face) < 3:
             content.skip("fewer than three points", f"line {line}")
         else:

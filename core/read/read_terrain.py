@@ -19,7 +19,6 @@ from .read_relief import place_layer, read_relief
 
 RASTERS = (".tif", ".tiff", ".asc", ".agr", ".grd")
 RELIEFS = (".gml", ".citygml", ".xml")
-MOST_POSTS = 400_000_000  # that are read
 
 
 def read_terrain(path, city, unit="m", up="z"):
@@ -102,7 +101,7 @@ def _note_missing(crs, city_crs, path, notes):
         notes.append(f"The city has no coordinate reference system; {crs} is assumed.")
 
 
-def _read_raster(path, city, unit, notes):
+def _read_raster(path, city, unit, notes, *, most_posts=400_000_000):
     """Terrain layers of a raster around a city.
 
     Parameters
@@ -137,9 +136,9 @@ def _read_raster(path, city, unit, notes):
         # 250.
         for reach, posts in ((300.0, 700), (HORIZON, 250)):
             for window, _ in windows_around(raster, _rectangle(reach, raster, city, unit)):
-                if window[2] * window[3] > MOST_POSTS:
+                if window[2] * window[3] > most_posts:
                     problem = f"has {window[2]:,} x {window[3]:,} posts around the city"
-                    raise InputError(path, problem, f"resample it to at most {MOST_POSTS:,}")
+                    raise InputError(path, problem, f"resample it to at most {most_posts:,}")
                 told = notes if not layers else []
                 layers.append(
                     _read_layer(raster, window, posts, told, (city.plane or city.crs, unit))

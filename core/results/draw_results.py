@@ -15,7 +15,6 @@ from .output_folder import write_whole
 from .picture import DOTS, LINES, OTHER, embed_figure, make_figure, make_logarithmic, plain_style
 from .read_results import MONTHS, kind_title, select_mounted, tabulate_histograms, tabulate_periods
 
-ABREAST = 3  # panels side by side
 FAMILIES = {  # beginning of the name -> label, colour, mark
     "--samples": ("sky rays", "#0072B2", "s"),
     "--shadow-samples": ("shadow points", "#E69F00", "^"),
@@ -60,7 +59,7 @@ def draw_report(results):
     return found
 
 
-def draw_periods(groups, period):
+def draw_periods(groups, period, *, abreast=3):
     """Draw the full load hours of each group by month or by hour of the day, in a panel for each
     kind.
 
@@ -77,12 +76,13 @@ def draw_periods(groups, period):
     """
     # A panel for each kind, as many abreast as fit; the others go.
     tables, monthly = tabulate_periods(groups, period), period == "month"
-    rows = -(-len(tables) // ABREAST)
+    # `abreast`: panels side by side.
+    rows = -(-len(tables) // abreast)
     figure = make_figure(10, 3.9 * rows)
-    panels = figure.subplots(rows, min(len(tables), ABREAST), sharey=True, squeeze=False).ravel()
+    panels = figure.subplots(rows, min(len(tables), abreast), sharey=True, squeeze=False).ravel()
     for axes in panels[len(tables) :]:
         axes.remove()
-    for axes in panels[: len(tables) : ABREAST]:
+    for axes in panels[: len(tables) : abreast]:
         axes.set_ylabel(
             "Full load hours in the month [h]" if monthly else "Full load hours in a year [h]"
         )

@@ -7,7 +7,6 @@ from ..sun.solar_position import solar_position
 from .picture import make_figure
 
 HOUR, DAY = pd.Timedelta(hours=1), pd.Timedelta(days=1)
-EVERY = 4  # [days] between the points of a curve of one hour
 DAYS = {  # month and day: name and colour of its path
     (6, 21): ("21 June", "#D55E00"),
     (3, 21): ("21 March (and 23 September)", "#8a8a86"),
@@ -15,7 +14,7 @@ DAYS = {  # month and day: name and colour of its path
 }
 
 
-def hour_curves(times, interval, latitude, longitude):
+def hour_curves(times, interval, latitude, longitude, *, every=4):
     """Position of the sun at each hour of the day, over the year of a time axis.
 
     Parameters
@@ -34,7 +33,8 @@ def hour_curves(times, interval, latitude, longitude):
     """
     phase = (times[0] - times[0].floor("D")) % HOUR
     first = pd.Timestamp(year=times[len(times) // 2].year, month=1, day=1, tz="UTC") + phase
-    days = pd.date_range(first, periods=366 // EVERY + 1, freq=EVERY * DAY)
+    # `every`: [days] between the points of a curve of one hour.
+    days = pd.date_range(first, periods=366 // every + 1, freq=every * DAY)
     curves = {}
     for hour in range(24):
         start = days + hour * HOUR

@@ -20,7 +20,6 @@ from .write_tile import compose_tile
 SIDE = 256.0  # [m] of a square
 MOST_BYTES = 500_000  # of a tile after gzip
 PIXELS = 64  # along each side of a mosaic
-OVERLAP = 3.0  # [m]
 NODES = 9  # of the ground's heights along each side of a tile
 
 
@@ -131,11 +130,11 @@ def _cut_between(building):
     return edges[np.argmin(np.abs(edges - half))] if len(edges) else half
 
 
-def _lay_ground(low, side, feet):
+def _lay_ground(low, side, feet, *, overlap=3.0):
     """A square of ground through feet, a little larger so that none shows a gap to the next: Shapes
     of one feature.
     """
-    steps = np.linspace(-OVERLAP, side + OVERLAP, NODES)
+    steps = np.linspace(-overlap, side + overlap, NODES)
     nodes = np.stack(np.meshgrid(low[0] + steps, low[1] + steps), axis=-1).reshape(-1, 2)
     k = np.arange(NODES**2).reshape(NODES, NODES)
     a, b, c, d = (part.ravel() for part in (k[:-1, :-1], k[:-1, 1:], k[1:, 1:], k[1:, :-1]))

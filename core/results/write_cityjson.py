@@ -17,8 +17,6 @@ from .cityjson_surroundings import list_objects, list_points
 from .columns import TABLED, column_values
 from .write_buildings import sum_buildings
 
-STAGE = "writing city.city.json"
-DEGREES = 6  # more decimals in degrees: one has 111 km
 PREFIX = "citypv_"
 MONTHS = [f"full_load_hours_{number:02d}" for number in range(1, 13)]  # of buildings.csv
 SEMANTICS = {
@@ -34,7 +32,7 @@ SEMANTICS = {
 BY_KIND = {"facade": "WallSurface", "ground": "GroundSurface", "downward": "OuterCeilingSurface"}
 
 
-def write_cityjson(path, run, progress=silent):
+def write_cityjson(path, run, progress=silent, *, further_decimals=6):
     """Write a city with its results.
 
     Every building, and every part of one, is a city object with a MultiSurface; each of its
@@ -54,6 +52,7 @@ def write_cityjson(path, run, progress=silent):
     progress : callable, optional
         See `core.settings.progress`.
     """
+    stage = "writing city.city.json"
     city, _, transfer, energy, weather = run
     # Coordinates stay as in the files: their system, their units, their order.
     points = grid_of(city).to_files(np.concatenate([city.points, list_points(city)]))
@@ -63,9 +62,10 @@ def write_cityjson(path, run, progress=silent):
     translate = np.floor(points.min(axis=0) * coarse) / coarse
     local = points - translate
     # decimals that degrees need more
+    # Coordinates in degrees have more decimals: a degree is 111 km.
     finer = [
-        DEGREES * _in_degrees(city.crs),
-        DEGREES * _in_degrees(city.crs),
+        further_decimals * _in_degrees(city.crs),
+        further_decimals * _in_degrees(city.crs),
         0,
     ]
     decimals = [
@@ -113,7 +113,7 @@ def write_cityjson(path, run, progress=silent):
     # A city object for each building, with its parts as children.
     taken = dict.fromkeys(members, 1)
     for number, (building, parts) in enumerate(members.items()):
-        progress(STAGE, number, len(members), "buildings")
+        progress(stage, number, len(members), "buildings")
         attributes, own = _describe_building(sums.loc[building]), {}
         for part, levels in parts.items():
             if part:
@@ -157,7 +157,7 @@ def write_cityjson(path, run, progress=silent):
     path.write_text(
         json.dumps(document, ensure_ascii=False, separators=(",", ":")) + "\n", encoding="utf-8"
     )
-    progress(STAGE, len(members), len(members), "buildings")
+    progress(stage, len(members), len(members), "buildings")
 
 
 def _wear_materials(city, own, colours):

@@ -21,7 +21,6 @@ from ..settings.progress import silent
 from .columns import TABLED, column_values
 from .write_buildings import sum_buildings
 
-STAGE = "writing city.gpkg"
 APPLICATION_ID, VERSION = 0x47504B47, 10300  # "GPKG", 1.3.0 (requirement 2)
 TABLES = """
 CREATE TABLE gpkg_spatial_ref_sys (srs_name TEXT NOT NULL, srs_id INTEGER PRIMARY KEY, organization TEXT NOT NULL,
@@ -51,6 +50,7 @@ def write_geopackage(path, run, progress=silent):
     progress : callable, optional
         See `core.settings.progress`.
     """
+    stage = "writing city.gpkg"
     city, _, transfer, energy, weather = run
     Path(path).unlink(missing_ok=True)
     # Coordinates stay in the files' system, easting or longitude first as the format wants.
@@ -87,9 +87,9 @@ def write_geopackage(path, run, progress=silent):
         file.executescript(TABLES)
         number = write_system(file, city.crs)
         for done, (name, layer) in enumerate(layers.items()):
-            progress(STAGE, done, len(layers), "layers")
+            progress(stage, done, len(layers), "layers")
             _write_layer(file, (name, number, f"weather: {weather.label}"), *layer)
-        progress(STAGE, len(layers), len(layers), "layers")
+        progress(stage, len(layers), len(layers), "layers")
 
 
 def _draw_footprints(city, shapes, names):

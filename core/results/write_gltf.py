@@ -18,8 +18,6 @@ from .glb import (
     turn_axes,
 )
 
-STAGE = "writing city.glb"
-
 
 def write_gltf(path, run, progress=silent):
     """Write a scene with its full load hours as colours.
@@ -37,8 +35,9 @@ def write_gltf(path, run, progress=silent):
     progress : callable, optional
         See `core.settings.progress`.
     """
+    stage = "writing city.glb"
     _, scene, _, energy, weather = run
-    progress(STAGE, 0, 2, "steps")
+    progress(stage, 0, 2, "steps")
     # Colours are full load hours between the limits of the scale; corners are not shared, so that
     # each face has its own.
     level = choose_range(energy.full_load_hours, scene.surfaces.area)
@@ -70,7 +69,7 @@ def write_gltf(path, run, progress=silent):
                 "primitives": [{"attributes": attributes, "material": 0, "mode": 4}],
             }
         )
-    progress(STAGE, 1, 2, "steps")
+    progress(stage, 1, 2, "steps")
     # What the colours mean, and where on Earth the model lies.
     extras = {
         "shows": "full load hours",
@@ -93,7 +92,7 @@ def write_gltf(path, run, progress=silent):
         "materials": [plain_material((1, 1, 1), name="full load hours")],
     }
     path.write_bytes(pack_glb(document, buffer))
-    progress(STAGE, 2, 2, "steps")
+    progress(stage, 2, 2, "steps")
 
 
 def _group_triangles(scene):

@@ -40,7 +40,6 @@ from .write_report import (
     table,
 )
 
-SHARD = 1000  # buildings in a file of the index, and in the file of the largest
 SCRIPTS = ("three.js", "tiles.js", "viewer.js", "map.js")
 NO_LICENCE = (
     "The licence of the city model is not stated. Whoever publishes this map has to see to it."
@@ -268,7 +267,7 @@ def _list_buildings(piece, columns, private):
         yield [name, int(building), bound(corners).round(1).tolist(), parts, flat]
 
 
-def _write_index(work, store, header, private):
+def _write_index(work, store, header, private, *, shard=1000):
     """Write the index of buildings: the largest, all by id, and what the page must know of both.
 
     `shards` of the header are what the files of buildings by id begin with, in small letters.
@@ -276,12 +275,13 @@ def _write_index(work, store, header, private):
     (work / "buildings").mkdir()
     (work / "page").mkdir()
     rows, begins = iter(()) if private else store.building_rows("sorted"), []
-    name, some = "largest", list(store.building_rows("energy DESC", SHARD))
+    # `shard`: buildings in a file of the index, and in the file of the largest.
+    name, some = "largest", list(store.building_rows("energy DESC", shard))
     while some:
         (work / "buildings" / f"{name}.json").write_text(
             f"[{','.join(some)}]", "ascii", newline="\n"
         )
-        name, some = len(begins), list(islice(rows, SHARD))
+        name, some = len(begins), list(islice(rows, shard))
         begins += [json.loads(row)[0].lower() for row in some[:1]]
     header["shards"] = begins
     (work / "page" / "map.json").write_text(

@@ -154,7 +154,6 @@ def first_true(mask):
 
 LARGEST = 1e9  # [m] Embree works in float32, which cannot resolve a city beyond this
 UNIT = 1e-3  # tolerance of the length of unit vectors
-MOST_SEED = 2**32 - 1
 KINDS = {"f": ("fiu", "numbers"), "i": ("iu", "integers"), "b": ("b", "booleans")}
 
 
@@ -250,9 +249,9 @@ def check_unit(name, values):
     return values
 
 
-def check_seed(seed):
+def check_seed(seed, *, most_seed=2**32 - 1):
     """Raise an error if a seed is not valid."""
-    if not (isinstance(seed, Integral) and 0 <= seed <= MOST_SEED):
+    if not (isinstance(seed, Integral) and 0 <= seed <= most_seed):
         raise InputError(
-            "--seed", f"{seed!r} is not a seed", f"give a whole number from 0 to {MOST_SEED}"
+            "--seed", f"{seed!r} is not a seed", f"give a whole number from 0 to {most_seed}"
         )

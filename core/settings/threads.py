@@ -3,8 +3,6 @@
 import os
 from concurrent.futures import ThreadPoolExecutor
 
-ROWS_PER_SLICE = 1 << 11  # with some hundred columns, a slice fits into the processor's cache
-
 
 def usable_threads(threads=None):
     """Number of threads: as requested, else all processors available to this process."""
@@ -35,13 +33,14 @@ def map_in_order(function, tasks, threads):
                 future.cancel()
 
 
-def work_in_slices(work, count, threads):
+def work_in_slices(work, count, threads, *, rows_per_slice=1 << 11):
     """Results of `work(rows)` for consecutive slices of `count` rows, in order, for any number of
     threads.
     """
-    starts = range(0, count, ROWS_PER_SLICE)
+    # `rows_per_slice`: with some hundred columns, a slice fits into the processor's cache.
+    starts = range(0, count, rows_per_slice)
     return list(
         map_in_order(
-            work, (slice(start, min(start + ROWS_PER_SLICE, count)) for start in starts), threads
+            work, (slice(start, min(start + rows_per_slice, count)) for start in starts), threads
         )
     )

@@ -25,7 +25,6 @@ Perez diffuse irradiance model for tilted surfaces. :doi:`10.1016/S0038-092X(87)
 import numpy as np
 
 HEIGHT = np.radians(6.5)  # [rad] of the band
-CHUNK = 512  # normals at a time
 
 
 class HorizonBand:
@@ -181,11 +180,12 @@ def _visible_height(slope, cosine):
     return np.minimum(np.arctan2(cosine, slope), HEIGHT).astype(np.float32)
 
 
-def by_normal(function, normal, decimals):
+def by_normal(function, normal, decimals, *, chunk=512):
     """Values of a function of normals, (n, 3), found once for each of those that differ: (n,)."""
     # Many surfaces share a normal, as walls and roofs of a city do: each is computed once.
     unique, which = np.unique(np.round(normal, decimals) + 0.0, axis=0, return_inverse=True)
-    found = [function(unique[first : first + CHUNK]) for first in range(0, len(unique), CHUNK)]
+    # `chunk`: normals at a time.
+    found = [function(unique[first : first + chunk]) for first in range(0, len(unique), chunk)]
     return np.concatenate([*found, np.zeros(0)])[which.ravel()]
 
 

@@ -23,12 +23,7 @@ from ..settings.errors import InputError, first_true
 from .horizon import GEODESIC, STEPS, TerrainHorizon, horizon_of_terrain
 
 OF_PLACE = "pvgis"  # instead of a file: PVGIS is asked
-# triangles of ground that are looked at together, so that they need little memory
-AT_ONCE = 1 << 16
-# [m] terrain further away is left out: a peak of 2,000 m rises by less than 2.1° beyond it
-REACH = 50_000.0
 CURE = "give lines of azimuth,elevation in degrees, or a horizon file of PVGIS"
-LARGEST = 4_000_000  # bytes of a file of angles
 ELEVATION_FIRST = re.compile(r"\W*(elev|height|h_hor|horizon|altitude)\w*\W.*\bazi", re.IGNORECASE)
 OF_PVGIS = re.compile(r"\s*A\W+H_hor\b")  # header of its columns
 
@@ -71,7 +66,7 @@ def _is_raster(path):
     return suffix_of(path) in RASTERS
 
 
-def read_horizon(path, scene):
+def read_horizon(path, scene, *, reach=50_000.0):
     """Horizon as seen from the middle of a scene, and from the corners of the box around its
     buildings.
 
@@ -110,7 +105,9 @@ def read_horizon(path, scene):
     for east, north in posts:
         azimuth, distance = np.degrees(np.arctan2(east, north)), np.hypot(east, north)
         places.append(GEODESIC.fwd(site.longitude, site.latitude, azimuth, distance)[1::-1])
-    grids = read_heights(path, places[0], REACH)
+    # `reach`: [m] terrain further away is left out: a peak of 2,000 m rises by less than 2.1°
+    # beyond it.
+    grids = read_heights(path, places[0], reach)
     # Terrain counts from where the scene's own ground ends: what the scene holds is traced, and
     # would count twice. Its ground is its own surfaces, or measured terrain, not what is generated.
     drawn = find_ground(scene) if scene.terrain_laid else find_ground(scene) & own
@@ -122,7 +119,7 @@ def read_horizon(path, scene):
         # A corner without a height, as in water, takes the height of the middle.
         eye = found[0].eye if found else np.nan
         found.append(
-            horizon_of_terrain(grids, place, distance_to_end(post, model), REACH, otherwise=eye)
+            horizon_of_terrain(grids, place, distance_to_end(post, model), reach, otherwise=eye)
         )
     return found[0], found[1:]
 
@@ -168,7 +165,7 @@ def ask_horizon(latitude, longitude, timeout=(5.0, 60.0)):
     return _horizon_of_angles(f"PVGIS {place[0]:g}°, {place[1]:g}°", azimuth, elevation)
 
 
-def distance_to_end(point, triangles):
+def distance_to_end(point, triangles, *, at_once=1 << 16):
     """Distance from a point to the furthest edge of some triangles, for each azimuth of a horizon.
 
     Parameters
@@ -184,8 +181,9 @@ def distance_to_end(point, triangles):
     """
     # Edges in portions, with the point as origin.
     furthest, angle = np.zeros(STEPS), 2 * np.pi / STEPS
-    for first in range(0, len(triangles), AT_ONCE):
-        corners = triangles[first : first + AT_ONCE] - point
+    # `at_once`: triangles of ground that are looked at together, so that they need little memory.
+    for first in range(0, len(triangles), at_once):
+        corners = triangles[first : first + at_once] - point
         start, end = corners.reshape(-1, 2), np.roll(corners, -1, axis=1).reshape(-1, 2)
         # Lines of sight that cross each edge.
         one = np.arctan2(start[:, 0], start[:, 1])
@@ -206,7 +204,7 @@ def distance_to_end(point, triangles):
     return furthest
 
 
-def read_horizon_table(path):
+def read_horizon_table(path, *, largest=4_000_000):
     """Horizon from a file of angles.
 
     Parameters
@@ -225,8 +223,9 @@ def read_horizon_table(path):
     """
     # A file is JSON of PVGIS, or text; the azimuths of PVGIS count from the south.
     with open_input(path) as stream:
-        content = stream.read(LARGEST + 1)
-    if len(content) > LARGEST or b"\0" in content:
+        # `largest`: bytes of a file of angles.
+        content = stream.read(largest + 1)
+    if len(content) > largest or b"\0" in content:
         raise InputError(path, "is not a horizon file", CURE)
     text = content.decode("utf-8-sig", errors="replace")
     if text.lstrip().startswith("{"):

@@ -21,7 +21,6 @@ from .horizon_band import HORIZON
 MODELS = ("isotropic", "perez")
 # hemisphere rays for each ray towards the horizon, which is a small part of the light
 RAYS_SHARE = 4
-SMALL_TILT = 1.0  # [°] of the plane that tells the parts apart: each is positive on it
 
 
 @dataclass
@@ -51,7 +50,7 @@ class SkyParts:
         return np.array([float((dome / less).min(initial=1e6)) for dome, less in dark])
 
 
-def split_sky(weather, model):
+def split_sky(weather, model, *, small_tilt=1.0):
     """Light of the sky in each interval of a weather.
 
     Parameters
@@ -81,8 +80,9 @@ def split_sky(weather, model):
     # not defined.
     airmass = pvlib.atmosphere.get_relative_airmass(zenith, "kastenyoung1989")
     defined = np.isfinite(airmass) & (dhi > 0)
+    # `small_tilt`: [°] of the plane that tells the parts apart: each is positive on it.
     parts = pvlib.irradiance.perez(
-        *(SMALL_TILT, 180.0, np.where(defined, dhi, 1.0), data["dni"].to_numpy(float)),
+        *(small_tilt, 180.0, np.where(defined, dhi, 1.0), data["dni"].to_numpy(float)),
         dni_extra=pvlib.irradiance.get_extra_radiation(
             data.index + weather.interval / 2
         ).to_numpy(),
@@ -92,7 +92,7 @@ def split_sky(weather, model):
         return_components=True,
     )
     # Each part per its view from that plane: (1 - F₁) DHI, F₁ DHI, and F₂ DHI of Eq. 9.
-    tilt = np.radians(SMALL_TILT)
+    tilt = np.radians(small_tilt)
     dome = np.where(defined, parts["poa_isotropic"] / ((1 + np.cos(tilt)) / 2), dhi)
     around = np.maximum(dhi - dome, 0.0)
     # F₁ DHI is what level ground has from the sun's place; normal to it there is 1/b times as much,

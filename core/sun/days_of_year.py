@@ -15,7 +15,6 @@ from .solar_position import DAY, solar_days, solar_position, sun_direction, whol
 from .suns import TROPICAL_YEAR, Suns
 
 EPOCH = 719_163  # 1970-01-01 as datetime.date.toordinal counts days
-CHUNK = 4096  # intervals at a time
 AROUND = np.array([-1, 0, 1, 2])
 
 
@@ -64,7 +63,7 @@ def days_of_year_suns(times, interval, latitude, longitude, *, count):
     )
 
 
-def match_days_of_year(suns, direction, day):
+def match_days_of_year(suns, direction, day, *, chunk=4096):
     """The traced suns around each sunny interval, and their weights.
 
     For each step of the day the sun's position is a smooth function of the season, the analemma;
@@ -104,8 +103,9 @@ def match_days_of_year(suns, direction, day):
     known = season_weight.any(axis=1)
     path[known] /= np.linalg.norm(path[known], axis=1, keepdims=True)
     index, weight = np.zeros((len(day), 16), int), np.zeros((len(day), 16))
-    for first in range(0, len(day), CHUNK):
-        part = slice(first, first + CHUNK)
+    # `chunk`: intervals at a time.
+    for first in range(0, len(day), chunk):
+        part = slice(first, first + chunk)
         own = which[part]
         steps, step_weight = _join_steps(path[own], known[own], direction[part])
         at = own[:, None, None], np.arange(4)[None, :, None], steps[:, None, :]

@@ -24,7 +24,6 @@ from .suns import Suns, TimeAxis, check_suns
 from .typical_days import typical_day_suns
 
 SAMPLINGS = ("hourly", "days", "typical-days", "sky-grid")
-MOST_DIRECTIONS = 1_000_000
 
 
 def choose_suns(sampling, times, interval, latitude, longitude, *, position=None):
@@ -76,7 +75,7 @@ def choose_suns(sampling, times, interval, latitude, longitude, *, position=None
     return weigh_by_year(suns_of_days(*year, count=count), *year, position=position)
 
 
-def parse_sampling(sampling):
+def parse_sampling(sampling, *, most_directions=1_000_000):
     """Parse a setting into its name and number.
 
     Parameters
@@ -103,9 +102,9 @@ def parse_sampling(sampling):
     count, least = int(number), 16 if name == "sky-grid" else 1
     if count < least:
         raise InputError("--suns", f"{sampling!r} is too few", f"give {name}:{least} or more")
-    if count > MOST_DIRECTIONS:
+    if count > most_directions:
         raise InputError(
-            "--suns", f"{sampling!r} is too many", f"give {name}:{MOST_DIRECTIONS} at most"
+            "--suns", f"{sampling!r} is too many", f"give {name}:{most_directions} at most"
         )
     return name, count
 

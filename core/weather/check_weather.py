@@ -46,9 +46,6 @@ LIMITS = {
     "wind_speed": (0.0, 120.0, "ms⁻¹"),
     "pressure": (30e3, 115e3, "Pa"),
 }
-# Instruments lose heat to the night sky (Dutton et al. 2001); by day BSRN allows -4 Wm⁻² (Long and
-# Shi 2008).
-LEAST_BY_DAY = -4.0  # [Wm⁻²]
 
 
 def check_weather(record):
@@ -199,7 +196,7 @@ def check_values(data, columns, source, *, lowest_only=False, cure=None):
             )
 
 
-def _check_negative(given, year, source):
+def _check_negative(given, year, source, *, least_by_day=-4.0):
     """Refuse light below zero by day, and note what is taken as 0 at night: list of str.
 
     Parameters
@@ -213,9 +210,9 @@ def _check_negative(given, year, source):
     day, notes = is_sunny(year.data["apparent_zenith"].to_numpy()), []
     for name, column in given.items():
         values, words = column.to_numpy(float), year.columns[name]
-        if (first := first_true(day & (values < LEAST_BY_DAY))) is not None:
+        if (first := first_true(day & (values < least_by_day))) is not None:
             problem = f"{words} is {values[first]:g} Wm⁻² at {given.index[first]}, by day"
-            raise InputError(source, problem, f"give values from {LEAST_BY_DAY:g} Wm⁻²")
+            raise InputError(source, problem, f"give values from {least_by_day:g} Wm⁻²")
         # Down to −1 Wm⁻² files are imprecise by packing, which no note says.
         small = values < -1.0
         if small.any():

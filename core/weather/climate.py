@@ -19,7 +19,6 @@ from .weather import IRRADIANCES, Record
 INTERVAL = pd.Timedelta(hours=1)
 LABEL = "built-in climate (climatology: long-term monthly means, synthetic days)"
 CLOSEST = 0.97  # largest monthly sum as a share of the cleanest sky's
-ROUNDING = 3  # decimals of the irradiance [Wm⁻²]: processors differ far below that
 
 
 def climate(latitude, longitude, year=2021, seed=0):
@@ -236,7 +235,7 @@ def monthly_sums(annual, normals, sky, times):
     return np.minimum(share * factor, most)
 
 
-def draw_irradiance(places, times, sky, monthly, seed):
+def draw_irradiance(places, times, sky, monthly, seed, *, rounding=3):
     """GHI, DHI and DNI of each hour [Wm⁻²]: three (p, t), with GHI = DHI + DNI·cos θ in every hour.
 
     Notes
@@ -273,7 +272,8 @@ def draw_irradiance(places, times, sky, monthly, seed):
     # Back in UTC, months are scaled once more to their exact sums, as local days cross their ends.
     clearness = np.empty_like(hours)
     np.put_along_axis(clearness, local, hours, axis=1)
-    ghi = (scale_to_sums(clearness, cleanest, outside, monthly, starts) * outside).round(ROUNDING)
+    # `rounding`: decimals of the irradiance [Wm⁻²]: processors differ far below that.
+    ghi = (scale_to_sums(clearness, cleanest, outside, monthly, starts) * outside).round(rounding)
     # Direct light by DISC from GHI and the air mass; no more than the cleanest sky lets through,
     # nor than leaves 3 % of GHI diffuse, and none at night.
     day = np.broadcast_to(times.day_of_year.to_numpy(), ghi.shape)
@@ -281,7 +281,7 @@ def draw_irradiance(places, times, sky, monthly, seed):
         pvlib.irradiance.disc(ghi, sky["zenith"], day, pressure=sky["pressure"])["dni"]
     )
     dni = np.minimum(dni, np.minimum(sky["dni"], 0.97 * ghi / np.maximum(sky["sine"], 1e-3)))
-    dni = np.where(is_sunny(sky["zenith"]), dni, 0.0).round(ROUNDING)
+    dni = np.where(is_sunny(sky["zenith"]), dni, 0.0).round(rounding)
     # Processors differ in the last digits of the sine: nine decimals split the light the same
     # everywhere.
     return ghi, ghi - dni * sky["sine"].round(9), dni

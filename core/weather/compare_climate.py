@@ -21,9 +21,6 @@ from .check_sun_times import haurwitz
 from .climate import INTERVAL, climate
 from .climate_grid import LAPSE, LEAST_LATITUDE, spread_of_ghi
 
-LIT_DAY = 2000.0  # [Wh/m²] of a clean sky, from which on a day is told clear or dull
-DULL = 0.5  # of a clean sky
-
 
 @dataclass
 class _ClimateShare:
@@ -49,7 +46,7 @@ def climate_of_place(latitude, longitude):
     return add_sun(climate(latitude, (longitude + 180.0) % 360.0 - 180.0), INTERVAL)
 
 
-def compare_with_climate(year, days, usual):
+def compare_with_climate(year, days, usual, *, lit_day=2000.0, dull=0.5):
     """A year beside the climate of the same months: ClimateShare.
 
     Parameters
@@ -67,18 +64,19 @@ def compare_with_climate(year, days, usual):
     lapse = LAPSE * (usual.altitude - year.altitude)  # [K]
     # Clear and dull days, told by the share of a clean sky that they let through, where there is
     # enough light to tell; the climate's in the same months beside them.
-    bright = days["clean"] > LIT_DAY
+    # `lit_day`: [Wh/m²] of a clean sky, from which on a day is told clear or dull.
+    bright = days["clean"] > lit_day
     clearness = (days["ghi"] / days["clean"])[bright]
     months = set(days.index.month)
     usual_days = cut_days(usual)
-    usual_days = usual_days[usual_days.index.month.isin(months) & (usual_days["clean"] > LIT_DAY)]
+    usual_days = usual_days[usual_days.index.month.isin(months) & (usual_days["clean"] > lit_day)]
     return _ClimateShare(
         ghi=float(year.data["ghi"].sum() / expected["ghi"].sum()),
         temp_air=float(year.data["temp_air"].mean() - expected["temp_air"].mean() - lapse),
         wind_speed=float(year.data["wind_speed"].mean() / expected["wind_speed"].mean()),
         clear_days=float(clearness.quantile(0.98)) if len(clearness) else np.nan,
-        dull_days=int((clearness < DULL).sum()),
-        dull_days_of_climate=int((usual_days["ghi"] < DULL * usual_days["clean"]).sum()),
+        dull_days=int((clearness < dull).sum()),
+        dull_days_of_climate=int((usual_days["ghi"] < dull * usual_days["clean"]).sum()),
     )
 
 

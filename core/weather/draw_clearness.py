@@ -10,9 +10,6 @@ import numpy as np
 import pandas as pd
 from scipy.special import ndtr, ndtri
 
-LEAST_DAY = 0.05  # clearness index of the cloudiest day (Bendt et al. 1981)
-DAY_MEMORY = 0.29  # correlation of a day with the day before (Graham et al. 1988)
-
 
 def draw_normals(seed, shape):
     """Standard normal random numbers from a counter-based generator, the same on every machine.
@@ -31,7 +28,7 @@ def draw_normals(seed, shape):
     return ndtri(((words >> np.uint64(11)).astype(float) + 0.5) * 2.0**-53).reshape(shape)
 
 
-def rank_days(normals, month):
+def rank_days(normals, month, *, day_memory=0.29):
     """Rank of each day within its month as a quantile, evenly spread over 0 to 1.
 
     The set of quantiles of a month does not depend on the seed, only their order, which follows an
@@ -54,13 +51,14 @@ def rank_days(normals, month):
     chain = np.empty(len(normals))
     last = normals[0]
     for day, fresh in enumerate(normals):
-        last = chain[day] = DAY_MEMORY * last + np.sqrt(1 - DAY_MEMORY**2) * fresh
+        # `day_memory`: correlation of a day with the day before (Graham et al. 1988).
+        last = chain[day] = day_memory * last + np.sqrt(1 - day_memory**2) * fresh
     # Ranks in a month, at the middles of equal shares of 0 to 1.
     of_month = pd.Series(chain).groupby(month)
     return ((of_month.rank(method="first") - 0.5) / of_month.transform("size")).to_numpy()
 
 
-def draw_days(mean, cleanest, quantile, month):
+def draw_days(mean, cleanest, quantile, month, *, least_day=0.05):
     """Daily clearness indices with the exponential distribution of Bendt et al.
 
     Parameters
@@ -89,7 +87,8 @@ def draw_days(mean, cleanest, quantile, month):
     # (p, 12)
     largest = np.stack([cleanest[:, month == each].mean(axis=1) for each in range(12)], axis=1)
     share = np.clip(mean / np.maximum(largest, 1e-6), 0.0, 1.0)
-    least = np.minimum(LEAST_DAY / np.maximum(largest, LEAST_DAY), 0.3 * share)
+    # `least_day`: clearness index of the cloudiest day (Bendt et al. 1981).
+    least = np.minimum(least_day / np.maximum(largest, least_day), 0.3 * share)
     # γ gives the month its mean; each day stands at its quantile of that distribution.
     gamma = solve_exponential((share - least) / (1 - least))
     relative = exponential_quantile(gamma[:, month], quantile)

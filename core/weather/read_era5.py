@@ -44,7 +44,6 @@ UNITS |= {"fdir": UNITS["ssrd"], "v10": UNITS["u10"], "ws10": UNITS["u10"]}
 ACCUMULATED = ("ssrd", "fdir")
 NEEDED = ("ssrd", "fdir", "t2m")
 HOUR = pd.Timedelta(hours=1)
-ROUNDING = 6  # decimals of coordinates [°]
 COLUMNS = {
     "ghi": "ssrd",
     "dhi": "ssrd - fdir",
@@ -125,7 +124,7 @@ def read_era5(paths, latitude, longitude, altitude, point):
     )
 
 
-def open_era5_grid(paths, stack, needed=NEEDED):
+def open_era5_grid(paths, stack, needed=NEEDED, *, rounding=6):
     """Open the files of a grid without reading their values.
 
     Parameters
@@ -171,11 +170,12 @@ def open_era5_grid(paths, stack, needed=NEEDED):
     if missing:
         raise InputError(source, f"the variables {', '.join(missing)} are missing", CURE)
     # From south to north and from west to east, each meridian once.
-    latitude, longitude = axes[0], np.round((axes[1] + 180.0) % 360.0 - 180.0, ROUNDING)
+    # `rounding`: decimals of coordinates [°].
+    latitude, longitude = axes[0], np.round((axes[1] + 180.0) % 360.0 - 180.0, rounding)
     # the same meridian may be there twice, as -180 and 180°
     west, columns = np.unique(longitude, return_index=True)
     rows = np.argsort(latitude, kind="stable")
-    return _Era5Grid(source, files, np.round(latitude[rows], ROUNDING), west, rows, columns)
+    return _Era5Grid(source, files, np.round(latitude[rows], rounding), west, rows, columns)
 
 
 def read_block(grid, rows, columns):

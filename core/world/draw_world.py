@@ -30,7 +30,6 @@ from .draw_world_maps import (
 )
 
 PARTS = ("by_month", "by_solar_hour", "without_reflections")
-CURE = "compute it again: citypv world … --overwrite"
 SHOWN = ("weather", "full_load_hours", *(f"full_load_hours_{part}" for part in PARTS))
 KINDS = ("facade", "roof")
 DAY_GROUPS = {
@@ -199,11 +198,12 @@ def draw_world(path, folder):
     InputError
         The file cannot be read, or is none of `citypv world`.
     """
-    with parsing(path, "cannot be read as NetCDF", CURE), open_netcdf(path) as dataset:
+    cure = "compute it again: citypv world … --overwrite"
+    with parsing(path, "cannot be read as NetCDF", cure), open_netcdf(path) as dataset:
         dataset.load()
     missing = [name for name in SHOWN if name not in dataset]
     if missing:
-        raise InputError(path, f"has no {', '.join(missing)}", CURE)
+        raise InputError(path, f"has no {', '.join(missing)}", cure)
     dataset = rename_groups(dataset)
     if "latitude" not in dataset.dims:
         return []

@@ -25,7 +25,6 @@ from .group_errors import GroupErrors, find_group_errors
 
 SINGLE = np.float32
 SIDES = {"north": 0.0, "east": 90.0, "south": 180.0, "west": 270.0}
-CURE = "give NAME=transfer.nc, a result folder, or unshaded"
 
 
 @dataclass
@@ -207,11 +206,12 @@ def read_environments(texts, system, sky="isotropic"):
     ------
     InputError
     """
+    cure = "give NAME=transfer.nc, a result folder, or unshaded"
     transfers = []
     for text in texts:
         name, equals, path = text.partition("=")
         if equals and not (name and path):
-            raise InputError(text, "is not NAME=PATH", CURE)
+            raise InputError(text, "is not NAME=PATH", cure)
         if not equals:
             path, place = text, Path(text).absolute()
             name = (place.parent if place.name == "transfer.nc" else place).name.removesuffix(".nc")
@@ -221,7 +221,7 @@ def read_environments(texts, system, sky="isotropic"):
         elif file.exists():
             transfers.append((name, str(file), read_transfer(file)))
         else:
-            raise InputError(file, "there is no such file", CURE)
+            raise InputError(file, "there is no such file", cure)
     if sky == "auto":
         sky = model_traced(set.intersection(*(set(one.sources) for *_, one in transfers)))
     found = [build_environment(*one, system, sky) for one in transfers]

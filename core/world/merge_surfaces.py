@@ -10,8 +10,6 @@ import numpy as np
 
 from .environment import SINGLE
 
-GRAZING = 0.05  # cosine of incidence below which the visible share is the plain mean
-
 
 def merge_surfaces(environment, most):
     """An environment of at most some surfaces, with the same groups and areas.
@@ -108,7 +106,7 @@ def _mean_of_pieces(values, weight, pieces):
     )
 
 
-def _merge_block(block, weight, pieces, direction):
+def _merge_block(block, weight, pieces, direction, *, grazing=0.05):
     """Weighted means of surfaces; the normals' mean is not of unit length, so that mean cosines are
     exact.
     """
@@ -120,10 +118,11 @@ def _merge_block(block, weight, pieces, direction):
             block.normal[:, rows],
         )
         projection = np.maximum(direction @ (normal @ share), 0.0)
+        # `grazing`: cosine of incidence below which the visible share is the plain mean.
         exact = ((visible * np.maximum(direction @ normal, 0.0)) @ share) / np.maximum(
-            projection, GRAZING
+            projection, grazing
         )
-        seen.append(np.where(projection > GRAZING, exact, visible @ share))
+        seen.append(np.where(projection > grazing, exact, visible @ share))
     linear = ("normal", "diffuse", "far_ground", "sky", "iam", "reflected", "lit_share")
     means = {
         name: _mean_of_pieces(getattr(block, name), weight, pieces).astype(SINGLE)

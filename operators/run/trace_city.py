@@ -22,8 +22,6 @@ from ..show.show_result import show_result
 from ..show.summarise import OF_ENERGY, summarise_albedo
 from .plan_trace import OfScene, keep_plan, prepare_weather
 
-SUNS_PER_DAY = 12
-
 
 class TraceCity(OfScene, Step, bpy.types.Operator):
     """Trace light from sky and sun, with reflections, to every surface"""
@@ -102,12 +100,12 @@ def stages_of_trace(request):
     return work | {f"error check, {suns}": 0.1 * sky for suns in (request.suns, "hourly")}
 
 
-def work_of_trace(request):
+def work_of_trace(request, *, suns_per_day=12):
     """What tracing a patch takes for the sky and for the suns, roughly, in units of a ray to the
     sky: two float.
     """
     way, _, number = request.suns.partition(":")
-    suns = int(number or 0) * SUNS_PER_DAY if "days" in way else int(number or SUNS_PER_DAY * 365)
+    suns = int(number or 0) * suns_per_day if "days" in way else int(number or suns_per_day * 365)
     # In units of a ray to the sky: 175 for a patch beside its rays, 0.5 for each sun, 0.1 for each
     # point there.
     return 175.0 + request.samples, suns * (0.5 + 0.1 * request.shadow_samples)

@@ -14,7 +14,6 @@ from ..city.keys import Key
 from .colour_faces import MATERIAL, colours_of_values, linear_colour, start_emission, write_colours
 
 DISTANCE = 1.0  # of the legend's plane in front of the camera [m]
-COLLECTION = "CityPV legend"
 # property of the city, by owner of the attribute
 NOTES = {
     "energy": Key.WEATHER,
@@ -26,7 +25,7 @@ LEFT, BAR_BOTTOM, BAR_WIDTH, BAR_HEIGHT = 0.055, 0.085, 0.62, 0.026
 TEXT_SIZE, GAP = 0.028, 0.014
 
 
-def build_legend(scene, camera, scale, note=""):
+def build_legend(scene, camera, scale, note="", *, name="CityPV legend"):
     """Build the legend of a scale in front of a camera, replacing an earlier one.
 
     Parameters
@@ -43,7 +42,7 @@ def build_legend(scene, camera, scale, note=""):
     bpy.types.Collection
         The legend's objects; linked to the scene.
     """
-    collection = bpy.data.collections.get(COLLECTION) or bpy.data.collections.new(COLLECTION)
+    collection = bpy.data.collections.get(name) or bpy.data.collections.new(name)
     remove_objects(*collection.objects)
     if collection.name not in scene.collection.children:
         scene.collection.children.link(collection)

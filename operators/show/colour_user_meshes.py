@@ -17,11 +17,8 @@ from ..city.keys import Key
 from ..city.source_objects import MASK, WORN_COLOURS
 from .colour_faces import MATERIAL, write_colours
 
-# Of an object that a coloured copy stands for: how it was drawn, and whether not in pictures.
-FEW = 3  # names shown
 
-
-def colour_user_meshes(city):
+def colour_user_meshes(city, *, shown=3):
     """Show the colours of a city on the objects that it was taken from; the panel names those that
     a copy covers.
     """
@@ -55,7 +52,7 @@ def colour_user_meshes(city):
     if source_objects.is_in_place(city):
         city.hide_render = bool(own.all())
         city.hide_set(city.hide_render)
-    some = ", ".join(names[:FEW]) + (" …" if len(names) > FEW else "")
+    some = ", ".join(names[:shown]) + (" …" if len(names) > shown else "")
     reason = (
         "lines around a coloured copy, as instances, shared meshes, modifiers or cells have no "
         "faces of their own"
