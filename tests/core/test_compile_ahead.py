@@ -2,13 +2,16 @@
 fails the run.
 """
 
+import inspect
 import os
 import subprocess
 import sys
 import time
+from importlib import import_module
 from pathlib import Path
 
 import pytest
+from numba.core.sigutils import normalize_signature
 
 from citypv.core.commands.command_line import main
 from citypv.core.rays import compile_ahead as ahead
@@ -37,6 +40,15 @@ light = np.zeros((1, 2), np.float32)
 loop(np.zeros((1, 1, 2), np.uint16), light, np.zeros(2, np.float32), light)
 print(sum(loop.stats.cache_hits.values()), sum(loop.stats.cache_misses.values()))
 """
+
+
+@pytest.mark.parametrize("line", read_loops())
+def test_a_loop_takes_as_many_arguments_as_are_listed(line):
+    """Else the first step in Blender, which compiles them, fails: run tools/list_loops.py."""
+    module, function, arguments = line.split(" ", 2)
+    loop = getattr(import_module(f"citypv.core.{module}"), function)
+    types, _ = normalize_signature(arguments)
+    assert len(types) == len(inspect.signature(loop.py_func).parameters)
 
 
 @pytest.mark.slow
