@@ -77,7 +77,7 @@ test test-all:
 	    run $$other/bin/python $(PYTEST) --durations 9 -m "every_python and not window$$few"; \
 	done; \
 	export CITYPV_BLENDER="$$(cat build/window)"; \
-	run .venv/bin/python -m pytest --durations 9 -m "window$$few"; exit $$failed
+	run .venv/bin/python -m pytest --durations 9 -m "window$$few" tests/blender/test_window.py; exit $$failed
 
 # The floors of pyproject.toml are what the tests pass with; Blender has versions of its own.
 oldest:

@@ -65,7 +65,7 @@ def test_a_budget_below_that_of_the_first_round_is_refused_with_one_that_is_kept
     assert "--samples 64 --shadow-samples 16: " in told
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_more_time_leaves_no_more_error_than_a_target_takes(city, tmp_path):
     """A target is met in some seconds; in 2.7 times as many a budget gets further."""
 

@@ -212,7 +212,7 @@ def city():
     return make_city(box("tower", X - 10, Y - 10, 20, 20, 0, 40), SYSTEM)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_terrain_of_the_model_does_not_count_in_the_horizon(raster, city):
     alone, _ = read_horizon(raster, build_scene(city))
     both, corners = read_horizon(

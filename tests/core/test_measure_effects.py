@@ -129,7 +129,7 @@ def test_light_that_a_layer_of_leaves_takes(on):
     assert "not known before the run; contributes −" in line and " ± " in line
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_reflections_in_a_half_sphere():
     """E_n = 1/2 (albedo/2)^n: of all light albedo/2 is reflected."""
     albedo = 0.6

@@ -182,7 +182,7 @@ def test_points_and_sky_rays_are_those_of_one_run(sizes):
     assert rounds.record.hemisphere_rays >= one.record.hemisphere_rays
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_their_error_is_that_of_one_run_and_is_stated():
     """Scatter of ten runs on some thousand surfaces, in light of the sky and of the suns."""
     ways = (

@@ -154,7 +154,7 @@ def south_walls(city):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("gap", [0.0, 0.1, 0.25])
+@pytest.mark.parametrize("gap", mark_cases([0.1, 0.0, 0.25], kept=1))
 def test_a_wall_yields_the_same_in_one_polygon_and_cut_at_its_neighbour(tmp_path, gap):
     """Energy and light within 0.1 %, with a neighbour at 9 of 20 m of it or a gap before them; its
     rays alone err by less with so many.

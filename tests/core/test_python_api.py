@@ -238,7 +238,7 @@ def test_every_library_that_a_number_depends_on_is_in_the_summary():
     assert all(found[name] for name in needed)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_goals_are_honoured(city):
     aimed = citypv.simulate(city, **FEW | {"suns": "days:24", "target_error": 0.8})
     assert aimed.summary["traced"]["rounds"] > 1

@@ -205,7 +205,7 @@ def test_a_rarer_kind_is_read_by_gdal_where_it_is_installed_and_else_refused(
     assert "\n" not in str(told.value)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_any_damage_is_one_line(tmp_path):
     """Bytes cut or changed anywhere: heights or one InputError, never another error."""
     random, refused = np.random.default_rng(1), 0

@@ -95,7 +95,7 @@ def test_rounds_end_where_long_runs_do(name):
     assert np.abs(found[:, 0].mean() - true) < 3 * np.sqrt(found[:, 1].mean() / len(found) + left)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_each_sun_becomes_known_better_with_every_round():
     """What a facade receives of single suns by reflection scatters less, in proportion to the
     number of samples.

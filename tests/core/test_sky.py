@@ -72,7 +72,7 @@ def open_plane(tilt, azimuth):
     return scene_of_triangles(np.array([across * -1, across, upward]) * 2 + [0, 0, 5], [[0, 1, 2]])
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "station",
     [

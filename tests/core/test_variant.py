@@ -437,7 +437,7 @@ def write_box(path, east, width, height, *, depth=None, north=0):
     return str(path)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_base_under_another_sky_is_solved_under_the_one_that_its_variant_asks_for(
     tmp_path, monkeypatch
 ):

@@ -224,7 +224,7 @@ def test_other_units(tmp_path, factor, words):
     refuse(write_table(tmp_path / "unit.csv", table), *words)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_joules_of_a_quarter_of_an_hour_divided_by_an_hour(tmp_path):
     table = measured_table()
     quarters = pd.date_range(table.index[0], periods=4 * len(table), freq="15min")

@@ -192,7 +192,7 @@ def test_a_region_across_the_date_line_is_cut_and_thinned():
     assert regular_axes(5.0, None, (170.0, -170.0))[1].tolist() == [-180, -175, -170, 170, 175]
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_later_file_fills_what_an_earlier_one_lacks(tmp_path, demo, expected):
     """Final and preliminary data as two files of all hours, each with gaps where the other has
     values.

@@ -91,7 +91,7 @@ def test_errors_are_those_of_yield(town, sky):
     ).any()  # one share for all places would not do
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_errors_are_as_large_as_the_scatter():
     """Of the year and the gain: noise of known size in the reflected light of single surfaces, and
     in the visible sky, beside which rays meet faces of half its brightness.

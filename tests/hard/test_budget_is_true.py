@@ -161,7 +161,7 @@ def refined(scene, request):
     )
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_errors_hold_where_a_target_was_met():
     """The errors themselves tell when to stop; they must not be too small for that."""
     scene, found = in_patches(three_houses()), []
