@@ -55,12 +55,14 @@ class YieldErrors:
         return _quantile_by_area(self.relative(more, without), self.area, share)
 
     def largest(self):
-        """The source with the largest variance, by area, or None."""
-        # Variance relative to each surface's hours, weighed by its area.
-        sums = {
-            name: float(self.area @ (part / self.hours**2)) for name, part in self.variance.items()
-        }
-        return max(sums, key=sums.get) if any(sums.values()) else None
+        """The source without which the error that SHARE of the area stays within would be least, or
+        None.
+
+        A few surfaces with a large error of one kind, on less area than the rest, do not decide.
+        """
+        if not self.at_share() > 0:
+            return None
+        return min(self.variance, key=lambda source: self.at_share(without=[source]))
 
 
 def _quantile_by_area(values, area, share):

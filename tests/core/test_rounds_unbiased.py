@@ -1,8 +1,9 @@
 """Rounds end where long runs do, and no further from them than they say: on ground that no ray of
 the first round meets, under each single sun, and in full load hours.
 
-Long runs have 16 times the rays and points at once, and no rounds: nothing in them goes on from few
-rays.
+Long runs have 16 times the rays at once and no rounds, and several seeds stand for more points:
+nothing in them goes on from few rays. With more points in one run elements would be lit at other
+places.
 """
 
 from dataclasses import replace
@@ -79,10 +80,7 @@ def mean_hours(name, transfer, energy):
 @pytest.mark.parametrize("name", mark_cases(HOUSES, kept=2))
 def test_rounds_end_where_long_runs_do(name):
     """Six seeds, each within what it states of the long runs, and their mean too."""
-    long = [
-        run_of(name, replace(REQUEST, samples=1024, shadow_samples=64, seed=100 + seed))
-        for seed in range(4)
-    ]
+    long = [run_of(name, replace(REQUEST, samples=1024, seed=100 + seed)) for seed in range(16)]
     known = np.array([mean_hours(name, *one) for one in long])
     true, left = known[:, 0].mean(), max(known[:, 1].mean(), known[:, 0].var(ddof=1)) / len(known)
     found = np.array(
@@ -90,8 +88,9 @@ def test_rounds_end_where_long_runs_do(name):
     )
     deviation = (found[:, 0] - true) / np.sqrt(found[:, 1] + left)
     assert np.sqrt(found[:, 1]).max() < 0.001 * true  # a tenth of what ground that is black takes
-    # Four replicates state each error: t of three degrees of freedom.
+    # Four replicates state each error: t of three degrees of freedom, of which 14 % lie beyond two.
     assert np.abs(deviation).max() < stats.t.ppf(0.9995, 3)
+    assert (np.abs(deviation) > 2).sum() <= 2
     assert np.abs(found[:, 0].mean() - true) < 3 * np.sqrt(found[:, 1].mean() / len(found) + left)
 
 

@@ -65,6 +65,15 @@ def test_sampled_errors_fall_as_those_of_nets_do():
     assert errors.largest() == "shadows"
 
 
+def test_a_large_error_on_little_area_is_not_most_of_what_95_percent_stay_within():
+    """Three large surfaces with noise of rays, and a small one that patch size errs on by more."""
+    errors = made_errors(rays=1.0)
+    errors.variance["discretisation"][3] = 100.0
+    assert replace(errors, area=np.array([1.0, 1.0, 1.0, 0.1])).largest() == "rays"
+    assert replace(errors, area=np.array([1.0, 1.0, 1.0, 0.2])).largest() == "discretisation"
+    assert made_errors().largest() is None
+
+
 def test_the_error_that_counts_holds_for_95_percent_of_the_area():
     errors = made_errors(rays=1.0)
     errors = replace(
