@@ -23,7 +23,6 @@ TITLES = {
     "sheet": "Without thickness",
 }
 FOUND = ("repaired", "skipped", "inside", "sheet")
-WIDTH = 40  # characters per line in the panel
 
 
 def draw_cities(layout, context):
@@ -101,10 +100,10 @@ def draw_told(layout, sentence, icon="NONE"):
         draw_sentence(layout.box().column(align=True), sentence, icon)
 
 
-def draw_sentence(column, sentence, icon="NONE"):
+def draw_sentence(column, sentence, icon="NONE", *, letters=40):
     """Show a sentence, wrapped to the width of the sidebar."""
     # An icon takes four characters.
-    width = WIDTH if icon == "NONE" else WIDTH - 4
+    width = letters if icon == "NONE" else letters - 4
     for number, line in enumerate(textwrap.wrap(sentence, width, subsequent_indent="   ")):
         column.label(text=line, icon="NONE" if number else icon)
 

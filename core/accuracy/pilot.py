@@ -29,8 +29,6 @@ from .trace_run import choose_year
 from .yield_errors import YieldErrors, split_errors
 
 LARGE = 32  # rays of a patch of a city that is not small
-# stages of processor time: of the scene, not the pilot; of the suns
-SUNS = ("suns", COUNTING)
 
 
 @dataclass
@@ -135,7 +133,7 @@ def trace_few(inputs, setting, suns, progress=silent, *, part=None):
         sum(stages.values()) - stages["plan and tree"]
         for stages in (record.processor_seconds, record.seconds)
     )
-    of_suns = sum(record.processor_seconds.get(stage, 0.0) for stage in SUNS)
+    of_suns = sum(record.processor_seconds.get(stage, 0.0) for stage in ("suns", COUNTING))
     counts = count_patches(ready.patches, ready.plan, record.hemisphere_rays, samples)
     seconds = spent - of_suns, of_suns
     run = PilotRun(

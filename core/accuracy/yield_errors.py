@@ -25,7 +25,6 @@ CURES = {  # name -> the option that lowers it
     "suns": "--suns with more days",
 }
 LEAST_HOURS = 0.1  # of the mean: surfaces with less are left out of the errors of single surfaces
-ONCE = ("plan and tree",)  # stages that rounds do not repeat
 
 
 @dataclass
@@ -145,5 +144,7 @@ def seconds_of_rounds(transfer):
     """
     if transfer.record is None:
         return np.nan
-    own = sum(seconds for stage, seconds in transfer.record.seconds.items() if stage not in ONCE)
+    # Rounds do not repeat the first stage.
+    stages = transfer.record.seconds.items()
+    own = sum(seconds for stage, seconds in stages if stage != "plan and tree")
     return own + (seconds_of_rounds(transfer.bare) if transfer.bare is not None else 0.0)

@@ -330,7 +330,7 @@ def _interpolate_heights(foot_points, free, lattice, *, controls=32, rounding=0.
     rim, tree = lattice.place(rim), cKDTree(foot_points[:, :2])
     # Heights are averaged over feet within 100 m.
     around = tree.query_ball_point(foot_points[tree.query(rim)[1], :2], 100.0)
-    # That mean is rounded, to `rounding` [m].
+    # The mean is rounded, to `rounding` [m].
     rim_height = [rounding * np.round(foot_points[some, 2].mean() / rounding) for some in around]
     # Heights are linear on the triangles between feet and circle.
     known = np.concatenate([foot_points, np.column_stack([rim, rim_height])])

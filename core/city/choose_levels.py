@@ -110,7 +110,7 @@ def _choose_in_file(content, wanted, report, passed_over):
     for unit, measured in several.items():
         taken[unit] = next(lod for lod in levels[unit] if _is_whole(lod, measured, levels[unit]))
     # Parts of one building that would be taken from different levels may draw the same thing twice:
-    # those of the lower level are left out, or drawn in their best level where that was passed over.
+    # the lower level's are left out, or drawn in their best level where that was passed over.
     of_building, again = defaultdict(list), set()
     for unit in taken:
         of_building[unit[0]].append(unit)

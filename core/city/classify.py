@@ -20,9 +20,7 @@ ORIENTATIONS = (
     "west",
     "northwest",
 )
-SECTOR = 45.0  # [°] of azimuth that an orientation stands for
-PAPER = "paper"  # its sectors: WINDOW [°] either side of north, east, south, west
-WINDOW = 30.0
+PAPER = "paper"  # its sectors: 30° either side of north, east, south, west
 INCLINED = ("facade", "roof", "steep")  # kinds that face somewhere
 BEARING = (*INCLINED, "flat")  # kinds that may carry modules
 
@@ -51,7 +49,7 @@ def measure_tilt(normal):
     return surface_tilt, surface_azimuth
 
 
-def classify(area, surface_tilt, surface_azimuth, thematic, sectors="8"):
+def classify(area, surface_tilt, surface_azimuth, thematic, sectors="8", *, sector_width=45.0):
     """Kind, orientation and eligibility of surfaces.
 
     Facades are steeper than 89° and not steeper than 91°, roofs between 15° and 60°, steep roofs
@@ -95,13 +93,15 @@ def classify(area, surface_tilt, surface_azimuth, thematic, sectors="8"):
         default="flat",
     )
     # Orientation: the nearest sector's middle; a bound belongs to the sector before it.
-    step = 2 * SECTOR if sectors == PAPER else SECTOR
+    step = 2 * sector_width if sectors == PAPER else sector_width
     sector = np.ceil((surface_azimuth - TOLERANCE) / step - 0.5)
-    orientation = np.array(ORIENTATIONS)[(sector * step / SECTOR).astype(int) % len(ORIENTATIONS)]
+    orientation = np.array(ORIENTATIONS)[
+        (sector * step / sector_width).astype(int) % len(ORIENTATIONS)
+    ]
     facing, eligible = np.isin(kind, INCLINED), np.isin(kind, BEARING)
     if sectors == PAPER:
         # The paper counts facades and roofs alone, near the middle of a sector.
-        facing &= np.abs(surface_azimuth - sector * step) <= WINDOW + TOLERANCE
+        facing &= np.abs(surface_azimuth - sector * step) <= 30.0 + TOLERANCE
         eligible = np.isin(kind, ["facade", "roof"]) & facing
     orientation[~facing] = "none"
     eligible &= (area >= SMALLEST_ELIGIBLE_AREA) & (thematic != "ClosureSurface")

@@ -15,7 +15,6 @@ import numpy as np
 from numba import njit
 
 LEAF = 8  # triangles of a leaf, at most: as many as are tested together
-DEEPEST = 64
 # Rays are shifted by less than a micrometre, so that none passes exactly through an edge of
 # axis-parallel boxes.
 ASIDE = (3.1e-7, 2.3e-7, 1.7e-7)
@@ -151,7 +150,7 @@ def sum_crossings(hierarchy, corners, costs, rays, depth):
         costs,
         rays,
     )
-    waiting, inverse, shear = np.empty(DEEPEST, np.int64), np.empty(3), np.empty(3)
+    waiting, inverse, shear = np.empty(64, np.int64), np.empty(3), np.empty(3)
     added = np.empty(LEAF)
     for ray in range(depth.shape[1]):
         # A ray moved aside by a hair, so that it never runs exactly along an edge; nodes that wait

@@ -14,7 +14,6 @@ from .scene import Crowns
 
 CROWN_BASE = 0.25  # of its height
 FLAT = 0.1  # [m] shapes that are lower have no volume
-MERGED = 5  # decimals [m] of corners that are one
 
 
 def volume_of_crowns(crowns):
@@ -159,7 +158,8 @@ def _triangles_of(polygons):
     rings, counts = [], []
     # Rings without corners that fall together; a polygon with fewer than three of them has no area.
     for polygon in polygons:
-        keys = [np.round(ring, MERGED) for ring in polygon.rings]
+        # Corners that agree to five decimals of a metre are one.
+        keys = [np.round(ring, 5) for ring in polygon.rings]
         own = [
             r[(k != np.roll(k, -1, axis=0)).any(axis=1)]
             for r, k in zip(polygon.rings, keys, strict=True)

@@ -12,7 +12,6 @@ It says nothing of what stands outside: a city may end there, or only its file.
 import numpy as np
 import shapely
 
-CLOSED = 50.0  # [m] streets and squares up to twice as wide belong to the built area
 FURTHEST = 100.0  # [m] further away the edge takes next to nothing
 NEAREST = 25.0  # [m] at the rim
 LEVEL = 0.1  # horizontal part of a unit normal, below which a surface looks to no side
@@ -79,7 +78,7 @@ def _middles_of_surfaces(scene):
         return np.stack(sums, axis=1) / np.bincount(surface, area, count)[:, None]
 
 
-def _built_area(scene, built):
+def _built_area(scene, built, *, closed_width=50.0):
     """Footprints of the buildings, their roofs seen from above, closed by CLOSED, and without
     holes.
     """
@@ -88,6 +87,7 @@ def _built_area(scene, built):
     own = own[roofs[scene.triangle_surface[own]]]
     footprints = shapely.union_all(shapely.polygons(scene.vertices[scene.triangles[own]][:, :, :2]))
     # Parts are widened one by one, which takes a seventh of the time of all at once.
-    widened = shapely.union_all(shapely.buffer(shapely.get_parts(footprints), CLOSED))
-    closed = shapely.buffer(widened, -CLOSED)
+    # Streets and squares of up to twice this width belong to the built area [m].
+    widened = shapely.union_all(shapely.buffer(shapely.get_parts(footprints), closed_width))
+    closed = shapely.buffer(widened, -closed_width)
     return shapely.union_all(shapely.polygons(shapely.get_exterior_ring(shapely.get_parts(closed))))

@@ -16,8 +16,7 @@ from .polygons import next_in_ring, polygon_bounds
 from .slope_filter import find_standing
 
 # An edge further above a neighbouring foot than this does not stand on the ground [m]:
-LOWEST_STEP = 6.0  # the lowest footprint of a building (it may stand on an embankment)
-FOOTPRINT_STEP = 2.5  # other footprints: a passage, a bridge, a tower on a podium
+FOOTPRINT_STEP = 2.5  # footprints: a passage, a bridge, a tower on a podium
 WALL_STEP = 0.5  # walls without a footprint: a bay, a dormer
 # [m] an edge this deep inside another, lower footprint stands on that building; less is inaccurate
 # outlines
@@ -110,7 +109,8 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     may_stand_high[rows[_hang_between_walls(shapes, low[rows], building_of[rows], lines, top)]] = (
         False
     )
-    step = np.where(may_stand_high, LOWEST_STEP, FOOTPRINT_STEP)[polygon_of_point[edge]]
+    # The lowest footprint of a building may stand on an embankment, 6 m above a neighbouring foot.
+    step = np.where(may_stand_high, 6.0, FOOTPRINT_STEP)[polygon_of_point[edge]]
     step = np.minimum(step, np.maximum(height[building[edge]], WALL_STEP))
     step[~on_footprint[edge]] = WALL_STEP
     # Ground between two feet rises by 0.5 m per metre at most; a thin object is no sign of ground

@@ -22,9 +22,6 @@ ADV_NAMES = {
     r"(?:DE_)?ETRS89_Lat-Lon-h()": lambda _: "EPSG:4937",
     r"DE_DHDN_Lat-Lon()": lambda _: "EPSG:4314",
 }
-# Swiss files often name the datum only; the size of coordinates tells LV03 (6 digits) from LV95 (7
-# digits).
-SWISS_NAMES = ("CH1903", "CH1903+", "LV03", "LV95")
 # Grids of ETRS89 with the number of the zone before their eastings.
 WITH_ZONES = {"EPSG:25831": "EPSG:5649", "EPSG:25832": "EPSG:4647", "EPSG:25833": "EPSG:5650"}
 
@@ -172,7 +169,9 @@ def _known_systems(srs_name, easting):
 
 def _candidates(text, easting):
     lowered = text.lower()
-    if text.upper() in SWISS_NAMES:
+    # Swiss files often name the datum only; the size of coordinates tells LV03 (6 digits) from LV95
+    # (7).
+    if text.upper() in ("CH1903", "CH1903+", "LV03", "LV95"):
         seven_digits = easting is not None and abs(easting) > 1e6
         yield (
             "EPSG:2056" if seven_digits or (easting is None and text != "CH1903") else "EPSG:21781"

@@ -4,7 +4,6 @@ import numpy as np
 import shapely
 
 COINCIDENT = 0.01  # [m] points in one cell of that size are at one place
-ROUNDED = 6  # decimals [m]
 
 
 def pair_keys(pairs):
@@ -22,7 +21,7 @@ def merge_places(points):
     the micrometre before, so that what computing adds to one place makes no two of it where the
     border of two cells runs through it.
     """
-    places = np.round(points[:, :2], ROUNDED)
+    places = np.round(points[:, :2], 6)  # to micrometres
     key = pair_keys(np.round(places / COINCIDENT).astype(np.int64))
     order = np.lexsort((points[:, 2], key))
     _, first, number = np.unique(key[order], return_index=True, return_inverse=True)

@@ -18,7 +18,6 @@ from .check_geometry import check_rings
 from .city import starts_of
 
 THIN = 1e-9  # relative to the longest edge squared: triangles of less area are degenerate
-TOUCHING = 1e-4  # [m] vertices closer than this are the same
 MERGED = 1e5  # corners at one place in units of 1 / MERGED [m] are one vertex
 
 
@@ -310,7 +309,8 @@ def _clip_touching_holes(plane, rings, area, otherwise):
         coordinates = np.concatenate(outline)
         # Corners of the pieces are corners of the polygon, by place.
         distance, index = corners.query(coordinates)
-        if distance.max() > TOUCHING:
+        # Vertices closer than 0.1 mm are the same.
+        if distance.max() > 1e-4:
             return otherwise
         ends = np.cumsum([len(ring) for ring in outline]).astype(np.uint32)
         clipped = mapbox_earcut.triangulate_float64(coordinates, ends).reshape(-1, 3)

@@ -47,7 +47,6 @@ SLAB = np.array(
         for triangle in ((i, i + 4, j + 4), (i, j + 4, j))
     ]
 )
-FRONT = 2  # triangles of a slab
 
 
 @dataclass(frozen=True)
@@ -261,7 +260,7 @@ def _stand_slabs(scene, fronts, rows, patch_size, back_albedo):
         row, part = row[parent], part[parent]
     # Only fronts belong to a surface; undersides and edges are part of a rack, black ones without
     # light.
-    back, owner = part >= FRONT, len(scene.surfaces) + row
+    back, owner = part >= 2, len(scene.surfaces) + row  # a slab's front has two triangles
     none = np.full(len(scene.triangles), -1, np.int32)
     scene = append_triangles(
         replace(scene, rack_of_back=none if scene.rack_of_back is None else scene.rack_of_back),

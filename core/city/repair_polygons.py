@@ -12,7 +12,6 @@ from .tangled_rings import FEWEST_CORNERS, MOST_CROSSINGS, is_tangled
 from .unite_holes import unite_holes
 
 SMALLEST_AREA = 1e-6  # [m²] a square millimetre; smaller polygons have no reliable normal
-BENT = 0.05  # [m] deviation from the mean plane, peak to peak, from which a polygon is reported
 
 
 def repair_polygons(city, sources, report):
@@ -168,14 +167,15 @@ def _find_singles(city, report, *, same_place=1e-4):
     return keep
 
 
-def _note_bent(city, report):
+def _note_bent(city, report, *, most_bent=0.05):
     """Report polygons that are not planar; they are triangulated as drawn."""
     _, normal = measure_polygons(*city.shape)
     polygon = np.repeat(np.arange(len(city)), np.diff(city.ring_start[city.polygon_start]))
     first = city.ring_start[city.polygon_start[:-1]]
     height = np.einsum("ij,ij->i", city.points - city.points[first][polygon], normal[polygon])
     low, high = polygon_bounds(height, city.ring_start, city.polygon_start)
-    bent = high - low > BENT
+    # Polygons whose corners deviate more from the mean plane, peak to peak, are reported [m].
+    bent = high - low > most_bent
     report.repair(
-        f"bent by more than {100 * BENT:.0f} cm, triangulated as drawn", city.names_of(bent)
+        f"bent by more than {100 * most_bent:.0f} cm, triangulated as drawn", city.names_of(bent)
     )

@@ -12,8 +12,6 @@ from shapely.geometry.polygon import orient
 from .city import free_name, starts_of, take_rows
 from .polygons import measure_polygons, measure_rings, plane_axes
 
-SAME = 1e-4  # [m] corners closer than this are the same
-
 
 def unite_holes(city, report):
     """The city with holes that lie within their outlines and beside one another.
@@ -109,7 +107,8 @@ def _project(city, polygon):
         # Back in space, corners return to where they were; new points lie on the plane.
         distance, nearest = tree.query(places)
         lifted = origin + places @ axes + height * normal[0]
-        return np.where((distance <= SAME)[:, None], corners[nearest], lifted)
+        # Corners closer than 0.1 mm are the same.
+        return np.where((distance <= 1e-4)[:, None], corners[nearest], lifted)
 
     return shapes[0], shapes[1:], lift
 

@@ -30,7 +30,6 @@ HOW_TO_START = (
     "start `dask scheduler` there (port 8786), and `dask worker` on each machine, or give local:N"
 )
 PATIENCE = 10  # [s] for a cluster to answer
-LOGGERS = ("distributed", "distributed.nanny", "distributed.worker", "tornado")
 UNTRUSTED = (
     "does not accept this machine's key, or finds none",
     "see docs/guide/many_machines.md, Who may reach it",
@@ -132,7 +131,7 @@ def open_workers(word):
     }
     with dask.config.set(settings), ExitStack() as stack:
         for one in map(
-            logging.getLogger, LOGGERS
+            logging.getLogger, ("distributed", "distributed.nanny", "distributed.worker", "tornado")
         ):  # a worker that is replaced is told by our own lines
             stack.callback(one.setLevel, one.level)
             one.setLevel(logging.CRITICAL)

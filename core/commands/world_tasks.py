@@ -30,7 +30,6 @@ from ..settings.version import __version__
 from ..world.compute_world import compute_world, empty_world, find_groups
 from .find_source import find_source
 
-PLACES = 256  # of a band, about
 STAGE = "world"
 # fields of World
 OF_GROUPS = (
@@ -62,8 +61,8 @@ def compute_in_tasks(environments, source, request, settings, cluster, *, folder
     World
     """
     world = empty_world(environments, source, settings.way, request.sky)
-    # Bands are runs of chunks of about PLACES places, by how many lie before each.
-    band_of = np.cumsum([0, *map(len, source.chunks)])[:-1] // PLACES
+    # Bands are runs of chunks of about 256 places, by how many lie before each.
+    band_of = np.cumsum([0, *map(len, source.chunks)])[:-1] // 256
     bands = [np.flatnonzero(band_of == one).tolist() for one in np.unique(band_of)]
     with keeping(folder, log.write), open_workers(cluster.cluster) as workers:
         tasks = _list_tasks(environments, bands, request, settings, folder)

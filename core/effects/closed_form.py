@@ -12,9 +12,6 @@ from scipy.spatial import ConvexHull, QhullError
 from ..settings.errors import UNIT, check_array
 from ..sky.horizon import lost_sky
 
-# times steps from -10⁶ to 10⁶: numbers that differ where normals do
-NUMBERED = np.array([1 << 42, 1 << 21, 1])
-
 
 def find_unobstructed(patches, vertices, *, normal_steps=1e6):
     """Patches with no part of the scene in front of their plane.
@@ -40,7 +37,10 @@ def find_unobstructed(patches, vertices, *, normal_steps=1e6):
     # opposite numbers.
     # `normal_steps`: in which components of normals are told apart.
     steps = np.rint(patches.normal.astype(float) * normal_steps).astype(np.int64)
-    numbers, first, which = np.unique(steps @ NUMBERED, return_index=True, return_inverse=True)
+    # Steps from -10⁶ to 10⁶ in three digits: numbers that differ where normals do.
+    numbers, first, which = np.unique(
+        steps @ np.array([1 << 42, 1 << 21, 1]), return_index=True, return_inverse=True
+    )
     normals = steps[first] / normal_steps  # (k, 3) float64, each once
     # Extent of the scene along each normal, from the origin; in slices, to limit memory.
     slices = np.array_split(normals, len(normals) * len(outermost) // 10_000_000 + 1)

@@ -20,7 +20,6 @@ from .transfer import ErrorParts, SourceLight, own_diffuse, own_direct, variance
 
 MATRICES = ("visible_share", "direct_reflected")
 MOST_REPLICATES = 64  # kept side by side; deviations of further rounds are added to these
-ROWS = 1 << 14
 SUMS = (
     "hemisphere_rays",
     "source_rays",
@@ -125,12 +124,12 @@ def _merge_light(total, other, weight):
     } | {"sources": sources}
 
 
-def add_columns(matrix, values, weight):
+def add_columns(matrix, values, weight, *, rows_at_once=1 << 14):
     """Overwrite a matrix of surfaces × suns with its mean with another, of some weight, in blocks
     of rows.
     """
-    for first in range(0, len(matrix), ROWS):
-        rows = slice(first, first + ROWS)
+    for first in range(0, len(matrix), rows_at_once):
+        rows = slice(first, first + rows_at_once)
         matrix[rows] += np.float32(weight) * (values[rows] - matrix[rows])
 
 

@@ -13,8 +13,6 @@ from ..settings.errors import UNIT, InputError, check_array
 from ..settings.threads import map_in_order, work_in_slices
 from .shadow_points import WORD, KnownPoints, count_elements, find_points, shadow_points
 
-# cosine of incidence below which a patch is edge-on to the sun and receives nothing
-EDGE_ON = np.float32(1e-6)
 NOTHING = np.float32(0)
 POINTS_PER_TASK = 1 << 14
 
@@ -110,7 +108,8 @@ def projection_in_front(normal, directions):
         x, y, z = normal[patch, 0], normal[patch, 1], normal[patch, 2]
         for sun in range(count):
             cosine = x * along[0, sun] + y * along[1, sun] + z * along[2, sun]
-            aoi_projection[patch, sun] = cosine if cosine >= EDGE_ON else NOTHING
+            # Edge-on to the sun, below a cosine of a millionth, a patch receives nothing.
+            aoi_projection[patch, sun] = cosine if cosine >= np.float32(1e-6) else NOTHING
     return aoi_projection
 
 

@@ -40,7 +40,6 @@ from .transfer import (
 )
 
 SUNS = "suns"  # the name of their light, summed by their weights
-SKIES = "reflections of the sky"  # stage
 ONE_POINT = (
     "of direct light: one shadow point per patch gives no variance estimate; ask for "
     "--shadow-samples 2 or more"
@@ -206,7 +205,9 @@ def solve_skies(context, traced, hook, clock):
     done, steps = 0, context.bounces + 1
 
     def report(bounces):
-        context.progress(SKIES, done + bounces, steps * len(traced.first), "bounces")
+        context.progress(
+            "reflections of the sky", done + bounces, steps * len(traced.first), "bounces"
+        )
 
     for name, first in traced.first.items():
         if context.bounces:

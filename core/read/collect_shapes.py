@@ -16,12 +16,6 @@ from .open_input import LARGEST_COORDINATE, clean_name
 from .walk_boundaries import CLASSES, DEPTHS, INTERIOR, read_numbers, read_vertices, walk_boundaries
 
 LOD = re.compile(r"[0-4](\.\d)?")
-# in order of preference between geometries of the same LoD
-SOURCES = (
-    "surface",
-    "solid",
-    "multisurface",
-)
 INSTANCE = "GeometryInstance"
 # instanced polygons of one file; a template instanced a million times fills any memory
 MOST_PLACED = 500_000
@@ -88,7 +82,8 @@ def collect_shapes(one, owner, shapes):
         rivals = sorted(
             {other for (other_lod, _), other in zip(drawn, ranks, strict=True) if other_lod == lod}
         )
-        source = SOURCES[min(rivals.index(rank), 2)]
+        # Between geometries of the same level of detail surfaces come before solids.
+        source = ("surface", "solid", "multisurface")[min(rivals.index(rank), 2)]
         shapes.content.polygons += _draw_geometry(geometry, owner, source, shapes)
 
 

@@ -17,7 +17,6 @@ from ..settings.errors import InputError
 from ..settings.progress import silent
 from .open_input import CUT, LARGEST_COORDINATE, Budget, clean_name, open_input
 
-FACE = 400  # [bytes] upper bound of Python's memory for a face, and 50 more for a corner
 ELSEWHERE = re.compile(r"[/\\:\0]")  # characters that lead to another folder or device
 SHORT = 60  # characters of a name in a note
 FREE_FORMS = {"l", "p", "curv", "curv2", "surf", "call", "csh"}
@@ -44,7 +43,7 @@ class _ObjParts:
     comment_crs: str = ""  # a comment line that mentions EPSG
 
 
-def parse_obj(path, up="z", report_share=silent):
+def parse_obj(path, up="z", report_share=silent, *, face_bytes=400):
     """Read the statements of an OBJ file.
 
     Parameters
@@ -78,14 +77,15 @@ def parse_obj(path, up="z", report_share=silent):
             budget.spend(200)
             vertices.append(_vertex(path, line, words))
         elif keyword == "f":
-            budget.spend(FACE + 50 * len(words))
+            # Python takes at most 400 bytes for a face, and 50 more for a corner.
+            budget.spend(face_bytes + 50 * len(words))
             faces.append(_corners(path, line, words, len(vertices)))
             parts.lines.append(line)
             parts.objects.append(number)
             parts.groups.append(group)
             parts.materials.append(material)
         elif keyword == "o":
-            budget.spend(FACE)
+            budget.spend(face_bytes)
             parts.object_names.append(" ".join(words[1:]))
             number = len(parts.object_names) - 1
         elif keyword == "g":

@@ -12,8 +12,6 @@ from .picture import colour_scale, make_figure
 from .read_results import select_mounted
 
 FROM_ABOVE = ("roof", "flat", "steep", "rack")
-WIDTH = 10.0  # [inch] of the picture
-COLOUR_MAP = "viridis"
 
 
 def draw_plan(faces, outlines, show):
@@ -36,7 +34,7 @@ def draw_plan(faces, outlines, show):
     chosen = mounted[(mounted["kind"] == "facade") == (show == "facade")]
     hours = chosen["full_load_hours"]
     ends = choose_range(hours.to_numpy(), chosen["area"].to_numpy())
-    look = {"cmap": colour_scale(COLOUR_MAP), "clim": ends}
+    look = {"cmap": colour_scale("viridis"), "clim": ends}
     return _draw_surfaces(faces, outlines, hours.rename("Full load hours a year [h]"), show, look)
 
 
@@ -81,7 +79,7 @@ def draw_change(surfaces, outlines, show):
     return figure
 
 
-def _draw_surfaces(faces, outlines, values, show, look):
+def _draw_surfaces(faces, outlines, values, show, look, *, inches=10.0):
     """Draw roofs or facades, as `show` says, in the colours of `values`, a Series by surface: a
     Figure. Roofs are areas; facades are lines over grey roofs.
     """
@@ -90,7 +88,7 @@ def _draw_surfaces(faces, outlines, values, show, look):
     size, (low, high) = upper - lower, look["clim"]
     # The city may be 0.3 to 1.2 times as high as wide; the scales need 1.2 inches below it.
     figure = make_figure(
-        WIDTH, WIDTH * float(np.clip(size[1] / max(size[0], 1e-3), 0.3, 1.2)) + 1.2
+        inches, inches * float(np.clip(size[1] / max(size[0], 1e-3), 0.3, 1.2)) + 1.2
     )
     axes = figure.subplots()
     _frame_plan(axes, lower, upper)
@@ -107,7 +105,7 @@ def _draw_surfaces(faces, outlines, values, show, look):
         lines = [
             facade_line(outlines, surface, faces["surface_azimuth"][surface]) for surface in drawn
         ]
-        points = 72 * WIDTH / max(size)  # per metre, about
+        points = 72 * inches / max(size)  # per metre, about
         # A facade is a line of 1.6 m on the ground, as far as a picture can show it: 1.4 to 4
         # points.
         width = float(np.clip(1.6 * points, 1.4, 4.0))

@@ -39,7 +39,6 @@ OTHER_CURE = (
 )
 COPY = "copy it again from where it was written, or trace the city again"
 STAGE = "writing transfer.nc"
-CHUNK = 1 << 20  # bytes that are packed together: whole rows
 PACKED = {"compression": "gzip", "shuffle": True}
 
 BARE = "bare"  # group with the state of deciduous trees without leaves
@@ -287,8 +286,9 @@ def _describe_state(transfer):
 
 def _append_matrix(file, name, matrix):
     """Add a matrix of surfaces × suns, and yield its blocks of rows."""
+    # Whole rows of about a megabyte are packed together.
     chunk = (
-        max(1, min(len(matrix), CHUNK // (4 * max(matrix.shape[1], 1)))),
+        max(1, min(len(matrix), (1 << 20) // (4 * max(matrix.shape[1], 1)))),
         max(matrix.shape[1], 1),
     )
     packed = (

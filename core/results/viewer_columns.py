@@ -12,7 +12,6 @@ from .colour_map import DIVERGING, GROUND, MAPS, MISSING, choose_range
 from .columns import COLUMNS
 from .read_results import MONTHS, WORDS, select_mounted
 
-COLOUR_MAP = "viridis"
 FLAT = "modules lie flat; not among the totals of the city"
 
 
@@ -182,7 +181,7 @@ def list_layers(values, mounted):
             "unit": unit,
             "range": ranges[name],
             "shared": shared.get(name),
-            "stops": stops["change" if name == "change" else COLOUR_MAP],
+            "stops": stops["change" if name == "change" else "viridis"],
         }
         for name, (title, unit) in words.items()
     ]

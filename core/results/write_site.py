@@ -44,7 +44,6 @@ SCRIPTS = ("three.js", "tiles.js", "viewer.js", "map.js")
 NO_LICENCE = (
     "The licence of the city model is not stated. Whoever publishes this map has to see to it."
 )
-FROM_FILE = ", which are those of faces.csv for the area that counts"
 
 
 def write_site(folders, out, *, attribution="", private=False, overwrite=False):
@@ -302,7 +301,9 @@ def _write_page(work, summary, attribution):
     # The map's controls, then what its numbers mean, and how far they hold.
     totals, date = summary["totals"], datetime.fromtimestamp(summary["date"], UTC)
     body = [
-        read_web("viewer.html").replace(FROM_FILE, ""),
+        read_web("viewer.html").replace(
+            ", which are those of faces.csv for the area that counts", ""
+        ),
         *(paragraph(text, "warning") for text in list_warnings(summary)),
         section(
             "What this map rests on",

@@ -276,7 +276,6 @@ def check_direct(year, source):
 # Physically possible limits of BSRN, a S cos(z)^b + c: factor a, exponent b, offset c.
 POSSIBLE = {"ghi": (1.5, 1.2, 100.0), "dhi": (0.95, 1.2, 50.0)}
 DARKEST_YEAR, BRIGHTEST_YEAR = 0.2, 0.85  # of a year: GHI per irradiation outside of the atmosphere
-BRIGHT = 0.99  # quantile of daytime GHI that is compared with the clear sky to find a factor
 NO_FACTOR = (0.6, 1.7)  # for ratios in this range the unit is right
 NEAR = 1.3  # a known factor is suggested if it explains the values to within this ratio
 
@@ -399,15 +398,16 @@ def check_given(given, year, source):
         raise InputError(source, problem, "check these columns")
 
 
-def _cure_of_factor(ghi, cos_zenith, interval):
+def _cure_of_factor(ghi, cos_zenith, interval, *, quantile=0.99):
     """Cure that names the factor with which GHI would be plausible, and the wrong unit that it
     results from.
     """
     day = cos_zenith > 0
-    bright = float(np.quantile(ghi[day], BRIGHT)) if day.any() else 0.0
+    # This quantile of daytime GHI is compared with the clear sky to find a factor.
+    bright = float(np.quantile(ghi[day], quantile)) if day.any() else 0.0
     if not bright > 0:
         return "give a file with irradiance"
-    wanted = float(np.quantile(haurwitz(cos_zenith[day]), BRIGHT)) / bright
+    wanted = float(np.quantile(haurwitz(cos_zenith[day]), quantile)) / bright
     if NO_FACTOR[0] < wanted < NO_FACTOR[1]:
         return "check the place and the times of the weather"
     return name_factor(wanted, interval)

@@ -18,7 +18,6 @@ from ..settings.errors import InputError
 from ..sun.solar_position import sun_direction
 
 MINUTE = pd.Timedelta(minutes=1)
-COARSE = 30  # [min] steps in which shifts are tried first, then minutes
 
 WORST_RESIDUAL = 0.08  # of GHI; Long and Shi (2008) flag GHI / (DHI + DNI cos z) beyond 8 %
 CLOSURE_SHIFT, DAYLIGHT_SHIFT = 10, 20  # [min]
@@ -149,7 +148,7 @@ def measure_sun_times(data, interval, latitude, position):
     return _SunTimes(*found, *_search_shift(_compare_daylight(given, interval, sun, latitude)))
 
 
-def _search_shift(residual):
+def _search_shift(residual, *, coarse_step=30):
     """Residual without a shift and with the best one, and that shift [min].
 
     Parameters
@@ -161,9 +160,11 @@ def _search_shift(residual):
     -------
     tuple of float, float, int
     """
-    coarse = min(range(-720, 721, COARSE), key=lambda shift: (residual(shift), abs(shift)))
+    # Shifts are tried in steps of 30 minutes first, then of one.
+    coarse = min(range(-720, 721, coarse_step), key=lambda shift: (residual(shift), abs(shift)))
     best = min(
-        range(coarse - COARSE, coarse + COARSE + 1), key=lambda shift: (residual(shift), abs(shift))
+        range(coarse - coarse_step, coarse + coarse_step + 1),
+        key=lambda shift: (residual(shift), abs(shift)),
     )
     return residual(0), residual(best), best
 

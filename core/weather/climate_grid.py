@@ -18,10 +18,7 @@ CELL, SOUTH, WEST, SHAPE = 0.25, -59.875, -179.875, (576, 1440)
 STEPS = {"temp_air": 0.1, "wind_speed": 0.1}
 LEAST_LATITUDE = -60.0  # [°], of the climate; farther south no source tells the temperature
 EARTH_RADIUS = 6371.0  # [km]
-WINDOW = 4  # cells searched to the north and to the south of a place
 LAPSE = 0.0065  # [K/m] of air temperature with height, ISO 2533
-
-BAND = 12  # cells: land is averaged over ±3° of latitude
 
 
 @dataclass
@@ -114,13 +111,17 @@ def is_land(latitude, longitude):
     return _find_cell(_read_grid()["land"], latitude, longitude) is not None
 
 
-def _find_cell(land, latitude, longitude):
+def _find_cell(land, latitude, longitude, *, cells_around=4):
     """Row and column of the nearest land cell, None if there is none within reach."""
     # A window of cells around the place, as wide in kilometres to the east as to the north; near
     # the poles that is many columns, and it closes around the globe.
     nearest_row = round((latitude - SOUTH) / CELL)
-    rows = np.arange(max(nearest_row - WINDOW, 0), min(nearest_row + WINDOW + 1, SHAPE[0]))
-    across = int(min((WINDOW + 1) / max(np.cos(np.radians(latitude)), 0.02), SHAPE[1] // 2 - 1))
+    rows = np.arange(
+        max(nearest_row - cells_around, 0), min(nearest_row + cells_around + 1, SHAPE[0])
+    )
+    across = int(
+        min((cells_around + 1) / max(np.cos(np.radians(latitude)), 0.02), SHAPE[1] // 2 - 1)
+    )
     columns = (round((longitude - WEST) / CELL) + np.arange(-across, across + 1)) % SHAPE[1]
     if not len(rows):
         return None
@@ -180,14 +181,14 @@ def _cells_around(values, latitude, longitude):
     return cells, row - low, column - left
 
 
-def measure_land_influence(land, latitude, longitude):
+def measure_land_influence(land, latitude, longitude, *, band_cells=12):
     """Share of land along the parallel upwind of a place, weighted with its distance: 0 to 1."""
     # band  Share of land among the rows around the parallel, for each column.
     row = round((latitude - SOUTH) / CELL)
     column = round((longitude - WEST) / CELL)
     band = (
-        land[max(row - BAND, 0) : row + BAND + 1].mean(axis=0)
-        if row < SHAPE[0] + BAND
+        land[max(row - band_cells, 0) : row + band_cells + 1].mean(axis=0)
+        if row < SHAPE[0] + band_cells
         else np.zeros(SHAPE[1])
     )
     # Columns upwind, from the place outwards, up to half round the Earth.

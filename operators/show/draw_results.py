@@ -33,7 +33,6 @@ VIEWS = [
     ("viewport", "3D view", "As the 3D view shows it"),
     ("camera", "Camera", "Through the scene's own camera, in its resolution"),
 ]
-WIDTH = 1600  # [pixels] of pictures as the 3D view shows them
 
 
 def draw_results(folder, scene, transfer, energy, note, *, pictures):
@@ -184,7 +183,7 @@ def stage_picture(context, view="overview"):
     return stage
 
 
-def copy_view(stage, seen, width, height, far):
+def copy_view(stage, seen, width, height, far, *, pixels=1600):
     """Place the picture's camera where the user looks from.
 
     Parameters
@@ -200,7 +199,7 @@ def copy_view(stage, seen, width, height, far):
     -------
     bpy.types.Object
     """
-    camera = find_camera(stage, WIDTH, max(1, round(WIDTH * height / width)))
+    camera = find_camera(stage, pixels, max(1, round(pixels * height / width)))
     # cotangent of half the angle, or 2 / width of an orthographic view
     across = float(seen.window_matrix[0][0])
     camera.data.type, camera.data.clip_end = "PERSP" if seen.is_perspective else "ORTHO", far
