@@ -15,6 +15,7 @@ from citypv.core.city.build_scene import build_scene
 from citypv.core.commands.plain_scenes import box, room
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.light import sun_visibility, trace_hemisphere
+from citypv.core.patches import find_covered
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.settings.request import Request
@@ -106,10 +107,10 @@ def test_energy(seed):
 @contextmanager
 def lit_inside():
     """As if light got into closed rooms, which else are covered all over: nothing is."""
-    find = trace_hemisphere.find_covered_cells
+    find = find_covered.find_covered_cells
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(
-            trace_hemisphere, "find_covered_cells", lambda *given: np.zeros_like(find(*given))
+            find_covered, "find_covered_cells", lambda *given: np.zeros_like(find(*given))
         )
         yield
 
