@@ -70,7 +70,7 @@ def test_the_report_follows_the_steps(addon, city):
         (TURNED, {"b_roof_south"}),
         ("kind/roof", {"a_roof_north", "a_roof_south", "b_roof_north", "b_roof_south"}),
         ("orientation/east", {"a_east", "b_east"}),
-        ("inside/lies under its building, on the ground", {"a_ground", "b_ground"}),
+        ("inside/ground, or under its building", {"a_ground", "b_ground"}),
     ],
 )
 def test_a_group_selects_its_faces(city, group, expected):
