@@ -120,9 +120,9 @@ class PricedCity:
         from buildings, whatever the size at these.
         """
         scene, own = self.prepared.scene, self.prepared.scene.triangle_surface
-        found = np.ones(len(own))
+        shares = np.ones(len(own))
         if None in (self.patch_size, size):
-            return found
+            return shares
         # edges  length of the three sides of each triangle [m], a hair shorter so that an edge of
         # just the patch size counts as short enough.
         corners = np.asarray(scene.vertices)[scene.triangles]
@@ -135,13 +135,13 @@ class PricedCity:
         # Larger patches are fewer, but a surface keeps at least its two.
         if size > self.patch_size:
             # A surface has two patches, whatever their size.
-            found = np.clip(2 / np.bincount(own + 1)[own + 1], (self.patch_size / size) ** 2, 1)
+            shares = np.clip(2 / np.bincount(own + 1)[own + 1], (self.patch_size / size) ** 2, 1)
         # Each turn halves the edges that are too long and makes as many more pieces of the
         # triangle.
         while (long := edges > size).any():
-            found *= 1 + long.sum(axis=1)
+            shares *= 1 + long.sum(axis=1)
             edges /= 2
-        return np.where(own < 0, ground, found)
+        return np.where(own < 0, ground, shares)
 
 
 def price_city(inputs, ways, progress=silent):

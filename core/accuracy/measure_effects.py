@@ -234,9 +234,9 @@ def state_effects(summary, transfer, weather, system, *, sky, threads=None):
     # tracing.
     shares = shares_of_effects(transfer, weather, system, threads, sky=sky)
     if shares:
-        found = {key: (share, abs(share), getattr(system, key)) for key, share in shares.items()}
-        found[KEY] = *share_of_sky(transfer, weather, system, threads), sky == KEY
-        state_shares(summary, found)
+        measured = {key: (share, abs(share), getattr(system, key)) for key, share in shares.items()}
+        measured[KEY] = *share_of_sky(transfer, weather, system, threads), sky == KEY
+        state_shares(summary, measured)
     return shares
 
 

@@ -61,13 +61,13 @@ def refine(run, errors, goal, trace_round, tell, *, seconds_per_line=2.0):
         Of all rounds that were finished. Matrices of the given one are overwritten.
     """
     # Seconds of a round follow from the one before; the first round is given.
-    found, told = errors(run.transfer), -seconds_per_line
+    errors_now, told = errors(run.transfer), -seconds_per_line
     each = sum(run.transfer.record.seconds.values())  # [s] of a round of size 1
     while True:
         # Stop if the goal is reached, or if neither time nor memory allows the next round.
-        stop = decide_stop(found, goal)
+        stop = decide_stop(errors_now, goal)
         if not stop:
-            size = size_of_round(found, goal, each)
+            size = size_of_round(errors_now, goal, each)
             stop = (
                 "no time for another round"
                 if not size
@@ -77,7 +77,9 @@ def refine(run, errors, goal, trace_round, tell, *, seconds_per_line=2.0):
             )
         started = time.monotonic()
         if stop or started - told >= seconds_per_line:
-            tell(_describe_round(found, goal, 0.0 if stop else each, run.transfer.record, stop))
+            tell(
+                _describe_round(errors_now, goal, 0.0 if stop else each, run.transfer.record, stop)
+            )
             told = started
         if stop:
             return run.transfer
@@ -86,7 +88,7 @@ def refine(run, errors, goal, trace_round, tell, *, seconds_per_line=2.0):
             run = trace_round(run, size)
         except CancelledError:
             return run.transfer
-        found = errors(run.transfer)
+        errors_now = errors(run.transfer)
         each = (time.monotonic() - started) / size
 
 

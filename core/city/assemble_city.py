@@ -205,25 +205,27 @@ def _orient(city, report):
     """Turn over polygons that face into their building, and name classes that contradict what they
     face.
     """
-    found = orient_shells(*city.shape, number_names(city.building_id))
-    wanted, turned = judge_turning(city.shape, found, np.ones(len(city), bool))
+    orientation = orient_shells(*city.shape, number_names(city.building_id))
+    wanted, turned = judge_turning(city.shape, orientation, np.ones(len(city), bool))
     city.points = turn_over(*city.shape, turned)
     report.repair(
-        "flipped: faced inwards in a watertight shell", city.names_of(turned & found.watertight)
+        "flipped: faced inwards in a watertight shell",
+        city.names_of(turned & orientation.watertight),
     )
     report.repair(
-        "flipped with its open shell", city.names_of(turned & ~found.watertight & ~found.loose)
+        "flipped with its open shell",
+        city.names_of(turned & ~orientation.watertight & ~orientation.loose),
     )
     report.repair(
-        "flipped: faced inwards by rays from both sides", city.names_of(turned & found.loose)
+        "flipped: faced inwards by rays from both sides", city.names_of(turned & orientation.loose)
     )
     spared = (
         "surfaces face inwards by the shape of their shell, but not by rays from both sides; kept "
         "as drawn"
     )
     doubtful = "surfaces form shells whose outside cannot be determined; kept as drawn"
-    report.note(doubtful, city.names_of(found.doubtful))
-    report.note(spared, city.names_of(wanted & ~turned & ~found.loose))
+    report.note(doubtful, city.names_of(orientation.doubtful))
+    report.note(spared, city.names_of(wanted & ~turned & ~orientation.loose))
     _, normal = measure_polygons(*city.shape)
     thematic, upright = np.array(city.thematic), np.sin(np.radians(1))
     contrary = (thematic == "RoofSurface") & (normal[:, 2] < -upright)

@@ -140,7 +140,7 @@ class Canopy:
         wanted = free.any(axis=2)
         shaded = free & ~self.ray_scene.trace_shadow_rays(position, wanted, directions)
         row, sun = np.nonzero(shaded.any(axis=2))
-        found = np.repeat(free[None], self.states, axis=0)
+        free_rays = np.repeat(free[None], self.states, axis=0)
         # A ray passes with the probability of its transmittance: a random number below it lets it
         # through, the same in both states of trees.
         if len(row):
@@ -149,8 +149,8 @@ class Canopy:
             numbers = _draw_numbers(position[row, 0], directions[sun], position.shape[1])
             rays = position[row[pair], point], directions[sun[pair]]
             passed[:, pair, point] = self.transmittance(*rays, least=numbers[pair, point])
-            found[:, row, sun] &= passed[: self.states] >= numbers
-        return found
+            free_rays[:, row, sun] &= passed[: self.states] >= numbers
+        return free_rays
 
 
 def _draw_numbers(ray_origins, ray_directions, count):

@@ -8,10 +8,10 @@ def touch_boxes(scene, boxes, within):
     a, b, c = scene.triangles.T
     corners = np.asarray(scene.vertices, float)[scene.triangles]
     low, high = corners.min(axis=1) - within, corners.max(axis=1) + within
-    found = np.zeros(len(corners), bool)
+    touched = np.zeros(len(corners), bool)
     for box in boxes:
-        found |= ((low <= box[1]) & (high >= box[0])).all(axis=1)
-    return found & (a != b) & (b != c)
+        touched |= ((low <= box[1]) & (high >= box[0])).all(axis=1)
+    return touched & (a != b) & (b != c)
 
 
 def boxes_around(corners, side=10.0):

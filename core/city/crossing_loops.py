@@ -245,5 +245,7 @@ def _cross_leaf(corners, costs, ray, added):
         t = (u * az + v * bz + w * cz) * scale / whole
         # Signed area of the corners in projection, seen against the last axis.
         side = 1.0 if (whole < 0) == (scale > 0) else -1.0
-        found = side * per_metre[k] * min(t, reach) + (per_crossing[k] if t < reach else 0.0)
-        added[k] = found if (not outside) & (whole != 0) & (t > 0) else 0.0
+        crossing_depth = side * per_metre[k] * min(t, reach) + (
+            per_crossing[k] if t < reach else 0.0
+        )
+        added[k] = crossing_depth if (not outside) & (whole != 0) & (t > 0) else 0.0

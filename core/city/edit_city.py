@@ -181,5 +181,5 @@ def join_cities(one, other):
 def _rename(names, taken):
     """Names with a free number behind those that are taken: list of str."""
     taken = dict.fromkeys(taken, 1)
-    found = {name: free_name(name, taken) for name in dict.fromkeys(names)}
-    return [found[name] for name in names]
+    new_names = {name: free_name(name, taken) for name in dict.fromkeys(names)}
+    return [new_names[name] for name in names]

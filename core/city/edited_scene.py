@@ -168,11 +168,11 @@ def _rows_by_polygon(surface_id, rows):
     """Surfaces among some rows by the polygon that they are, were cut from, or stand on: dict of
     lists.
     """
-    found = {}
+    rows_of = {}
     for row in np.asarray(rows).tolist():
         name = surface_id[row]
-        found.setdefault(whole_of_cell(roof_of_rack(name) or name), []).append(row)
-    return found
+        rows_of.setdefault(whole_of_cell(roof_of_rack(name) or name), []).append(row)
+    return rows_of
 
 
 def _append_scene(scene, added):
@@ -203,7 +203,7 @@ def _change_trees(scene, before, after):
     names = [[_name_tree(tree) for tree in one.trees] for one in (before, after)]
     if names[0] == names[1]:
         return none
-    found = [none]
+    changed_triangles = [none]
     for one, other in ((before, names[1]), (after, names[0])):
         trees = [tree for tree in one.trees if _name_tree(tree) not in other]
         report = copy.deepcopy(scene.report)
@@ -212,11 +212,11 @@ def _change_trees(scene, before, after):
             if trees
             else None
         )
-        found += [crowns.vertices[crowns.triangles]] if crowns is not None else []
+        changed_triangles += [crowns.vertices[crowns.triangles]] if crowns is not None else []
     scene.trees = build_crowns(
         after.trees, scene.report, lambda places: bring_to_origin(places, scene.site)
     )
-    return np.concatenate(found)
+    return np.concatenate(changed_triangles)
 
 
 def _name_tree(tree):

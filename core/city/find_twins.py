@@ -45,9 +45,11 @@ def find_twins(shape, area, normal, wanted, *, one_place=1e-4, twin_share=0.5):
     )
     # [m²] of each behind others, and in the same place as larger ones
     hidden = np.zeros((2, len(area)))
-    found = np.flatnonzero(common)
+    pairs_in_common = np.flatnonzero(common)
     # The largest first, so that a surface on a twin does not become a twin for that reason alone.
-    for pair in found[np.lexsort((rank[pairs[found, 1]], rank[pairs[found, 0]]))]:
+    for pair in pairs_in_common[
+        np.lexsort((rank[pairs[pairs_in_common, 1]], rank[pairs[pairs_in_common, 0]]))
+    ]:
         large, small = pairs[pair]
         # `one_place`: [m] closer than this, neither of two surfaces is in front of the other.
         if ahead[pair] < -one_place:

@@ -103,7 +103,7 @@ def parse_months(text, latitude=None):
         return YEAR
     if text in ("all", "none"):
         return YEAR if text == "all" else ()
-    found = set()
+    months = set()
     for word in text.split(","):
         match = re.fullmatch(r"\s*(\d{1,2})(?:-(\d{1,2}))?\s*", word)
         first, last = (int(match[1]), int(match[2] or match[1])) if match else (0, 0)
@@ -113,5 +113,5 @@ def parse_months(text, latitude=None):
                 f"{word.strip()!r} is not a month or a range of months",
                 "give auto, all, none or months such as 4-10 or 11-4",
             )
-        found |= {(first - 1 + k) % 12 + 1 for k in range((last - first) % 12 + 1)}
-    return tuple(sorted(found))
+        months |= {(first - 1 + k) % 12 + 1 for k in range((last - first) % 12 + 1)}
+    return tuple(sorted(months))

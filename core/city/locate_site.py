@@ -166,8 +166,8 @@ def find_on_earth(points, site):
         plane, _ = plane_of(site.plane or site.crs)
         own = np.array(find_globe_places(np.array([site.origin])[:, :2], plane))
         if np.allclose(own[:, 0], [site.latitude, site.longitude], rtol=0, atol=1e-6):
-            found = np.array(find_globe_places(bring_to_grid(points, site)[:, :2], plane))
-            return np.where(np.isfinite(found), found, np.nan)
+            globe_places = np.array(find_globe_places(bring_to_grid(points, site)[:, :2], plane))
+            return np.where(np.isfinite(globe_places), globe_places, np.nan)
     ways = np.full((4, len(points)), [[site.longitude], [site.latitude], [0.0], [0.0]])
     ways[2:] = (
         np.degrees(np.arctan2(points[:, 0], points[:, 1])),

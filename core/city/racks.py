@@ -171,9 +171,9 @@ def lay_racks(scene, city, racks, patch_size=None, sectors="8"):
     for roof, normal in roofs:
         rings = local.rings(roof)
         frame = frame_roof(racks, normal, rings[0].mean(axis=0), scene.site.latitude)
-        found = place_rows(racks, frame, free_area(rings, frame, racks.rim, obstacles))
-        fronts.append(found)
-        roof_of_row += [roof] * len(found)
+        placed_rows = place_rows(racks, frame, free_area(rings, frame, racks.rim, obstacles))
+        fronts.append(placed_rows)
+        roof_of_row += [roof] * len(placed_rows)
     fronts = np.round(np.concatenate(fronts), MICROMETRE)
     rows = _describe_rows(city, fronts, roof_of_row, sectors)
     scene.report.notes.append(

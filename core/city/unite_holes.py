@@ -73,7 +73,7 @@ def _find_doubtful(city, *, tolerance=1e-3):
     largest = np.maximum.reduceat(area, first) if len(first) else outline
     # What has a hole larger than its outline tells nothing of what was meant.
     candidates = np.flatnonzero((holes > 0) & (outline > 0) & (largest <= outline))
-    found = []
+    doubtful = []
     for polygon in candidates:
         outer, inner, _ = _project(city, polygon)
         within = shapely.area(shapely.intersection(inner, outer)).sum()
@@ -82,8 +82,8 @@ def _find_doubtful(city, *, tolerance=1e-3):
         )
         slack = tolerance * outline[polygon]
         if shapely.area(inner).sum() - min(within, united) > slack:
-            found.append(int(polygon))
-    return found
+            doubtful.append(int(polygon))
+    return doubtful
 
 
 def _project(city, polygon):

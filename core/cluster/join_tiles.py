@@ -96,11 +96,11 @@ def _join_records(records, plan, request, figures):
     """
     # Sums, largest values, and sums by key of what the tiles told.
     area = np.array([one["area"] for one in figures])
-    found = {
+    fields = {
         name: sum(getattr(one, name) for one in records)
         for name in ("patches", "hemisphere_rays", "shadow_rays", "embree_thread_seconds")
     }
-    found |= {
+    fields |= {
         name: max(getattr(one, name) for one in records)
         for name in (
             "max_bounces",
@@ -112,8 +112,10 @@ def _join_records(records, plan, request, figures):
     }
     for name in ("source_rays", "seconds", "processor_seconds"):
         pairs = [pair for one in records for pair in getattr(one, name).items()]
-        found[name] = {key: sum(value for own, value in pairs if own == key) for key in dict(pairs)}
-    found["cut_reflections"] = _largest_of_groups([one.cut_reflections for one in records])
+        fields[name] = {
+            key: sum(value for own, value in pairs if own == key) for key in dict(pairs)
+        }
+    fields["cut_reflections"] = _largest_of_groups([one.cut_reflections for one in records])
     # Discretisation errors are means by eligible area, if every tile has one.
     weight, errors = (
         area if area.any() else np.ones(len(area)),
@@ -140,7 +142,7 @@ def _join_records(records, plan, request, figures):
         )
     return replace(
         records[0],
-        **found,
+        **fields,
         request=request.as_dict(),
         effects=effects,
         discretisation_error=mean,
@@ -157,14 +159,14 @@ def _largest_of_groups(records):
     """
     if None in records:
         return None
-    found = {}
+    largest_shares = {}
     for record in records:
         for name, shares in record.items():
-            group = found.setdefault(name, dict(shares))
+            group = largest_shares.setdefault(name, dict(shares))
             for light, share in shares.items():
                 group[light] = (
                     None
                     if None in (share, group.get(light, 0.0))
                     else max(share, group.get(light, 0.0))
                 )
-    return found
+    return largest_shares

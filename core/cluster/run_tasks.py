@@ -167,8 +167,8 @@ def _open_remote(address, stack):
         client.wait_for_workers(1, timeout=PATIENCE)
     except TimeoutError as error:
         raise InputError(f"--cluster {address}", "has no workers", HOW_TO_START) from error
-    found = client.run(metadata.version, "citypv", on_error="return")
-    for worker, version in found.items():
+    versions = client.run(metadata.version, "citypv", on_error="return")
+    for worker, version in versions.items():
         if version != __version__:
             problem = (
                 f"worker {worker} has "
@@ -292,11 +292,11 @@ def read_told(result):
         )
         if hashlib.sha256(content.encode()).hexdigest() != signature:
             return None
-        found = json.loads(content)
-        fits = found["task"] == result.stem and found["content"] == _hash_file(result)
+        record = json.loads(content)
+        fits = record["task"] == result.stem and record["content"] == _hash_file(result)
     except (OSError, ValueError):
         return None
-    return found["told"] if fits else None
+    return record["told"] if fits else None
 
 
 def _hash_file(path):

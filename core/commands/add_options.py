@@ -111,16 +111,16 @@ def join_pairs(option, pairs):
     InputError
         A key has two different values.
     """
-    found = {}
+    values = {}
     for key, value in pairs:
-        if found.setdefault(key, value) != value:
+        if values.setdefault(key, value) != value:
             first, second = (
-                ("off", "on")[one] if isinstance(one, bool) else one for one in (found[key], value)
+                ("off", "on")[one] if isinstance(one, bool) else one for one in (values[key], value)
             )
             raise InputError(
                 option, f"{key} is given as {first} and as {second}", "give each key once"
             )
-    return found
+    return values
 
 
 def settings_of_options(options):

@@ -157,10 +157,10 @@ def _hemisphere_of(scene, albedo, samples, *, lit_inside=False):
     city = RayCity(
         ray_scene=RayScene(scene.vertices, scene.triangles), patches=patches, covered=covered
     )
-    found = empty_traced(city)
+    traced_rays = empty_traced(city)
     for part, *_ in trace_rows(city, np.arange(len(patches)), samples):
-        found.put(part)
-    return patches, found
+        traced_rays.put(part)
+    return patches, traced_rays
 
 
 def furnace(albedo, bounces):

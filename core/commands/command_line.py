@@ -209,8 +209,8 @@ def _run_compare(options):
     """`citypv compare`."""
     from ..run.compare import compare, describe_comparison
 
-    found = compare(options.before, options.after, options.out, overwrite=options.overwrite)
-    options.log.write("\n".join([*describe_comparison(found), f"Written to {options.out}"]))
+    comparison = compare(options.before, options.after, options.out, overwrite=options.overwrite)
+    options.log.write("\n".join([*describe_comparison(comparison), f"Written to {options.out}"]))
 
 
 def _run_plot(options):

@@ -57,15 +57,15 @@ def _moved_town():
     count = len(points) // 4
     names, buildings = [f"face {k}" for k in range(count)], [f"b{k // 6}" for k in range(count)]
     rings = np.arange(0, 4 * count + 1, 4)
-    found = []
+    lights = []
     # The town is moved by whole squares of the ground.
     for away in (np.zeros(3), np.array((389_120.0, 5_816_320.0, 30.0))):
         city = City(
             names, buildings, [""] * count, points + away, rings, np.arange(count + 1), None
         )
         scene = build_scene(city, 52.5, 13.4, ground="auto", patch_size=10.0)
-        found.append(trace(scene, sun_at([0.3, -0.8, 0.6], [-0.5, 0.6, 0.4]), samples=64))
-    return _largest_difference(*found), 0.0
+        lights.append(trace(scene, sun_at([0.3, -0.8, 0.6], [-0.5, 0.6, 0.4]), samples=64))
+    return _largest_difference(*lights), 0.0
 
 
 def _closed_room():

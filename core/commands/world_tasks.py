@@ -111,9 +111,9 @@ def stamp_files(weather):
     """Size and time of change of weather files, so that results with other contents are not taken
     for theirs: bytes.
     """
-    found = [Path(one) for one in (weather if isinstance(weather, list) else [weather])]
+    paths = [Path(one) for one in (weather if isinstance(weather, list) else [weather])]
     files = [
-        file for path in found for file in (sorted(path.iterdir()) if path.is_dir() else [path])
+        file for path in paths for file in (sorted(path.iterdir()) if path.is_dir() else [path])
     ]
     changed = [
         (str(file.absolute()), file.stat().st_size, file.stat().st_mtime_ns)

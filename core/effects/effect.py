@@ -185,7 +185,7 @@ def judge_effects(plan, measured):
         factor = measured.last_bounce ** (1 / plan.max_bounces)
         left_out["reflections"] = measured.last_bounce * factor / (1 - factor)
     for effect in plan.effects:
-        found = 0.0 if effect.bound == 0 else left_out.get(effect.key) if effect.on else None
-        holds = None if None in (found, effect.bound) else bool(found <= effect.bound)
-        effect.outcome = None if found is None else {"left_out": found, "holds": holds}
+        outcome = 0.0 if effect.bound == 0 else left_out.get(effect.key) if effect.on else None
+        holds = None if None in (outcome, effect.bound) else bool(outcome <= effect.bound)
+        effect.outcome = None if outcome is None else {"left_out": outcome, "holds": holds}
     return [asdict(effect) for effect in plan.effects]

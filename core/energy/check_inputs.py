@@ -40,30 +40,30 @@ def check_transfer(transfer):
             )
     # Light of surfaces, of each sun, and its errors, with shape and bounds of each.
     single, of_suns = (count,), (count, len(transfer.suns))
-    found = {
+    arrays = {
         "area": (surfaces.area, single, POSITIVE),
         "diffuse_relative": (transfer.diffuse_relative, single, POSITIVE),
         "visible_share": (transfer.visible_share, of_suns, SHARE),
         "direct_reflected": (transfer.direct_reflected, of_suns, POSITIVE),
     }
-    found |= {
+    arrays |= {
         name: (getattr(transfer, name), single, SHARE)
         for name in ("covered_share", "sky_view_factor", "far_ground_view_factor")
     }
     for name in ("diffuse_relative_standard_error", "direct_annual_standard_error"):
-        found[name] = np.nan_to_num(getattr(transfer, name), posinf=np.inf), single, POSITIVE
+        arrays[name] = np.nan_to_num(getattr(transfer, name), posinf=np.inf), single, POSITIVE
     for name, light in transfer.sources.items():
         for field, values in vars(light).items():
-            found[SOURCES[name].variable(field)] = (
+            arrays[SOURCES[name].variable(field)] = (
                 values,
                 single,
                 SHARE if field == "view_factor" else POSITIVE,
             )
     # What only some runs have.
     if transfer.no_room is not None:
-        found["no_room"] = transfer.no_room, (count, len(transfer.clearances)), SHARE
+        arrays["no_room"] = transfer.no_room, (count, len(transfer.clearances)), SHARE
     if transfer.left_out is not None:
-        found["left_out"] = transfer.left_out, (count,), SHARE
+        arrays["left_out"] = transfer.left_out, (count,), SHARE
     for name in (
         (
             "diffuse_passed_on",
@@ -75,13 +75,13 @@ def check_transfer(transfer):
         if transfer.error_parts is not None
         else ()
     ):
-        found[name] = (
+        arrays[name] = (
             getattr(transfer.error_parts, name),
             (count, "r") if name.endswith("passed_on") else single,
             {},
         )
     # Each array in its shape and bounds.
-    for name, (values, shape, bounds) in found.items():
+    for name, (values, shape, bounds) in arrays.items():
         check_array(name, values, shape, **bounds)
     if not 0 <= transfer.ground_albedo <= 1:
         raise InputError("ground_albedo", f"{transfer.ground_albedo}", "give a number from 0 to 1")

@@ -247,16 +247,16 @@ def _read_parameters(library, key, names, positive=(), *, option):
     float.
     """
     row = read_library(library)[key]
-    found = {name: float(row[name]) for name in names}
+    parameters = {name: float(row[name]) for name in names}
     missing = [
         name
         for name in names
-        if not math.isfinite(found[name]) or (name in positive and found[name] <= 0)
+        if not math.isfinite(parameters[name]) or (name in positive and parameters[name] <= 0)
     ]
     if missing:
         cure = f"choose another {option.removeprefix('--')}"
         raise InputError(option, f"{key} has no {', '.join(missing)} in the library", cure)
-    return found
+    return parameters
 
 
 def _search_library(text, libraries, *, option):
@@ -298,15 +298,15 @@ def _search_library(text, libraries, *, option):
         lambda one: all(word in one for word in words),
     ]
     for fits in rules if wanted else ():
-        found = [(library, name) for library, name in known if fits(join_letters(name))]
-        if len({name for _, name in found}) == 1:
-            return found[0]
-        if found:
-            names = ", ".join(name for _, name in found[:SHOWN])
-            more = f" and {len(found) - SHOWN:,} more" if len(found) > SHOWN else ""
+        matches = [(library, name) for library, name in known if fits(join_letters(name))]
+        if len({name for _, name in matches}) == 1:
+            return matches[0]
+        if matches:
+            names = ", ".join(name for _, name in matches[:SHOWN])
+            more = f" and {len(matches) - SHOWN:,} more" if len(matches) > SHOWN else ""
             raise InputError(
                 option,
-                f"{text!r} matches {len(found):,} names",
+                f"{text!r} matches {len(matches):,} names",
                 f"give more of the name: {names}{more}",
             )
     # The nearest are found among those with most of its words.

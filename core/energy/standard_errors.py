@@ -181,6 +181,6 @@ def sun_sampling_share(record, part):
 
     `part` is "rms" for a surface, "of_groups" for the mean of a kind and orientation.
     """
-    found = (record and record.sun_sampling) or {}
+    measured_errors = (record and record.sun_sampling) or {}
     # Records of earlier versions have the shift of all surfaces together.
-    return abs(found.get(part, found.get("bias", 0.0))) / 100
+    return abs(measured_errors.get(part, measured_errors.get("bias", 0.0))) / 100

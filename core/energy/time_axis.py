@@ -104,9 +104,9 @@ def _rows_at(starts, step, moments, length):
     """Interval that holds each moment, or the same a year (of a length) later or earlier; -1 where
     there is none.
     """
-    found = np.full(len(moments), -1)
+    rows_of_moments = np.full(len(moments), -1)
     for shift in (0, length, -length):
         row = np.searchsorted(starts, moments + shift, side="right") - 1
         inside = (row >= 0) & (moments + shift < starts[row] + step)
-        found = np.where((found < 0) & inside, row, found)
-    return found
+        rows_of_moments = np.where((rows_of_moments < 0) & inside, row, rows_of_moments)
+    return rows_of_moments

@@ -239,10 +239,10 @@ def _find_cover(context, known, todo):
     covered = np.concatenate([known, np.zeros((len(patches) - len(known), known.shape[1]), bool)])
     asked = todo.copy()
     while asked.any():
-        found = find_cover(context.ray_scene, patches, asked, context.threads)
+        covered_anew = find_cover(context.ray_scene, patches, asked, context.threads)
         # Patches whose cover changed; of their surfaces all other patches are asked next.
-        turned = asked & (found != covered).any(axis=1)
-        covered[asked] = found[asked]
+        turned = asked & (covered_anew != covered).any(axis=1)
+        covered[asked] = covered_anew[asked]
         todo |= turned
         old = turned[: len(known)]
         also = np.isin(owner, np.unique(owner[: len(known)][old & (owner[: len(known)] >= 0)]))
@@ -355,16 +355,18 @@ def _find_cramped(old, context, scene, asked):
 def _unreached(before, made, edit, change):
     """Surfaces of the city before whose light no change reaches: (n,) bool."""
     count = len(before.transfer.surfaces)
-    found = np.zeros(len(made.transfer.surfaces) + 1, bool)
-    found[change.rows[change.rows < count]] = True
-    found[edit.context.owner[edit.anew | edit.touched]] = False
-    found = found[:-1]  # the ground's -1 took the last one
+    unreached = np.zeros(len(made.transfer.surfaces) + 1, bool)
+    unreached[change.rows[change.rows < count]] = True
+    unreached[edit.context.owner[edit.anew | edit.touched]] = False
+    unreached = unreached[:-1]  # the ground's -1 took the last one
     for name, light in made.lights.items():
         old, new = before.lights[name].mean, light.mean[:count]
         # What changes by less than 2⁻²² of itself is the same in single precision.
-        found[:count] &= np.abs(new - old) <= 2.0**-22 * np.abs(old)
-    found[:count] &= before.transfer.surfaces.eligible == made.transfer.surfaces.eligible[:count]
-    return found
+        unreached[:count] &= np.abs(new - old) <= 2.0**-22 * np.abs(old)
+    unreached[:count] &= (
+        before.transfer.surfaces.eligible == made.transfer.surfaces.eligible[:count]
+    )
+    return unreached
 
 
 def _keep_numbers(before, made, rows):

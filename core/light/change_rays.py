@@ -75,28 +75,28 @@ def _rays_of_patches(city, patches, chosen, count):
     directions (m, 3).
     """
     sequence = sobol_digits(count // HEMISPHERE_REPLICATES)
-    found = [(np.arange(len(chosen)), hemisphere_rays(patches, chosen, sequence)[:2])]
+    rays_of = [(np.arange(len(chosen)), hemisphere_rays(patches, chosen, sequence)[:2])]
     few = sequence[: -(-len(sequence) // city.rays_share)]
     for source in city.sources:
         facing = np.flatnonzero(source.unshaded(patches.normal[chosen]).astype(np.float32) > LEAST)
         if len(facing):
-            found.append(
+            rays_of.append(
                 (
                     facing,
                     source_rays(patches, source, chosen[facing], few, share=city.rays_share)[:2],
                 )
             )
-    for owner, (origins, directions) in found:
+    for owner, (origins, directions) in rays_of:
         yield np.repeat(owner, origins.shape[1]), origins.reshape(-1, 3), directions.reshape(-1, 3)
 
 
 def _look_ahead(patches, rows, boxes):
     """Which patches, (r,) int, have any part of a box in front of their plane: (r,) bool."""
     normal, corner = patches.normal[rows].astype(float), patches.corner[rows].astype(float)
-    found = np.zeros(len(rows), bool)
+    in_front = np.zeros(len(rows), bool)
     for low, high in boxes:
-        found |= ((np.where(normal > 0, high, low) - corner) * normal).sum(axis=1) > -MARGIN
-    return found
+        in_front |= ((np.where(normal > 0, high, low) - corner) * normal).sum(axis=1) > -MARGIN
+    return in_front
 
 
 @njit(nogil=True, cache=True)
@@ -105,13 +105,13 @@ def _meet_boxes(rays, boxes, margin):
     bool.
     """
     origins, directions = rays
-    found = np.zeros(len(origins), np.bool_)
+    meets = np.zeros(len(origins), np.bool_)
     for ray in range(len(origins)):
         for box in range(len(boxes)):
             if _passes(origins[ray], directions[ray], boxes[box], margin):
-                found[ray] = True
+                meets[ray] = True
                 break
-    return found
+    return meets
 
 
 @njit(nogil=True, cache=True, inline="always")

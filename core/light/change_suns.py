@@ -159,9 +159,9 @@ def _first_reflections(edit, state):
     # Without reflections nothing is to be changed but the size.
     old, context, task, before = edit.before, edit.context, edit.task, edit.state_before(state)
     to_surface, todo, traced = context.patch_to_surface, edit.anew, edit.traced[state]
-    found = _grow(before.direct.reflected, to_surface.shape[0])
+    reflected_light = _grow(before.direct.reflected, to_surface.shape[0])
     if not context.bounces:
-        return found
+        return reflected_light
     first, ff, old_ff = len(old.context.patches), traced.form_factors, before.traced.form_factors
     # weight  of each patch in its surface's mean; bits  points that see each sun, now and before.
     weight = np.zeros(len(context.patches), np.float32)
@@ -192,7 +192,7 @@ def _first_reflections(edit, state):
                 (*scales_of(old_ff), old_ff.elements),
                 (number, starts, sun, sign),
                 (shine, context.patches.normal, towards),
-                (weight, context.owner, found),
+                (weight, context.owner, reflected_light),
             )
     # Rows traced anew, less what they were.
     anew = todo & (context.owner >= 0)
@@ -201,12 +201,12 @@ def _first_reflections(edit, state):
         ff, anew, (shine, context.patches.normal, points), (block.directions, bits), context
     )
     rows = np.flatnonzero(anew)
-    found += (to_surface[:, rows] @ light[rows]).astype(np.float32)
+    reflected_light += (to_surface[:, rows] @ light[rows]).astype(np.float32)
     seen = old.context.patches.albedo, old.context.patches.normal, old_points
     light = _light_of_rows(old_ff, gone, seen, (block.directions, old_bits), context)
     rows = np.flatnonzero(gone)
-    found -= (to_surface[:, rows] @ light[rows]).astype(np.float32)
-    return found
+    reflected_light -= (to_surface[:, rows] @ light[rows]).astype(np.float32)
+    return reflected_light
 
 
 def _light_of_rows(form_factors, chosen, seen_by, suns, context):
@@ -224,12 +224,12 @@ def _light_of_rows(form_factors, chosen, seen_by, suns, context):
 
 def _lit_elements(bits, points):
     """Which elements of patches see which suns: (c, cells, s) bool."""
-    found = np.empty((*points.shape, bits.shape[2]), bool)
+    lit = np.empty((*points.shape, bits.shape[2]), bool)
     for cell in range(points.shape[1]):
         point = points[:, cell].astype(np.int64)
         word = np.take_along_axis(bits, (point >> 4)[:, None, None], axis=1)[:, 0]
-        found[:, cell] = (word >> (point & 15)[:, None].astype(np.uint16)) & 1
-    return found
+        lit[:, cell] = (word >> (point & 15)[:, None].astype(np.uint16)) & 1
+    return lit
 
 
 def _list_changes(now, before):

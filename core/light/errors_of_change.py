@@ -43,9 +43,9 @@ def errors_of_difference(before, after):
     rows = np.array(pairs, int).reshape(-1, 2).T
     cities = before.city, after.city
     most = max(cities, key=lambda city: len(city.states))
-    found = [_difference_of_state(cities, rows, state) for state in range(len(most.states))]
-    found = join_seasons(found, most.prepared.plan.foliage)
-    return replace(found, record=replace(found.record, sun_sampling=None)), rows
+    differences = [_difference_of_state(cities, rows, state) for state in range(len(most.states))]
+    differences = join_seasons(differences, most.prepared.plan.foliage)
+    return replace(differences, record=replace(differences.record, sun_sampling=None)), rows
 
 
 def _take_brighter(one, other, rows):

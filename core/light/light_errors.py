@@ -130,15 +130,15 @@ def _average_groups(light, open_share, groups):
     """Mean light of the open part of each group of cells, assigned to all of its cells: (p, cells)
     float32.
     """
-    found = np.empty_like(light)
+    means = np.empty_like(light)
     for group in range(groups.max() + 1):
         members = groups == group
         weight = open_share[:, members]
         mean = (light[:, members] * weight).sum(axis=1) / np.maximum(
             weight.sum(axis=1), np.float32(1e-6)
         )
-        found[:, members] = mean[:, None]
-    return found
+        means[:, members] = mean[:, None]
+    return means
 
 
 def remaining_error(steps, variance):

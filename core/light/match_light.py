@@ -89,5 +89,7 @@ def _with_sky(base, sky, progress):
     known = base.decisions
     known = replace(known, on=known.on | {"perez": sky == "perez"}, plan=known.plan | {"sky": sky})
     prepared = prepare_decided(known, base.city.prepared.scene, base.request, progress)
-    found = trace_editable(prepared, base.suns, base.request, progress, specular=base.specular)
-    return replace(found, rows=base.rows)
+    traced_again = trace_editable(
+        prepared, base.suns, base.request, progress, specular=base.specular
+    )
+    return replace(traced_again, rows=base.rows)

@@ -75,12 +75,12 @@ def find_cover(ray_scene, patches, wanted, threads, progress=silent):
         [rows[start : start + PATCHES_PER_TASK] for start in range(0, len(rows), PATCHES_PER_TASK)],
         0,
     )
-    found = map_in_order(
+    covered_parts = map_in_order(
         lambda chosen: find_covered_cells(ray_scene, patches, chosen), tasks, threads
     )
     if tasks:
         progress(COVER_STAGE, done, len(rows), "patches")
-    for chosen, cells in zip(tasks, found, strict=True):
+    for chosen, cells in zip(tasks, covered_parts, strict=True):
         covered[chosen] = cells
         done += len(chosen)
         progress(COVER_STAGE, done, len(rows), "patches")
@@ -115,10 +115,10 @@ def find_cramped(ray_scene, patches, scene, *, clearances, threads, asked=True):
     tasks = [
         rows[start : start + PATCHES_PER_TASK] for start in range(0, len(rows), PATCHES_PER_TASK)
     ]
-    found = map_in_order(
+    cramped_parts = map_in_order(
         lambda chosen: _look_ahead(ray_scene, patches, chosen, clearances), tasks, threads
     )
-    for chosen, cells in zip(tasks, found, strict=True):
+    for chosen, cells in zip(tasks, cramped_parts, strict=True):
         cramped[chosen] = pack_cells(cells)
     return cramped
 
@@ -172,10 +172,10 @@ def _look_ahead(ray_scene, patches, chosen, clearances):
         hits = ray_scene.trace_places(origins, patches.normal[own])
         return facing_distance(patches, own, hits).reshape(b1.shape)
 
-    found = np.zeros((len(chosen), len(clearances), CELL_DIVISIONS**2), bool)
+    looks_at_face = np.zeros((len(chosen), len(clearances), CELL_DIVISIONS**2), bool)
     # Some cells tell which patches have anything near; of these all cells are measured, straight
     # ahead.
     near = np.flatnonzero((measure(chosen, UPRIGHT) < max(clearances)).any(axis=1))
     distance = measure(chosen[near], np.arange(CELL_DIVISIONS**2))
-    found[near] = distance[:, None] < np.float32(clearances)[:, None]
-    return found
+    looks_at_face[near] = distance[:, None] < np.float32(clearances)[:, None]
+    return looks_at_face

@@ -192,7 +192,7 @@ def solve_suns(context, traced, task, hooks, *, folder=None):
     suns, progress, done = task.suns, task.progress, []
     sums = np.zeros((len(traced), len(context.patches), context.points), np.float32)
     shape = context.patch_to_surface.shape[0], len(suns)
-    found = [
+    lights_of_states = [
         SunLight(
             keep_matrix(shape, folder),
             keep_matrix(shape, folder) if task.reflects else None,
@@ -209,7 +209,7 @@ def solve_suns(context, traced, task, hooks, *, folder=None):
             states, added = _trace_shadows(context, task, block, progress.report_rays), []
             for state, shadows in enumerate(states):
                 progress.bounces_before = state * context.bounces
-                hook, light = hooks[state], found[state]
+                hook, light = hooks[state], lights_of_states[state]
                 added.append(
                     _solve_block(
                         context, traced[state], shadows, task, block, specular=hook, found=light
@@ -221,9 +221,9 @@ def solve_suns(context, traced, task, hooks, *, folder=None):
                 shadows.light_of_points(context.patches.normal, part, context.threads)
                 for shadows in states
             ]
-            for light, weighted in zip(found, added, strict=True):
+            for light, weighted in zip(lights_of_states, added, strict=True):
                 light.specular = light.specular + weighted
-            found[0].ray_count += states[0].ray_count
+            lights_of_states[0].ray_count += states[0].ray_count
             done.append(block)
             progress.end()
     # Interrupted: the finished suns are spread over the year, so they may stand for it.
@@ -231,21 +231,21 @@ def solve_suns(context, traced, task, hooks, *, folder=None):
         kept = count_kept(suns, done)
         if not kept or task.whole:
             raise
-        for light in found:
+        for light in lights_of_states:
             light.kept = kept
             light.visible_share, light.reflected = (
                 keep_columns(matrix, kept) for matrix in (light.visible_share, light.reflected)
             )
     # Their weights are scaled to a whole year; then the year's light of each state with its errors.
     directions, weights = block_of_suns(suns, slice(done[-1].stop if done else 0))
-    if found[0].kept < len(suns):  # the sums contain only these suns
+    if lights_of_states[0].kept < len(suns):  # the sums contain only these suns
         whole = weights.sum() or np.float32(np.nan)
         sums, weights = sums / whole, weights / whole
-        for light in found:
+        for light in lights_of_states:
             light.specular = light.specular / whole
-    for light, one, by_point in zip(found, traced, sums, strict=True):
+    for light, one, by_point in zip(lights_of_states, traced, sums, strict=True):
         light.annual = sum_suns(context, one, task.watch, by_point, SunBlock(directions, weights))
-    return found
+    return lights_of_states
 
 
 def _solve_block(context, traced, shadows, task, block, *, specular, found):

@@ -71,7 +71,7 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
         replace(transfer, error_parts=None, bare=None), prepared.scene.triangle_surface[chosen]
     )
     own = replace(own, surfaces=replace(own.surfaces, area=patches.area[chosen]))
-    found = []
+    transfers = []
     # Equal points look at the suns of each choice; light is what reaches them without reflections.
     for suns in ways:
         if len(few):
@@ -91,10 +91,10 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
 
         light, *_ = sun_visibility(watch, block_of_suns(suns, slice(None)), report=report)
         dark = np.zeros_like(light.visible_share)
-        found.append(
+        transfers.append(
             replace(own, suns=suns, visible_share=light.visible_share, direct_reflected=dark)
         )
-    return found
+    return transfers
 
 
 def _draw_patches(scene, area, seed, count=PATCHES):

@@ -152,11 +152,11 @@ def sun_visibility(watch, suns, report=lambda share, rays: None):
     step = max(1, min(POINTS_PER_TASK // m, -(-int(watch.traced.sum()) // watch.threads)))
     rows = np.flatnonzero(watch.traced)
     tasks = [rows[start : start + step] for start in range(0, len(rows), step)]
-    found = map_in_order(
+    traced_parts = map_in_order(
         lambda chosen: trace_points(watch, chosen, suns, bits, every), tasks, watch.threads
     )
     done = 0
-    for chosen, sent in zip(tasks, found, strict=True):
+    for chosen, sent in zip(tasks, traced_parts, strict=True):
         ray_count += sent
         done += len(chosen)
         report(done / len(rows), ray_count)

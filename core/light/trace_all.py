@@ -139,17 +139,17 @@ def trace_all(context):
         for count in (samples, fewer_rays(samples))
     )
     sends = patches.receives & ~context.known
-    found = [empty_traced(context) for _ in range(context.ray_scene.states)]
+    traced_states = [empty_traced(context) for _ in range(context.ray_scene.states)]
     full = sends & context.full
     # Patches that turn out to be covered are counted as if they were traced.
     most, done = every * int(full.sum()) + fewer * int((sends & ~full).sum()), 0
 
     def trace(chosen, count):
         nonlocal done
-        for one in found:
+        for one in traced_states:
             one.samples[chosen] = count
         for parts in trace_rows(context, np.flatnonzero(chosen), count):
-            for one, part in zip(found, parts, strict=True):
+            for one, part in zip(traced_states, parts, strict=True):
                 one.put(part)
             done += count * (len(parts[0].rows) + len(parts[0].enclosed_rows))
             context.progress(STAGE, done, most, "rays")
@@ -160,13 +160,13 @@ def trace_all(context):
     trace(sends & ~full, fewer)
     if done < most:
         context.progress(STAGE, most, most, "rays")
-    for one in found:
+    for one in traced_states:
         fill_closed_forms(context, one)
         if plan.reflections:
             one.factor = element_factors(context, one)
         if not context.keeps:
             one.element_far_ground = one.open_share = None
-    return found
+    return traced_states
 
 
 def ask_samples(context):

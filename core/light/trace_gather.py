@@ -155,21 +155,21 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
             light[SUNS].error.own = light[SUNS].error.own + variance_of_mean(suns_light.specular.T)
     clock.lap("suns")
     # What was traced, and with what: statistics, then a Transfer for each state of trees.
-    found = TracedCity(prepared, context, task, [], cramped)
+    traced_city = TracedCity(prepared, context, task, [], cramped)
     common = trace_statistics(
         context, (traced[0].ray_count, direct[0].ray_count), clock, traced_before
     )
     common["interrupted"] = note_interruption(direct[0].kept, len(suns))
     suns = suns if direct[0].kept == len(suns) else interrupted_suns(suns, direct[0].kept)
     for state in map(TracedState, traced, lights, direct, [None] * len(traced)):
-        state.transfer = make_transfer(found, state, suns, common, left)
-        found.states.append(state)
+        state.transfer = make_transfer(traced_city, state, suns, common, left)
+        traced_city.states.append(state)
         if state.traced.form_factors is not None:
             state.traced.form_factors.links = None  # large
         if not context.rounds:
             state.direct.annual = replace(state.direct.annual, elements=None, spread=None)
         common |= {"seconds": {}, "processor_seconds": {}}  # the first state's are of all states
-    return found
+    return traced_city
 
 
 def trace_statistics(context, counts, clock, before):
@@ -352,7 +352,7 @@ def _bound_cut_light(context, lights):
     groups = {
         name: np.where(names == name, area, 0) for name in np.unique(names[area > 0]).tolist()
     }
-    found = {}
+    bounds = {}
     for name, weight in (groups | {"all": area if area.any() else surfaces.area}).items():
         counted = weight > 0
         # Light that was cut, and all light, on the group by area.
@@ -363,8 +363,8 @@ def _bound_cut_light(context, lights):
         shares = {
             key: float(cut / whole) if whole > 0 else 0.0 for key, (cut, whole) in sums.items()
         }
-        found[name] = {key: share if np.isfinite(share) else None for key, share in shares.items()}
-    return found
+        bounds[name] = {key: share if np.isfinite(share) else None for key, share in shares.items()}
+    return bounds
 
 
 def choose_bounces(prepared, context, traced, task):

@@ -183,9 +183,9 @@ def _look_at_source(city, source, rows, covered, sequence):
     """
     unshaded = source.unshaded(city.patches.normal[rows]).astype(np.float32)
     facing = np.flatnonzero(unshaded > LEAST)
-    found = [no_light(len(rows), city.elements) for _ in range(city.ray_scene.states)]
+    lights = [no_light(len(rows), city.elements) for _ in range(city.ray_scene.states)]
     if not len(facing):
-        return found, 0
+        return lights, 0
     covered, sequence = covered[facing], sequence[: -(-len(sequence) // city.rays_share)]
     rays = source_rays(city.patches, source, rows[facing], sequence, share=city.rays_share)
     near_cover, scale = (
@@ -194,11 +194,11 @@ def _look_at_source(city, source, rows, covered, sequence):
     )
     fates = _follow_rays(city, covered, rays)[1]
     fates[fates == FAR_GROUND] = SKY  # at the very horizon
-    for light, fate in zip(found, fates, strict=True):
+    for light, fate in zip(lights, fates, strict=True):
         _hide_sky(city, rays[1], fate)
         _, (first, *_) = _tally_counted(city, rows[facing], (fate, rays[2], near_cover))
         light.put(facing, FirstLight(scale * first.light, scale * first.element, first.deviation))
-    return found, fates[0].size
+    return lights, fates[0].size
 
 
 def source_rays(patches, source, chosen, sequence, *, share):

@@ -68,7 +68,7 @@ def find_coincident(corners, offset, threads=1, *, layer_growth=2.0, triangles_p
     layer[length == 0] = largest + 1  # triangles without area are compared with none
     faces, order = (corners, normal, offset, boxes, layer), np.argsort(layer, kind="stable")
     sorted_layer = layer[order]
-    found = [np.zeros((0, 2), np.int32)]
+    pairs = [np.zeros((0, 2), np.int32)]
     # A layer at a time: its triangles in buckets, and all finer ones are compared with them.
     for one in np.unique(sorted_layer[sorted_layer <= largest]):
         size = 2.0 ** (layer_growth * one)
@@ -85,10 +85,10 @@ def find_coincident(corners, offset, threads=1, *, layer_growth=2.0, triangles_p
             order[begin : min(begin + triangles_per_task, last)]
             for begin in range(0, last, triangles_per_task)
         ]
-        found.extend(
+        pairs.extend(
             map_in_order(partial(_pairs_in_grid, grid=grid, size=size, faces=faces), tasks, threads)
         )
-    return _list_pairs(np.concatenate(found), corners)
+    return _list_pairs(np.concatenate(pairs), corners)
 
 
 def _list_pairs(pairs, corners):

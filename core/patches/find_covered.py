@@ -177,8 +177,8 @@ def _examine_cells(ray_scene, patches, chosen, starts):
         places = HitPlaces(chosen[row], b1[row, cell], b2[row, cell])
         keys = mix(patches.place_key[chosen[row]] ^ np.uint64(0x1A51DE)) + cell.astype(np.uint64)
         around = np.stack([part[row, cell] for part in shifts], axis=1)
-        found = _judge_cells(ray_scene, patches, places, around, keys)
-        verdict[row, cell] = np.where(found, COVERED, OPEN)
+        verdicts = _judge_cells(ray_scene, patches, places, around, keys)
+        verdict[row, cell] = np.where(verdicts, COVERED, OPEN)
 
     # Leading cells vote by RAYS rays; what they agree on goes to the cells between; the rest vote
     # too.
@@ -210,12 +210,12 @@ def _judge_cells(ray_scene, patches, places, shifts, keys):
     hits, back, sky, below = _trace_vote(ray_scene, patches, places, shifts)
     backs, skies, belows = ends = np.stack([which.sum(axis=1) for which in (back, sky, below)])
     # Inside something, or in the earth.
-    found = ((2 * backs > RAYS) & (skies <= STRAY_RAYS)) | (
+    inside = ((2 * backs > RAYS) & (skies <= STRAY_RAYS)) | (
         (4 * backs > RAYS) & (backs + belows == RAYS)
     )
     # No ray reached the sky, and too few met backs: is there a face that looks back within touch?
-    doubtful = ~found & (ends[1] == 0)
-    touching = np.zeros(len(found), bool)
+    doubtful = ~inside & (ends[1] == 0)
+    touching = np.zeros(len(inside), bool)
     own, b1, b2 = places.take(doubtful)
     origins = points_of_patches(patches, own, b1[:, None], b2[:, None])[:, 0]
     touching[doubtful] = find_touching(
@@ -224,7 +224,7 @@ def _judge_cells(ray_scene, patches, places, shifts, keys):
     # hidden  places from which no ray met a back or the sky; going  rays that go on from the fronts
     # they met.
     hidden = doubtful & ~touching & (ends[0] == 0)
-    going = (found | (doubtful & ~touching))[:, None] & ~(back | sky | below)
+    going = (inside | (doubtful & ~touching))[:, None] & ~(back | sky | below)
     # Of places from which all rays met fronts most are in the open: one that leaves tells, and
     # spares the others.
     for part in (going & ~(hidden[:, None] & AFTER_FIRST), going & (hidden[:, None] & AFTER_FIRST)):
@@ -233,9 +233,11 @@ def _judge_cells(ray_scene, patches, places, shifts, keys):
         follow(ray_scene, patches, rays, ends, owner=places.triangle)
     # Their ends decide; a place that touches another face is judged from behind that face.
     mixed = going.any(axis=1)
-    found[mixed] = judge_ends(*ends[:, mixed])
-    found[touching] = lie_inside(ray_scene, patches, places.take(touching), keys[touching], CONTACT)
-    return found
+    inside[mixed] = judge_ends(*ends[:, mixed])
+    inside[touching] = lie_inside(
+        ray_scene, patches, places.take(touching), keys[touching], CONTACT
+    )
+    return inside
 
 
 def _trace_vote(ray_scene, patches, places, shifts):

@@ -152,11 +152,13 @@ def name_brdfs(scene, request):
         kind: Found(FILE, kind, *of_key[kind]) for kind in {*kinds, "ground"} & set(of_key)
     }
     # From the surface's own line to its kind, whichever comes first.
-    found = []
+    brdfs_of_surfaces = []
     for name, parent, material, kind in zip(names, whole, materials, kinds, strict=True):
         own = of_key.get(name) or of_key.get(parent)
-        found.append(Found(FILE, "", *own) if own else of_material.get(material, of_kind[kind]))
-    return [*found, of_material.get(request.ground_material, of_kind["ground"])]
+        brdfs_of_surfaces.append(
+            Found(FILE, "", *own) if own else of_material.get(material, of_kind[kind])
+        )
+    return [*brdfs_of_surfaces, of_material.get(request.ground_material, of_kind["ground"])]
 
 
 def _brdf_of_named(name, spec):

@@ -103,35 +103,37 @@ def follow_photons(target, source, numbers, per_replicate, max_bounces):
         number,
         replicate - replicate[0],
     )
-    found = Light(*np.zeros((2, rows, target.surface_count)), begin=int(replicate[0]))
-    found.tally.emitted = float(len(number))
+    tallies = Light(*np.zeros((2, rows, target.surface_count)), begin=int(replicate[0]))
+    tallies.tally.emitted = float(len(number))
     # Photons that would come from behind terrain, or from before it, are dropped.
     if source.terrain is not None:
         chosen = is_above(source.terrain, -photons.directions) != source.beyond
-        found.tally.behind_terrain = float(len(number) - chosen.sum())
+        tallies.tally.behind_terrain = float(len(number) - chosen.sum())
         photons = photons.take(chosen)
     # A photon flies on until it meets a front, is counted there, and is reflected with less weight.
     for bounce in range(max_bounces + 1):
-        found.ray_count += len(photons.number)
-        photons, places = meet_fronts(target, photons, found.tally, source if bounce == 0 else None)
+        tallies.ray_count += len(photons.number)
+        photons, places = meet_fronts(
+            target, photons, tallies.tally, source if bounce == 0 else None
+        )
         first = source.of is not None and bounce == 0
         received, photons = (
-            _weigh_first(target, source.of, photons, places[0], found.tally)
+            _weigh_first(target, source.of, photons, places[0], tallies.tally)
             if first
             else [photons] * 2
         )
-        sums = found.first if bounce == 0 else found.reflected
+        sums = tallies.first if bounce == 0 else tallies.reflected
         deposit(received, target.surface_at(places), sums)
         # Coincident surfaces of the same orientation are all lit, but the photon is reflected once.
         row, double = target.ray_scene.find_doubles(places)
         if len(row):
             deposit(received.take(row), target.surface[double], sums)
         weight = float(photons.weight.sum())
-        found.arrived, found.last = found.arrived + weight, weight if bounce else 0.0
+        tallies.arrived, tallies.last = tallies.arrived + weight, weight if bounce else 0.0
         photons = reflect_photons(target, source.key, photons, places, bounce)
-        found.tally.absorbed += weight - float(photons.weight.sum())
-    found.tally.cut = float(photons.weight.sum())
-    return found
+        tallies.tally.absorbed += weight - float(photons.weight.sum())
+    tallies.tally.cut = float(photons.weight.sum())
+    return tallies
 
 
 def meet_fronts(target, photons, tally, source=None):

@@ -136,10 +136,10 @@ def _trace_specular(prepared, context, traced, state=0):
         0,
     )
     # Hits of all batches go into a matrix: surface that receives, patch or sky that it comes from.
-    found = map_in_order(
+    arrivals = map_in_order(
         lambda batch: _arrivals_from(context, target, faces, batch), batches, context.threads
     )
-    for batch, entries in zip(batches, found, strict=True):
+    for batch, entries in zip(batches, arrivals, strict=True):
         pending.append(entries)
         done += len(batch.numbers)
         # So many pieces of the matrix are added at once.

@@ -56,7 +56,7 @@ def trace_sources(run, sources, max_bounces, stage):
         for first in range(0, count, PHOTONS_PER_TASK)
     ]
     tasks = ((source, numbers) for source in sources if source.power.any() for numbers in ranges)
-    found = map_in_order(
+    tallies = map_in_order(
         lambda task: follow_photons(
             run.target, *task, run.per_replicate, max_bounces - task[0].behind
         ),
@@ -66,7 +66,7 @@ def trace_sources(run, sources, max_bounces, stage):
     # Portions of a source add up in order.
     for source in sources:
         light = no_light(run.target.surface_count)
-        for part in islice(found, len(ranges) if source.power.any() else 0):
+        for part in islice(tallies, len(ranges) if source.power.any() else 0):
             light.add(part)
             done += int(part.tally.emitted)
             run.progress(stage, done, total, "photons")

@@ -66,9 +66,9 @@ def uniform_of(keys, numbers):
     """Some of these numbers: (n, m) float32 of keys, (n, 1) uint64, and of their places from 1 on,
     (m,) int.
     """
-    found = np.empty((len(keys), len(numbers)), np.float32)
-    _fill_uniform(keys.ravel(), numbers.astype(np.uint64) * GOLDEN, found)
-    return found
+    numbers_of_keys = np.empty((len(keys), len(numbers)), np.float32)
+    _fill_uniform(keys.ravel(), numbers.astype(np.uint64) * GOLDEN, numbers_of_keys)
+    return numbers_of_keys
 
 
 @njit(nogil=True, cache=True)

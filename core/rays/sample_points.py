@@ -67,7 +67,7 @@ def _all_directions():
     """Direction numbers of all four dimensions, multiples of 2^-DIGITS: (DIGITS, 4) uint32."""
     # The first dimension is the van der Corput sequence; the others follow from their polynomials
     # by the recurrence of Sobol.
-    found = [[1 << (DIGITS - digit) for digit in range(1, DIGITS + 1)]]
+    direction_numbers = [[1 << (DIGITS - digit) for digit in range(1, DIGITS + 1)]]
     # Dimensions 2 to 4: coefficients of the primitive polynomial, and initial numbers.
     for coefficients, initial in ((0, (1,)), (1, (1, 3)), (1, (1, 3, 1))):
         degree, numbers = len(initial), list(initial)
@@ -79,8 +79,10 @@ def _all_directions():
                     numbers[digit - step] << step
                 )
             numbers.append(number)
-        found.append([number << (DIGITS - 1 - digit) for digit, number in enumerate(numbers)])
-    return np.array(found, np.uint32).T
+        direction_numbers.append(
+            [number << (DIGITS - 1 - digit) for digit, number in enumerate(numbers)]
+        )
+    return np.array(direction_numbers, np.uint32).T
 
 
 def shifted(points, shifts):

@@ -22,13 +22,13 @@ class _Repeated(dict):
 
 def _to_object(pairs):
     """A dict that records its duplicate names."""
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        found, seen = _Repeated(found), set()
-        found.names = tuple(
+    members = dict(pairs)
+    if len(members) < len(pairs):
+        members, seen = _Repeated(members), set()
+        members.names = tuple(
             dict.fromkeys(name for name, _ in pairs if name in seen or seen.add(name))
         )
-    return found
+    return members
 
 
 DECODER = json.JSONDecoder(object_pairs_hook=_to_object)

@@ -211,8 +211,8 @@ def _colour(parts, content):
         content.notes.append(f"{words}; their polygons get none.")
     if not used:
         return
-    found = read_libraries(content.path, parts.libraries, content.notes)
-    content.colours = {name: found.get(name) for name in used}
+    colours = read_libraries(content.path, parts.libraries, content.notes)
+    content.colours = {name: colours.get(name) for name in used}
     faces = sum(map(bool, parts.materials))
     coloured = sum(colour is not None for colour in content.colours.values())
     words = f"{content.path} has {len(used)} materials on {faces} of {len(parts.faces)} polygons"

@@ -129,13 +129,13 @@ def read_relief(path):
         Not XML, no triangles in it, or coordinates that are not numbers.
     """
     relief, no_terrain = Relief(), [f"{{*}}{name}" for name in INSIDE]
-    found = GmlRelief(relief)
+    reliefs = GmlRelief(relief)
     for element in iterate_elements(path, ("Envelope", "Triangle", *INSIDE)):
         name = element.tag.rpartition("}")[2]
         if name == "Envelope" and element.get("srsName"):
             relief.srs_names.setdefault(element.get("srsName"), element.sourceline)
         elif name == "Triangle" and next(element.iterancestors(*no_terrain), None) is None:
-            problem = found.add(element)
+            problem = reliefs.add(element)
             if problem:
                 raise InputError(
                     path, f"line {element.sourceline}: {problem}", "correct or remove this triangle"

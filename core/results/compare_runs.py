@@ -240,8 +240,8 @@ def match_shapes(earlier, later):
     # Middle, root of the area, and normal times 1 m of one surface may differ by 5 cm.
     distance, nearest = cKDTree(earlier).query(later, distance_upper_bound=0.05)
     _, back = cKDTree(later).query(earlier)
-    found = np.flatnonzero(np.isfinite(distance))
-    mutual = found[back[nearest[found]] == found]
+    with_neighbour = np.flatnonzero(np.isfinite(distance))
+    mutual = with_neighbour[back[nearest[with_neighbour]] == with_neighbour]
     match[mutual] = nearest[mutual]
     return match
 

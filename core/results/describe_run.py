@@ -85,13 +85,16 @@ def describe_input(summary):
     # Findings on its geometry, and notes.
     for one in read.get("findings") or []:
         area = "" if one["area"] is None else f", {one['area']:,.0f} m²"
-        found = (
+        words_of_count = (
             f"{one['count']:,}"
             if one["heading"] == "skipped"
             else count_of(one["count"], "surface")
         )
         rows.append(
-            (HEADINGS.get(one["heading"], one["heading"]), f"{found}{area}: {one['reason']}")
+            (
+                HEADINGS.get(one["heading"], one["heading"]),
+                f"{words_of_count}{area}: {one['reason']}",
+            )
         )
     return rows + [("Note", note) for note in (report or {}).get("notes", [])]
 

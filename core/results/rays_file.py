@@ -175,9 +175,9 @@ def read_rays(folder):
         arrays = {name: file[name][...] for name in file if name.startswith("array_")}
     # From JSON and arrays back to a request and what rays met.
     try:
-        found = decode(json.loads(text), arrays)
-        request, files = build_from(Request, found.pop("request")), found.pop("files")
-        kept = build_from(_KeptRays, {"request": request, **found})
+        kept_rays = decode(json.loads(text), arrays)
+        request, files = build_from(Request, kept_rays.pop("request")), kept_rays.pop("files")
+        kept = build_from(_KeptRays, {"request": request, **kept_rays})
     except ValueError as error:
         raise blame_file(path, "cannot be read", error, CURE) from error
     # Files that it carries are laid out again, until nobody needs them.

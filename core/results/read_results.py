@@ -262,8 +262,8 @@ def tabulate_periods(groups, period):
 
 def in_order(names, order):
     """The different names, first in a given order, the rest by the alphabet: list of str."""
-    found = set(names)
-    return [name for name in order if name in found] + sorted(found - set(order))
+    different = set(names)
+    return [name for name in order if name in different] + sorted(different - set(order))
 
 
 def select_mounted(faces):

@@ -51,8 +51,8 @@ class Store:
         squares = np.floor(sums / np.maximum(count, 1)[:, None] / SIDE).astype(int).tolist()
         # Buildings get numbers; one that another folder has already cannot be told apart.
         add = "INSERT OR IGNORE INTO building (name, folder, x, y) VALUES (?, ?, ?, ?)"
-        found = [(name, number, *squares[k]) for k, name in enumerate(names) if count[k]]
-        self.base.executemany(add, found)
+        rows_of_squares = [(name, number, *squares[k]) for k, name in enumerate(names) if count[k]]
+        self.base.executemany(add, rows_of_squares)
         find = "SELECT number - 1, x, y, folder FROM building WHERE name = ?"
         known = np.array(
             [self.base.execute(find, (name,)).fetchone() or (0, 0, 0, -1) for name in names]
@@ -76,10 +76,10 @@ class Store:
 
     def pieces(self, square):
         """Pieces of a square: list of Piece."""
-        found = self.base.execute(
+        stored = self.base.execute(
             "SELECT data FROM piece WHERE x = ? AND y = ? ORDER BY rowid", square
         )
-        return [pickle.loads(zlib.decompress(data)) for (data,) in found]
+        return [pickle.loads(zlib.decompress(data)) for (data,) in stored]
 
     def describe_buildings(self, rows):
         """Keep what the index says of buildings: (number, id or None, box, parts, part of flat
@@ -104,7 +104,7 @@ class Store:
 
     def building_rows(self, order, most=-1):
         """Rows of the index as JSON, in the order of a column: yields str."""
-        found = self.base.execute(
+        stored = self.base.execute(
             f"SELECT row FROM building ORDER BY {order}, number LIMIT ?", (most,)
         )
-        return (row for (row,) in found)
+        return (row for (row,) in stored)

@@ -33,7 +33,7 @@ def write_surfaces(path, transfer, energy):
         "units": "h",
         "long_name": "full load hours of each month (UTC) per year, mean over the whole surface",
     }
-    found = {
+    variables = {
         "surface_id": ("surface", np.array(transfer.surfaces.surface_id, dtype=object)),
         "direction": (
             ("sun", "axis"),
@@ -44,7 +44,7 @@ def write_surfaces(path, transfer, energy):
     } | describe_fields({"outlines": transfer.outlines})
     with netcdf_file(path) as stream, h5netcdf.File(stream, "w") as file:
         file.attrs["title"] = FORMAT
-        write_variables(file, found)
+        write_variables(file, variables)
 
 
 @contextmanager

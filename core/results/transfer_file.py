@@ -398,10 +398,10 @@ def read_fields(file, owner, *, needed=False):
     names = {field: name for name, (whose, field, *_) in VARIABLES.items() if whose == owner}
     if not needed and not all(name in file for name in names.values()):
         return {}
-    found = {field: np.asarray(file[name][...]) for field, name in names.items()}
+    values = {field: np.asarray(file[name][...]) for field, name in names.items()}
     return {
         field: list(map(str, one)) if one.dtype.kind in "OUT" else one
-        for field, one in found.items()
+        for field, one in values.items()
     }
 
 

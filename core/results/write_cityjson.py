@@ -248,7 +248,7 @@ def _describe_surfaces(city, transfer, energy):
     for column in TABLED:
         if column.name not in ("surface_id", "building_id"):
             table[PREFIX + column.name] = column_values(column, transfer, energy)
-    found = [
+    semantic_surfaces = [
         {
             name: short(value) if isinstance(value, float) else value
             for name, value in row.items()
@@ -256,10 +256,10 @@ def _describe_surfaces(city, transfer, energy):
         }
         for row in table.astype(object).where(table.notna(), None).to_dict("records")
     ]
-    for one, by_month in zip(found, energy.full_load_hours_by_month, strict=True):
+    for one, by_month in zip(semantic_surfaces, energy.full_load_hours_by_month, strict=True):
         if np.isfinite(by_month).all():
             one[PREFIX + "full_load_hours_by_month"] = [short(value) for value in by_month]
-    return found
+    return semantic_surfaces
 
 
 def _describe_building(sums):

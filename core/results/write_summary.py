@@ -139,7 +139,7 @@ def measure_edge(transfer, energy):
     )
     # For each direction: hours near the edge against what its area would have at inner facades'
     # mean.
-    found = {"unit": "m, %, %"}
+    measures = {"unit": "m, %, %"}
     for name, near in (("25", distance <= NEAREST), ("100", distance <= FURTHEST)):
         gained = expected = 0.0
         for one in np.unique(side[near]):
@@ -147,11 +147,11 @@ def measure_edge(transfer, energy):
             if inner.any() and hours[inner].sum() > 0:
                 gained += hours[own].sum()
                 expected += area[own].sum() * hours[inner].sum() / area[inner].sum()
-        found[f"share_within_{name}"] = float(100 * area[near].sum() / area.sum())
-        found[f"more_hours_within_{name}"] = (
+        measures[f"share_within_{name}"] = float(100 * area[near].sum() / area.sum())
+        measures[f"more_hours_within_{name}"] = (
             float(100 * (gained / expected - 1)) if expected else None
         )
-    return found
+    return measures
 
 
 def _describe_input(transfer, energy, scene):
@@ -306,13 +306,13 @@ def describe_years(energy):
 
 def versions():
     """Versions of Python, CityPV and libraries, None of what is not installed."""
-    found = {"python": platform.python_version()}
+    numbers = {"python": platform.python_version()}
     for name in ("citypv", *LIBRARIES):
         try:
-            found[name] = importlib.metadata.version(name)
+            numbers[name] = importlib.metadata.version(name)
         except importlib.metadata.PackageNotFoundError:
-            found[name] = None
-    return found
+            numbers[name] = None
+    return numbers
 
 
 def peak_memory():
@@ -321,9 +321,9 @@ def peak_memory():
         return None
     status = Path("/proc/self/status")
     if status.exists():  # Linux, whose rusage goes on from the process that started this one
-        found = re.search(r"^VmHWM:\s*(\d+) kB", status.read_text("utf-8"), re.MULTILINE)
-        if found:
-            return 1024 * int(found[1])
+        match = re.search(r"^VmHWM:\s*(\d+) kB", status.read_text("utf-8"), re.MULTILINE)
+        if match:
+            return 1024 * int(match[1])
     import resource
 
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -81,14 +81,14 @@ def sum_periods(energy):
     names = [("annual", ""), *(("month", month) for month in range(1, 13))]
     names += [(period, hour) for period in ("hour", "solar_hour") for hour in range(24)]
     share = share_periods(energy.times, energy.interval, energy.longitude)
-    found = dict(
+    hours_of_periods = dict(
         zip(
             names,
             share @ energy.capacity_factor * (energy.interval / HOUR / energy.years),
             strict=True,
         )
     )
-    return found | {("year", year): hours for year, hours in sum_years(energy).items()}
+    return hours_of_periods | {("year", year): hours for year, hours in sum_years(energy).items()}
 
 
 def share_periods(times, interval, longitude):
@@ -169,7 +169,7 @@ def write_timeseries(path, energy, weather, buildings=None):
     )
     share = kwp / max(kwp.sum(), np.finfo(float).tiny)
     # Axes first, then sizes of groups, their factors, and the power of buildings where asked for.
-    found = {
+    variables = {
         "time": (
             "time",
             bounds[:, 0],
@@ -193,11 +193,15 @@ def write_timeseries(path, energy, weather, buildings=None):
         "surface_count": (energy.group_count, "1", "number of eligible surfaces"),
     }
     for name, (values, unit, words) in told.items():
-        found[name] = "group", np.append(values, values.sum()), {"units": unit, "long_name": words}
+        variables[name] = (
+            "group",
+            np.append(values, values.sum()),
+            {"units": unit, "long_name": words},
+        )
     factors = np.column_stack([energy.capacity_factor, energy.capacity_factor @ share]).astype(
         np.float32
     )
-    found["capacity_factor"] = (
+    variables["capacity_factor"] = (
         ("time", "group"),
         factors,
         {
@@ -217,12 +221,12 @@ def write_timeseries(path, energy, weather, buildings=None):
             "cell_methods": "time: mean",
             "long_name": "AC power of the building's modules",
         }
-        found["building"] = (
+        variables["building"] = (
             "building",
             names.astype(object),
             {"long_name": "identifier of the top-level building"},
         )
-        found["building_power"] = ("time", "building"), power, words, dict(PACKED)
+        variables["building_power"] = ("time", "building"), power, words, dict(PACKED)
     # One netCDF file with titles that tell what it holds.
     hours = energy.interval / pd.Timedelta(hours=1)
     with netcdf_file(path) as stream, h5netcdf.File(stream, "w") as file:
@@ -236,7 +240,7 @@ def write_timeseries(path, energy, weather, buildings=None):
                 ),
             }
         )
-        write_variables(file, found)
+        write_variables(file, variables)
 
 
 def write_tables(folder, transfer, energy, weather, request, *, progress):

@@ -58,12 +58,12 @@ def compare(before, after, folder, *, overwrite=False):
         A folder holds no results, or not only the city differs.
     """
     with whole_folder(folder, overwrite) as work:
-        found = compare_folders(before, after)
+        comparison = compare_folders(before, after)
         for name in ("surfaces", "buildings"):
-            write_table(work / f"{name}.csv", getattr(found, name))
-        (work / "report.html").write_text(_compose_page(found), encoding="utf-8", newline="\n")
-        write_summary(work / "summary.json", found.summary)
-    return found
+            write_table(work / f"{name}.csv", getattr(comparison, name))
+        (work / "report.html").write_text(_compose_page(comparison), encoding="utf-8", newline="\n")
+        write_summary(work / "summary.json", comparison.summary)
+    return comparison
 
 
 def describe_comparison(found):

@@ -115,16 +115,16 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
         # Results as of any run, and the rays for a further edit.
         if "editable" in output.exports:
             write_rays(work / NAME, edited, city, kept.names)
-        found = write_results(
+        summary = write_results(
             work, RunResults(city, scene, transfer, None, weather), named, output, log
         )
         # The standard errors of the changes that surfaces of both cities see.
         ids, errors = errors_of_change(edited.before or base, edited, weather, named)
         table = {"surface_id": ids, "full_load_hours_change_standard_error": errors}
         write_table(work / CHANGE, pd.DataFrame(table))
-        totals = write_run(work, found, named, log, beside={"variant": told})
-        write_exports(work, found, output.exports, log.progress)
-    report_outcome(log, folder, found.energy, totals)
+        totals = write_run(work, summary, named, log, beside={"variant": told})
+        write_exports(work, summary, output.exports, log.progress)
+    report_outcome(log, folder, summary.energy, totals)
 
 
 def trace_edit(base, before, after, *, request=None, progress=silent, preview=None):

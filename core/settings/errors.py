@@ -148,8 +148,8 @@ def first_true(mask):
     """Index of the first true element of a mask, (n,) bool; None if there is none."""
     import numpy as np
 
-    found = np.flatnonzero(mask)
-    return int(found[0]) if len(found) else None
+    places = np.flatnonzero(mask)
+    return int(places[0]) if len(places) else None
 
 
 LARGEST = 1e9  # [m] Embree works in float32, which cannot resolve a city beyond this

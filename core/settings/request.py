@@ -302,7 +302,7 @@ def declared_settings(*groups):
     What a Setting leaves open follows from the field: its kind from the type, its title from the
     name.
     """
-    found = []
+    settings = []
     for one in fields(Request):
         details = one.metadata["setting"]
         if not groups or details.group in groups:
@@ -314,10 +314,10 @@ def declared_settings(*groups):
             )
             metavar = details.metavar or ("N" if kind == "integer" else METAVARS.get(details.unit))
             default = getattr(Request, one.name, {})  # a dict has no default of the class
-            found.append(
+            settings.append(
                 (one.name, default, replace(details, kind=kind, title=title, metavar=metavar))
             )
-    return tuple(found)
+    return tuple(settings)
 
 
 def option_of(name):

@@ -180,8 +180,8 @@ def horizon_of_terrain(grids, place, start, reach, refraction=REFRACTION, *, oth
     :doi:`10.1029/2010JD014067`.
     """
     # The eye stands on the ground: on the finest grid that has a height there.
-    found = height_at(grids, place)
-    eye = found if np.isfinite(found) else otherwise
+    ground_height = height_at(grids, place)
+    eye = ground_height if np.isfinite(ground_height) else otherwise
     if not np.isfinite(eye):
         problem = f"has no height at the site ({place[0]:.4f}°, {place[1]:.4f}°)"
         raise InputError(
@@ -209,11 +209,15 @@ def horizon_of_terrain(grids, place, start, reach, refraction=REFRACTION, *, oth
 
 def height_at(grids, place):
     """Height of the ground at a place (latitude, longitude) [m]; NaN where no grid has one."""
-    found = np.nan
+    ground_height = np.nan
     for grid in grids:
         column, row = grid.places_of(*place)
-        found = found if np.isfinite(found) else bilinear(grid.heights, column[0], row[0])
-    return found
+        ground_height = (
+            ground_height
+            if np.isfinite(ground_height)
+            else bilinear(grid.heights, column[0], row[0])
+        )
+    return ground_height
 
 
 @njit(nogil=True, cache=True)

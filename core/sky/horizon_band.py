@@ -185,8 +185,8 @@ def by_normal(function, normal, decimals, *, chunk=512):
     # Many surfaces share a normal, as walls and roofs of a city do: each is computed once.
     unique, which = np.unique(np.round(normal, decimals) + 0.0, axis=0, return_inverse=True)
     # `chunk`: normals at a time.
-    found = [function(unique[first : first + chunk]) for first in range(0, len(unique), chunk)]
-    return np.concatenate([*found, np.zeros(0)])[which.ravel()]
+    values = [function(unique[first : first + chunk]) for first in range(0, len(unique), chunk)]
+    return np.concatenate([*values, np.zeros(0)])[which.ravel()]
 
 
 def _share_above(normal, terrain):

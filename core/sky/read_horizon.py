@@ -114,14 +114,14 @@ def read_horizon(path, scene, *, reach=50_000.0):
     model = np.concatenate(
         [scene.vertices[scene.triangles[drawn], :2], corners[[[0, 1, 2], [0, 2, 3]]]]
     )
-    found = []
+    horizons = []
     for place, post in zip(places, posts, strict=True):
         # A corner without a height, as in water, takes the height of the middle.
-        eye = found[0].eye if found else np.nan
-        found.append(
+        eye = horizons[0].eye if horizons else np.nan
+        horizons.append(
             horizon_of_terrain(grids, place, distance_to_end(post, model), reach, otherwise=eye)
         )
-    return found[0], found[1:]
+    return horizons[0], horizons[1:]
 
 
 @lru_cache(maxsize=8)  # of this process: each scene asks several times

@@ -111,11 +111,13 @@ def match_triangles(triangles, direction):
     weight : numpy.ndarray, (t, 3) float64
         Not negative; rows sum to 1.
     """
-    found = _find_triangles(
+    triangle_rows = _find_triangles(
         triangles.neighbours, triangles.inverse, np.ascontiguousarray(direction, float)
     )
-    weight = np.maximum(np.einsum("tij,tj->ti", triangles.inverse[found], direction), 0.0)
-    return triangles.corners[found] % triangles.count, weight / weight.sum(axis=1, keepdims=True)
+    weight = np.maximum(np.einsum("tij,tj->ti", triangles.inverse[triangle_rows], direction), 0.0)
+    return triangles.corners[triangle_rows] % triangles.count, weight / weight.sum(
+        axis=1, keepdims=True
+    )
 
 
 @njit(nogil=True, cache=True)
@@ -135,7 +137,7 @@ def _find_triangles(neighbours, inverse, direction):
     direction : numpy.ndarray, (t, 3) float64
         Unit vectors.
     """
-    found = np.empty(len(direction), np.int64)
+    triangle_rows = np.empty(len(direction), np.int64)
     here = 0
     for row in range(len(direction)):
         x, y, z = direction[row]
@@ -153,5 +155,5 @@ def _find_triangles(neighbours, inverse, direction):
             if least >= -1e-12:
                 break
             here = neighbours[here, side]
-        found[row] = here
-    return found
+        triangle_rows[row] = here
+    return triangle_rows

@@ -304,22 +304,22 @@ def _read_cds_configuration():
 
 def _within(seconds, call):
     """What a call returns, or TimeoutError: its thread is left to itself."""
-    found = {}
+    outcome = {}
 
     def run():
         try:
-            found["answer"] = call()
+            outcome["answer"] = call()
         except Exception as error:  # raised where it is waited for
-            found["error"] = error
+            outcome["error"] = error
 
     thread = threading.Thread(target=run, daemon=True)
     thread.start()
     thread.join(seconds)
     if thread.is_alive():
         raise TimeoutError
-    if "error" in found:
-        raise found["error"]
-    return found["answer"]
+    if "error" in outcome:
+        raise outcome["error"]
+    return outcome["answer"]
 
 
 def _reason_of(answer):

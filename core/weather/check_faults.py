@@ -92,19 +92,19 @@ def check_faults(year, days, source):
     _check_flat(year, source)
     # More light than the cleanest air lets through.
     bright = days["clean"] > CLEAR_DAY
-    found = (
+    brightest = (
         # The clearest 2 % of days.
         float((days["ghi"] / days["clean"])[bright].quantile(0.98))
         if bright.sum() >= FEWEST
         else 0.0
     )
     # Real records reach 1.03, over snow too: 1.06 is named, 1.15 refused.
-    if found >= 1.06:
+    if brightest >= 1.06:
         notes.append(
-            f"its clear days have {100 * found - 100:.0f} % more light than the cleanest air lets "
+            f"its clear days have {100 * brightest - 100:.0f} % more light than the cleanest air lets "
             "through"
         )
-    if found > 1.15:
+    if brightest > 1.15:
         raise InputError(source, notes[-1], "check unit and calibration of the irradiance")
     return notes
 

@@ -137,15 +137,15 @@ def measure_sun_times(data, interval, latitude, position):
         return _SunTimes(*6 * [None])
 
     # Closure first, where all three are given; then the shape of the days.
-    found = None, None, None
+    best_shift = None, None, None
     if len(given) == 3 and given["ghi"].any():
         ghi, dhi, dni = given.values()
-        found = _search_shift(
+        best_shift = _search_shift(
             lambda shift: float(
                 np.abs(ghi - dhi - dni * cos_zenith_after(sun, latitude, shift)).sum() / ghi.sum()
             )
         )
-    return _SunTimes(*found, *_search_shift(_compare_daylight(given, interval, sun, latitude)))
+    return _SunTimes(*best_shift, *_search_shift(_compare_daylight(given, interval, sun, latitude)))
 
 
 def _search_shift(residual, *, coarse_step=30):

@@ -378,16 +378,16 @@ def recognise_weather(path):
             f"is a city ({city}), not weather",
             f"give it before the options, as CITY; {_cure_of_formats()}",
         )
-    found = next((form for form in FORMATS if form.mark(head)), None)
-    if found is None:
+    form_of_file = next((form for form in FORMATS if form.mark(head)), None)
+    if form_of_file is None:
         is_json = head.text.lstrip().startswith("{")
         kind = (
             "JSON of a known kind of weather, or is cut" if is_json else "in a known weather format"
         )
         raise InputError(path, f"is not {kind}", _cure_of_formats())
-    if found.instead:
-        raise InputError(path, f"is {found.title}, which is not read", found.instead)
-    return found
+    if form_of_file.instead:
+        raise InputError(path, f"is {form_of_file.title}, which is not read", form_of_file.instead)
+    return form_of_file
 
 
 def read_as(form, path, **known):

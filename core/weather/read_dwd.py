@@ -152,15 +152,15 @@ def read_try(path, place=None):
     if place is None:
         values = []
         for name in ("Rechtswert", "Hochwert", "Hoehenlage"):
-            found = next(
+            matches = next(
                 (re.search(rf":\s*({NUMBER})", line) for line in lines if line.startswith(name)),
                 None,
             )
-            if not found:
+            if not matches:
                 raise InputError(
                     path, f"no line {name} in its header", "give --weather-place LATITUDE LONGITUDE"
                 )
-            values.append(float(found[1].replace(",", ".")))
+            values.append(float(matches[1].replace(",", ".")))
         # Rechtswert and Hochwert stand in Lambert's conformal conic of Europe.
         globe = pyproj.Transformer.from_crs("EPSG:3034", "EPSG:4326", always_xy=True)
         longitude, latitude = globe.transform(*values[:2])
@@ -180,12 +180,12 @@ def read_try_2010(path, place=None):
     if place is None:
         # Degrees may be written in any encoding: what is between the numbers does not count.
         pattern = r"Lage\D*(\d+)\D+(\d+)\D*?N\D*?(\d+)\D+(\d+)\D*?[OE]\b\D*(\d+)?"
-        found = re.search(pattern, "\n".join(lines[:40]))
-        if not found:
+        match = re.search(pattern, "\n".join(lines[:40]))
+        if not match:
             raise InputError(
                 path, "no place (Lage) in its header", "give --weather-place LATITUDE LONGITUDE"
             )
-        numbers = [float(number or 0) for number in found.groups()]
+        numbers = [float(number or 0) for number in match.groups()]
         place = (
             round(numbers[0] + numbers[1] / 60, 5),
             round(numbers[2] + numbers[3] / 60, 5),

@@ -94,9 +94,9 @@ def read_epw(path):
         unit = "W/m²" if factor == 1 else "Wh/m² per interval"
         notes.append(f"{parts} records an hour; its clear days fit the sun in {unit}")
     # Images of PVGIS were taken at another time than the hour says: the intervals are moved there.
-    found = OFFSET.search("\n".join(lines[:HEADER_LINES]))
-    if found:
-        offset = float(found[1])
+    offset_text = OFFSET.search("\n".join(lines[:HEADER_LINES]))
+    if offset_text:
+        offset = float(offset_text[1])
         # [h] from the end of the hour to the image, which is the middle of the interval
         after = offset + 1.0
         data.index += pd.Timedelta(seconds=round((after + 0.5) * 3600.0))

@@ -139,8 +139,8 @@ def check_record(record, horizon_cut="measured"):
         year: times.share_of_climate for year, times in checks.items() if times.share_of_climate
     }
     label = ", ".join(filter(None, (weather.label, label_of_shares(shares))))
-    found = {year: asdict(times) for year, times in checks.items()}
-    return replace(weather, label=label, notes=notes, checks=found)
+    checked = {year: asdict(times) for year, times in checks.items()}
+    return replace(weather, label=label, notes=notes, checks=checked)
 
 
 def check_sources(source):

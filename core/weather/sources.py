@@ -99,11 +99,11 @@ def parse_asked(text):
         return Asked(service)
     last_year = datetime.now(UTC).year - 1
     example = f"give {service.key}:{last_year - 3} or {service.key}:{last_year - 7}-{last_year - 3}"
-    found = re.fullmatch(r"(\d{4})(?:-(\d{4}))?", years)
-    if not found:
+    years_match = re.fullmatch(r"(\d{4})(?:-(\d{4}))?", years)
+    if not years_match:
         problem = "has no typical year" if not colon else f"{years!r} are no years"
         raise InputError(option, problem, example)
-    first, last = int(found[1]), int(found[2] or found[1])
+    first, last = int(years_match[1]), int(years_match[2] or years_match[1])
     if first > last:
         raise InputError(option, "ends before it begins", f"give {service.key}:{last}-{first}")
     if first < service.first or last > last_year:

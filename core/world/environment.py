@@ -106,10 +106,10 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
     light = (np.stack([*views, *reflected, transfer.sky_view_factor[rows]]) / lit).astype(SINGLE)
     weight = groups.weight[rows, member] * lit
     first = np.searchsorted(member, np.arange(len(groups.names) + 1)).astype(np.int64)
-    found = _Environment(
+    environment = _Environment(
         name, source, groups.names, groups.count, groups.area, first, weight, block, light, sky
     )
-    return replace(found, errors=find_group_errors(transfer, found, rows, traced))
+    return replace(environment, errors=find_group_errors(transfer, environment, rows, traced))
 
 
 def _check_portable(source, transfer):
@@ -224,11 +224,11 @@ def read_environments(texts, system, sky="isotropic"):
             raise InputError(file, "there is no such file", cure)
     if sky == "auto":
         sky = model_traced(set.intersection(*(set(one.sources) for *_, one in transfers)))
-    found = [build_environment(*one, system, sky) for one in transfers]
-    names = [one.name for one in found]
+    environments = [build_environment(*one, system, sky) for one in transfers]
+    names = [one.name for one in environments]
     double = sorted({name for name in names if names.count(name) > 1})
     if double:
         raise InputError(
             "ENVIRONMENT", f"two are called {double[0]!r}", "name them: NAME=transfer.nc"
         )
-    return found, sky
+    return environments, sky

@@ -46,7 +46,7 @@ def sum_groups(environment, hours, sunlight, model):
         Means over the counted area of each group: g with all light, g without reflections.
     """
     block = environment.block
-    found = np.zeros((len(hours.light), 2 * (len(environment.first) - 1)))
+    sums = np.zeros((len(hours.light), 2 * (len(environment.first) - 1)))
     suns = sunlight.index, sunlight.weight, sunlight.direction, sunlight.level
     place = hours.direction.astype(np.float32), hours.light, hours.heating, hours.spectral_factor
     seen = block.visible_share, block.reflected, block.normal
@@ -57,8 +57,8 @@ def sum_groups(environment, hours, sunlight, model):
     # of temperature; a tuple, so that the loop over them is vectorised
     powers = tuple(model.efficiency[::-1])
     tables = model.incidence, powers, model.diffuse_share
-    _loop(suns, place, seen, surfaces, tables, (environment.first, environment.weight), found)
-    return found
+    _loop(suns, place, seen, surfaces, tables, (environment.first, environment.weight), sums)
+    return sums
 
 
 @njit(nogil=True, cache=True, fastmath=True, error_model="numpy")

@@ -43,12 +43,12 @@ def build_properties():
     """Properties of all settings that have a title, by the names of the settings, and switches of
     effects: dict.
     """
-    found = {}
+    properties = {}
     for name, default, details in _list_titled():
-        found[name] = _build_property(default, details)
+        properties[name] = _build_property(default, details)
         if _left_to_program(details):
-            found[AUTO + name] = _build_switch(name, details)
-    return found | {
+            properties[AUTO + name] = _build_switch(name, details)
+    return properties | {
         name_switch(key): EnumProperty(name=row.title, description=row.words, items=STATES)
         for key, row in TABLE.items()
     }
@@ -125,7 +125,7 @@ def read_properties(settings):
     on or off: dict.
     """
     states = {key: getattr(settings, name_switch(key)) for key in TABLE}
-    found = {"effects": {key: state == "on" for key, state in states.items() if state != "auto"}}
+    values = {"effects": {key: state == "on" for key, state in states.items() if state != "auto"}}
     for name, default, details in _list_titled():
         value = getattr(settings, name)
         # Blender keeps numbers in single precision: 11.4 comes back as 11.3999996.
@@ -135,8 +135,8 @@ def read_properties(settings):
         unset = (
             (UNSET,) if _left_to_program(details) else ("", details.none) if details.none else ()
         )
-        found[name] = None if value in unset else value
-    return found
+        values[name] = None if value in unset else value
+    return values
 
 
 def name_switch(key):

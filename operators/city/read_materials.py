@@ -165,18 +165,18 @@ def _read_shader(material):
     """
     tree = material.node_tree
     if tree is None or (bpy.app.version < (5, 0) and not material.use_nodes):
-        found = [material.diffuse_color, material.metallic, material.roughness, 0.0]
+        inputs = [material.diffuse_color, material.metallic, material.roughness, 0.0]
     else:
         output = tree.get_output_node("ALL")
         links = output.inputs["Surface"].links if output is not None else ()
         node = links[0].from_node if links else None
         parts = NODES.get(node.type, ()) if node is not None else ()
-        found = [node.inputs[part] if isinstance(part, str) else part for part in parts]
-        found = [
+        inputs = [node.inputs[part] if isinstance(part, str) else part for part in parts]
+        inputs = [
             one if isinstance(one, float) else None if one.is_linked else one.default_value
-            for one in found
+            for one in inputs
         ]
-    colour, *rest = found or (None,) * 4
+    colour, *rest = inputs or (None,) * 4
     if colour is not None:
         colour = tuple(Color(tuple(colour)[:3]).from_scene_linear_to_rec709_linear())
     return colour, *rest

@@ -183,13 +183,13 @@ def _make_object(city, session, building):
     corners, faces, number = [], [], []
     for place, row in enumerate(rows):
         rings = [bring_to_origin(ring, session.scene.site) for ring in imported.rings(row)]
-        found = (
+        triangles = (
             tessellate_polygon([ring.tolist() for ring in rings])
             if len(rings) > 1
             else [range(len(rings[0]))]
         )
-        faces += [np.array(face) + sum(map(len, corners)) for face in found]
-        number += [place] * len(found)
+        faces += [np.array(face) + sum(map(len, corners)) for face in triangles]
+        number += [place] * len(triangles)
         corners += rings
     points = np.concatenate(corners)
     foot = np.append((points.min(axis=0) + points.max(axis=0))[:2] / 2, points[:, 2].min()).round(2)

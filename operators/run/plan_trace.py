@@ -188,8 +188,8 @@ def _properties_of_preset(preset):
     named = sorted({name for settings in PRESETS.values() for name in settings})
     chosen = {name: PRESETS[preset].get(name, getattr(Request(), name)) for name in named}
     way, _, number = chosen.pop("suns").partition(":")
-    found = {name: UNSET if value is None else value for name, value in chosen.items()}
-    return found | {"suns": way, NUMBERS[way]: int(number)}
+    properties = {name: UNSET if value is None else value for name, value in chosen.items()}
+    return properties | {"suns": way, NUMBERS[way]: int(number)}
 
 
 def find_preset(settings):

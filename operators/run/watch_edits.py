@@ -78,8 +78,8 @@ def remove_left_grounds():
     }
     grounds = {uid: city.get(Key.GROUND) for uid, city in cities.items()}
     if gone := _grounds.keys() - cities.keys():
-        found = session.find_objects(_grounds[city] for city in gone)
-        left = set(found.values()) - set(grounds.values())
+        left_grounds = session.find_objects(_grounds[city] for city in gone)
+        left = set(left_grounds.values()) - set(grounds.values())
         if left:
             remove_objects(*left)
         shown = {item for city in cities.values() for _, item, _ in list_taken(city)}
@@ -126,12 +126,12 @@ def watch():
     """
     renew_holders()
     remove_left_grounds()
-    found = _find_work()
-    if found is None and Step.current is None:  # undone: the same edit, made again, is tried again
+    edited = _find_work()
+    if edited is None and Step.current is None:  # undone: the same edit, made again, is tried again
         UpdateCity.tried = None
-    if found is None or UpdateCity.tried == found[1]:
+    if edited is None or UpdateCity.tried == edited[1]:
         return TICK
-    window, _ = found
+    window, _ = edited
     if Step.current is None:
         for area in [area for area in window.screen.areas if area.type == "VIEW_3D"][:1]:
             with bpy.context.temp_override(window=window, area=area, region=area.regions[-1]):

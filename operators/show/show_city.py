@@ -199,11 +199,11 @@ def look_at(area, points):
     half = 72.0 / 2 / space.lens / max(width, height)
     # In axes that lean aside, the free part is symmetric.
     lean, free = half * width * (on_right - on_left), half * width * (1 - on_left - on_right)
-    found = _frame_points(
+    framed = _frame_points(
         points, (RIGHT + lean * FORWARD, UP, FORWARD), free, half * height * (1 - 2 * above)
     )
-    depth = found @ FORWARD - lean * (found @ RIGHT)
-    eye = (found @ RIGHT - lean * depth) * RIGHT + (found @ UP) * UP + depth * FORWARD
+    depth = framed @ FORWARD - lean * (framed @ RIGHT)
+    eye = (framed @ RIGHT - lean * depth) * RIGHT + (framed @ UP) * UP + depth * FORWARD
     distance = float((low + high) / 2 @ FORWARD) - depth
     region = space.region_3d
     region.view_perspective = "PERSP"
