@@ -24,8 +24,9 @@ from citypv.core.energy.pv_system import pick_module
 from citypv.core.sun.solar_position import solar_position
 from citypv.core.weather.add_sun import add_sun
 from citypv.core.weather.climate import cleanest_sky, climate, draw_irradiance, look_up_altitude
+from citypv.core.weather.read_epw import read_epw
 from citypv.core.weather.read_pvgis import read_pvgis
-from citypv.core.weather.read_station_files import read_epw, read_tmy3
+from citypv.core.weather.read_station_files import read_tmy3
 from citypv.core.weather.weather import Record
 
 HOUR = pd.Timedelta(hours=1)
