@@ -265,7 +265,7 @@ def describe_prices(listed):
             f"{one.name:24} {one.seconds:8.1f} {one.tracing:8.1f} {half:>8} {most:>8} {source:14} "
             f"{one.bounces_left:11.2f}"
         )
-    if not any(np.isfinite(one.error) for one in listed.prices):
+    if not any(np.isfinite(price.error) for price in listed.prices):
         lines.append(
             "No surface is eligible for photovoltaics, so there are no errors of full load hours "
             "to predict."

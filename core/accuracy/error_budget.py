@@ -61,7 +61,7 @@ def bound_cut_reflections(transfer, weather, energy, margin=1.25):
     # The bounds that tracing left, for trees in leaf and bare: the larger one counts.
     counted = energy.eligible & np.isfinite(energy.poa_global_annual)
     states = [one.record for one in (transfer, transfer.bare) if one is not None]
-    told = [(one and one.cut_reflections) or {} for one in states]
+    told = [(state and state.cut_reflections) or {} for state in states]
     for name in ["all", *(" ".join(group) for group in energy.groups)]:
         # Light of the group in a year, by area; without it, or without a bound, nothing is known.
         weight = np.where(counted & ((names == name) | (name == "all")), energy.counted_area, 0)

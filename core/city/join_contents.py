@@ -187,7 +187,7 @@ def _leave_out_strays(city, trees):
         return trees
     feet = (np.empty((0, 3)) if tree.place is None else tree.place[None] for tree in trees)
     corners = [
-        np.concatenate([*(one.rings[0] for one in tree.polygons), foot])
+        np.concatenate([*(polygon.rings[0] for polygon in tree.polygons), foot])
         for tree, foot in zip(trees, feet, strict=True)
     ]
     near = [is_on_earth(points) for points in corners]

@@ -111,7 +111,7 @@ def _join_records(records, plan, request, figures):
         )
     }
     for name in ("source_rays", "seconds", "processor_seconds"):
-        pairs = [pair for one in records for pair in getattr(one, name).items()]
+        pairs = [pair for record in records for pair in getattr(record, name).items()]
         fields[name] = {
             key: sum(value for own, value in pairs if own == key) for key in dict(pairs)
         }

@@ -240,7 +240,7 @@ def _describe_tiles(tiles, figures, settings):
     """Tiles, what they took, and what their surroundings leave out, for the summary: dict."""
     area = np.array([one["area"] for one in figures])
     share = area / area.sum() if area.any() else np.full(len(area), 1 / len(area))
-    peaks = [one["peak_memory_bytes"] for one in figures if one["peak_memory_bytes"]]
+    peaks = [own["peak_memory_bytes"] for own in figures if own["peak_memory_bytes"]]
     return {
         "cluster": settings.cluster,
         "tile": settings.tile,

@@ -177,7 +177,7 @@ def _run_world(options):
     """`citypv world`."""
     from .world import WorldSettings, make_world
 
-    chosen = {one.name: getattr(options, one.name) for one in fields(WorldSettings)}
+    chosen = {field.name: getattr(options, field.name) for field in fields(WorldSettings)}
     settings = WorldSettings(**chosen | {"pictures": options.pictures == "on"})
     told = {
         "overwrite": options.overwrite,

@@ -141,7 +141,7 @@ class Result:
         from ..run.variant import Wish, make_variant
         from ..run.write_run import Output
 
-        unknown = set(change) - {one.name for one in fields(Wish)}
+        unknown = set(change) - {field.name for field in fields(Wish)}
         if unknown:
             words = ", ".join(one.name for one in fields(Wish))
             raise InputError(sorted(unknown)[0], "is no change of a city", f"give some of {words}")
@@ -335,13 +335,17 @@ def world(environments, *, out=None, overwrite=False, cluster=None, progress=sil
     from ..run.run_log import RunLog
     from .world import WorldSettings, make_world
 
-    own = {one.name for one in fields(WorldSettings)}
+    own = {field.name for field in fields(WorldSettings)}
     chosen = {name: value for name, value in settings.items() if name in own} | (
         {} if out else {"pictures": False}
     )
     others = {name: value for name, value in settings.items() if name not in own}
     request = request_of_settings(others, "weather", "electricity", "sky", "run", others=own)
-    texts = [environments] if isinstance(environments, str) else [str(one) for one in environments]
+    texts = (
+        [environments]
+        if isinstance(environments, str)
+        else [str(environment) for environment in environments]
+    )
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place, "world") if out is None else Path(out)
         told = {"log": RunLog(None, progress), "cluster": cluster_settings(cluster)}

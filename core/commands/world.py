@@ -78,7 +78,7 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
         environments, sky = read_environments(texts, system, request.sky)
         if settings.surfaces:
             environments = [merge_surfaces(one, settings.surfaces) for one in environments]
-        names = [one.name for one in environments]
+        names = [environment.name for environment in environments]
         weights = None if settings.mix is None else parse_mix(settings.mix, names)
         log.clock.lap("read environments")
         # Weather of each place on Earth, from a grid, a model or files.
@@ -182,14 +182,14 @@ def _summarise_world(world, environments, request, settings, seconds):
         "weather": {"label": world.label, "years": world.years, "places": len(world.places)},
         "environments": [
             {
-                "name": one.name,
-                "source": one.source,
-                "directions": one.sky.count,
-                "surfaces": int(one.group_count.sum()),
-                "computed": len(one.weight),
-                "area": float(one.group_area.sum()),
+                "name": environment.name,
+                "source": environment.source,
+                "directions": environment.sky.count,
+                "surfaces": int(environment.group_count.sum()),
+                "computed": len(environment.weight),
+                "area": float(environment.group_area.sum()),
             }
-            for one in environments
+            for environment in environments
         ],
         "places_with_weather": int((world.weather > 0).sum()),
         "settings": request.as_dict(),

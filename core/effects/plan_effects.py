@@ -78,7 +78,7 @@ def _decide_specular(inputs):
     inputs.plan.brdfs = brdfs_of_triangles(inputs.scene, inputs.request, inputs.materials)
     index = inputs.plan.brdfs.index
     area = float(inputs.patches.area[index >= 0].sum())
-    laws = " and ".join(sorted({describe_brdf(one.brdf) for one in others}))
+    laws = " and ".join(sorted({describe_brdf(other.brdf) for other in others}))
     extent = f"photons from {int(np.count_nonzero(index >= 0)):,} patches, {area:,.0f} m²"
     return Effect(key, True, extent, f"they reflect {laws}", 0.0)
 

@@ -65,7 +65,9 @@ def compact_city(base):
         states.append(TracedState(traced, lights, direct, take_rows(one.transfer, rows)))
     # The suns, and what their rays met, likewise.
     task = prepare_suns(
-        context, [one.traced for one in states], without_hidden(base.suns, prepared.plan.terrain)
+        context,
+        [state.traced for state in states],
+        without_hidden(base.suns, prepared.plan.terrain),
     )
     watch = old.task.watch
     task.watch.points = KnownPoints(*(part[kept] for part in watch.points))
@@ -82,7 +84,7 @@ def _rows_of(matrix, rows):
 
 def _take(part, rows):
     """Some rows of each array of a dataclass that has a row for each of them."""
-    values = {one.name: getattr(part, one.name) for one in fields(part)}
+    values = {field.name: getattr(part, field.name) for field in fields(part)}
     arrays = {
         name: value
         for name, value in values.items()

@@ -160,7 +160,7 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
         prepared.scene, context.patch_to_surface, request, kept["cramped"]
     )
     suns = without_hidden(decisions.suns, prepared.plan.terrain)
-    task = prepare_suns(context, [one["traced"] for one in states], suns)
+    task = prepare_suns(context, [state["traced"] for state in states], suns)
     task.bits, watch = kept["bits"], task.watch
     counts = context.points, context.elements
     how = {"threads": watch.threads, "left_out": watch.left_out}

@@ -216,8 +216,8 @@ def _trace_surroundings(run, plan, seed, bounces):
     """
     sources = [make_source("sky", run.box, seed, FROM_ABOVE, terrain=plan.terrain)]
     sources += [
-        make_source(one.name, run.box, seed, one.sides, of=one, terrain=plan.terrain)
-        for one in plan.sources
+        make_source(source.name, run.box, seed, source.sides, of=source, terrain=plan.terrain)
+        for source in plan.sources
     ]
     if plan.far_ground:
         sources.append(make_source("far ground", run.box, seed, FROM_BELOW, rising=True, behind=1))

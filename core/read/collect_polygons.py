@@ -298,8 +298,8 @@ def place_prototype(polygons, matrix):
     """
     turn, step = matrix[:3, :3].T, matrix[:3, 3]
     return [
-        replace(one, rings=[ring @ turn + step for ring in one.rings], implicit=True)
-        for one in polygons
+        replace(polygon, rings=[ring @ turn + step for ring in polygon.rings], implicit=True)
+        for polygon in polygons
     ]
 
 

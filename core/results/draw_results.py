@@ -169,7 +169,9 @@ def draw_prices(listed, path):
         axes = figure.subplots()
         for start, (label, colour, mark) in FAMILIES.items():
             points = sorted(
-                (one.seconds, one.error) for one in listed.prices if one.name.startswith(start)
+                (price.seconds, price.error)
+                for price in listed.prices
+                if price.name.startswith(start)
             )
             axes.plot(
                 *zip(*points, strict=True), color=colour, marker=mark, label=label

@@ -141,11 +141,11 @@ def _keep_traced(city):
     """What edits need of a TracedCity: dict as of `restore_editable`."""
     states = [
         {
-            "traced": one.traced,
-            "lights": one.lights,
-            "direct": replace(one.direct, visible_share=None, reflected=None, specular=0.0),
+            "traced": state.traced,
+            "lights": state.lights,
+            "direct": replace(state.direct, visible_share=None, reflected=None, specular=0.0),
         }
-        for one in city.states
+        for state in city.states
     ]
     return {"bits": city.task.bits, "cramped": city.cramped, "states": states}
 

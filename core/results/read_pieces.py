@@ -63,7 +63,7 @@ def join_pieces(pieces):
     )
     rows = np.cumsum([0, *(len(piece.faces) for piece in pieces[:-1])])
     first = np.cumsum([0, *(len(one.corners) for one in shapes[:-1])])
-    corners = np.concatenate([one.corners for one in shapes])
+    corners = np.concatenate([shape.corners for shape in shapes])
     feature = np.concatenate([one.feature + row for one, row in zip(shapes, rows, strict=True)])
     triangles = np.concatenate(
         [one.triangles + place for one, place in zip(shapes, first, strict=True)]

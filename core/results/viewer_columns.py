@@ -133,7 +133,7 @@ def measure_faces(faces, months):
             faces["eligible"] != "true",
             pd.Index(REASONS).get_indexer(faces["reason"]) + 2,
         ),
-        **{one.name: faces[one.source].to_numpy(float) for one in VIEWED if one.source},
+        **{column.name: faces[column.source].to_numpy(float) for column in VIEWED if column.source},
         "hours": hours * spread,
         "error": faces["full_load_hours_standard_error"].to_numpy(float) * spread,
     }

@@ -108,7 +108,7 @@ def _colour_features(columns, level):
 
 def _tabulate(buffer, columns, enums):
     """Schema of the property table, and its properties: the views of each column."""
-    classes, properties, meanings = {}, {}, {one.name: one.meaning for one in VIEWED}
+    classes, properties, meanings = {}, {}, {column.name: column.meaning for column in VIEWED}
     # Texts are joined, with offsets; numbers are plain, or places in a list of names.
     for name, values in columns.items():
         if values.dtype.kind == "O":

@@ -347,7 +347,7 @@ def describe_checks(record, interval, checks):
         notes.append(
             f"29 February {', '.join(str((day + interval).year) for day in days)} is missing"
         )
-    closures = [one for one in checks.values() if one.closure_residual is not None]
+    closures = [check for check in checks.values() if check.closure_residual is not None]
     if closures:
         worst = max(closures, key=lambda one: one.closure_residual)
         note = (

@@ -109,7 +109,9 @@ def compute_world(
 def empty_world(environments, source, way, sky):
     """World without any values yet; parameters as of `compute_world`."""
     # All groups of all environments; values by place, environment and group, unknown at first.
-    groups = sorted({pair for one in environments for pair in one.groups}, key=rank_group)
+    groups = sorted(
+        {pair for environment in environments for pair in environment.groups}, key=rank_group
+    )
     shape = len(source.places), len(environments), len(groups)
     world = World(
         source.places,

@@ -224,8 +224,8 @@ def read_environments(texts, system, sky="isotropic"):
             raise InputError(file, "there is no such file", cure)
     if sky == "auto":
         sky = model_traced(set.intersection(*(set(one.sources) for *_, one in transfers)))
-    environments = [build_environment(*one, system, sky) for one in transfers]
-    names = [one.name for one in environments]
+    environments = [build_environment(*transfer, system, sky) for transfer in transfers]
+    names = [environment.name for environment in environments]
     double = sorted({name for name in names if names.count(name) > 1})
     if double:
         raise InputError(

@@ -285,7 +285,7 @@ def station_source(weathers, names):
     -------
     Source
     """
-    latitude = np.array([one.latitude for one in weathers])
+    latitude = np.array([weather.latitude for weather in weathers])
     longitude = np.array([(one.longitude + 180.0) % 360.0 - 180.0 for one in weathers])
     places = Places(latitude, longitude, names=names)
     label = "; ".join(one.label for one in weathers)

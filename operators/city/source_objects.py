@@ -98,8 +98,8 @@ def list_beside(city, taken=None):
         if Key.PART not in item and item.get(Key.OWNER, "") != city.get(Key.IDENTITY)
     ]
     solid = [
-        one
-        for one in others
-        if one.instance_collection or (one.type == "MESH" and len(one.data.polygons))
+        other
+        for other in others
+        if other.instance_collection or (other.type == "MESH" and len(other.data.polygons))
     ]
     return sorted(item.name for item in solid)

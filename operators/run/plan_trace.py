@@ -73,7 +73,7 @@ class PlanEffects(OfScene, Step, bpy.types.Operator):
         session, decisions = result
         city, _ = find_own_city(context.scene, session)
         keep_plan(city, decisions)
-        return f"{sum(one['on'] for one in decisions)} of {len(decisions)} effects are on"
+        return f"{sum(decision['on'] for decision in decisions)} of {len(decisions)} effects are on"
 
 
 class ExplainEffect(OfCity, Action, bpy.types.Operator):
@@ -168,7 +168,9 @@ class PredictPrices(OfScene, Step, bpy.types.Operator):
         weather = prepare_weather(session, request, progress)
         listed = list_prices(session.scene, weather, request, progress=progress)
         return session, {
-            one.name: [one.seconds, one.error] for one in listed.prices if one.name in PRESETS
+            price.name: [price.seconds, price.error]
+            for price in listed.prices
+            if price.name in PRESETS
         }
 
     def finish(self, context, result):
