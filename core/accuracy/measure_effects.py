@@ -86,16 +86,16 @@ def measure_effects(inputs, progress=silent):
         for key in keys
         if (one := _replan(inputs, key)).prepared.plan[key].on != plan[key].on
     }
-    found = {key: [] for key in others}
+    measured = {key: [] for key in others}
     # Pairs of runs with the same suns and random numbers, each pair with others.
     for pair, days in enumerate(PAIRS):
         suns = choose_year(inputs.weather, replace(request, suns=days))
         planned = _trace_light(inputs, samples, suns, pair)
         for done, (key, other) in enumerate(others.items(), start=pair * len(others)):
             progress("switching effects", done, len(PAIRS) * len(others), "runs")
-            found[key].append((planned, _trace_light(other, samples, suns, pair)))
+            measured[key].append((planned, _trace_light(other, samples, suns, pair)))
     # From differences of pairs: share, its standard error, and seconds that the effect takes.
-    for key, pairs in found.items():
+    for key, pairs in measured.items():
         effect = plan[key]
         runs = [pair if effect.on else pair[::-1] for pair in pairs]  # with, and without
         # (pairs, 2)

@@ -95,9 +95,13 @@ def _spread(foot_points, feet, terrain, near):
     """Ground points with heights; gaps are interpolated, with a note."""
     # The lattice is widened as far as the terrain reaches, up to the horizon, in its own steps.
     foot_places, site = foot_points[:, :2], near.site
-    found = bring_to_grid(np.concatenate([layer.points for layer in terrain.layers]), site)[:, :2]
-    low = np.ceil(np.maximum(found.min(axis=0), near.low - HORIZON) / near.step) * near.step
-    high = np.floor(np.minimum(found.max(axis=0), near.high + HORIZON) / near.step) * near.step
+    grid_points = bring_to_grid(np.concatenate([layer.points for layer in terrain.layers]), site)[
+        :, :2
+    ]
+    low = np.ceil(np.maximum(grid_points.min(axis=0), near.low - HORIZON) / near.step) * near.step
+    high = (
+        np.floor(np.minimum(grid_points.max(axis=0), near.high + HORIZON) / near.step) * near.step
+    )
     far = near._replace(low=np.minimum(near.low, low), high=np.maximum(near.high, high))
     free = spread_points(foot_places, feet.footprints, far)
     # Heights of the terrain at all points; at walls also from close beside.

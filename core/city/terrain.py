@@ -84,9 +84,9 @@ def nearest_heights(terrain, places, reach):
         # The nearest place on the nearest triangle; of several the highest.
         lines = shapely.shortest_line(shapes[triangle], points[place])
         on = shapely.get_coordinates(shapely.get_point(lines, 0))
-        found = np.full(len(missing), -np.inf)
-        np.maximum.at(found, place, heights_on(corners[triangle], on))
-        heights[missing] = np.where(np.isinf(found), np.nan, found)
+        height_of_place = np.full(len(missing), -np.inf)
+        np.maximum.at(height_of_place, place, heights_on(corners[triangle], on))
+        heights[missing] = np.where(np.isinf(height_of_place), np.nan, height_of_place)
     return heights
 
 

@@ -81,8 +81,8 @@ def find_counted_area(transfer, system, *, steepest_underside=165.0):
         # orientation.
         chosen = (kind == "downward") & (tilt < steepest_underside) & (thematic != "GroundSurface")
         upright = np.where(chosen, 90.0, tilt)
-        found = classify(area, upright, surfaces.surface_azimuth, thematic, system.sectors)
-        pairs = zip(found, (kind, orientation, eligible), strict=True)
+        kinds = classify(area, upright, surfaces.surface_azimuth, thematic, system.sectors)
+        pairs = zip(kinds, (kind, orientation, eligible), strict=True)
         kind, orientation, eligible = (np.where(chosen, one, own) for one, own in pairs)
     # Mostly covered, or mostly without room, or under racks.
     covered, whole = np.asarray(transfer.covered_share, float), system.hidden_walls == "count"

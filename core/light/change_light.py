@@ -317,12 +317,12 @@ def _extend_points(known, patches, watch, counts, wanted):
     """Points of the patches before, and of those that are wanted anew: KnownPoints."""
     rows = np.flatnonzero(wanted)
     how = {"threads": watch.threads, "left_out": watch.left_out}
-    found = find_points(patches, watch.covered, counts, wanted, **how)
-    for new, old in zip(found, known, strict=True):
+    points_anew = find_points(patches, watch.covered, counts, wanted, **how)
+    for new, old in zip(points_anew, known, strict=True):
         kept = np.ones(len(old), bool)
         kept[rows[rows < len(old)]] = False
         new[: len(old)][kept] = old[kept]
-    return KnownPoints(*found)
+    return KnownPoints(*points_anew)
 
 
 def _sum_annual(edit, state):

@@ -184,9 +184,9 @@ def add_visible(rows, scale, product, patches, suns):
     # Two cells at a time: the point that stands for each, and the bit that says for every sun
     # whether it sees it.
     for row in range(len(chosen)):
-        found = _merge_row(row, entries, to_cell, met, weight)
+        count = _merge_row(row, entries, to_cell, met, weight)
         total, share = product[chosen[row]], shares[chosen[row]]
-        for place in range(0, found, 2):
+        for place in range(0, count, 2):
             patch, other_patch = met[place] >> bits, met[place + 1] >> bits
             point = np.int64(points[patch, met[place] & inside])
             other_point = np.int64(points[other_patch, met[place + 1] & inside])

@@ -134,7 +134,7 @@ def _make_keys(hits, places, starts, keys, start):
     (hit, counts), (b1, b2, divisions), (start_cells, cell_of, start_count) = hits, places, starts
     per_replicate = hit.shape[1] // HEMISPHERE_REPLICATES
     for patch in range(len(hit)):
-        found = 0
+        count = 0
         for replicate in range(HEMISPHERE_REPLICATES):
             for ray in range(replicate * per_replicate, (replicate + 1) * per_replicate):
                 key = -1
@@ -144,6 +144,6 @@ def _make_keys(hits, places, starts, keys, start):
                     key = (
                         place * start_count + cell_of[start_cells[patch, ray]]
                     ) * HEMISPHERE_REPLICATES + replicate
-                    found += 1
+                    count += 1
                 keys[patch, ray] = key
-        start[patch + 1] = start[patch] + found
+        start[patch + 1] = start[patch] + count

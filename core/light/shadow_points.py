@@ -178,8 +178,8 @@ def place_points(shift, net, places):
         column_turn, row_turn = (turn[0] * columns) >> DIGITS, (turn[1] * rows) >> DIGITS
         for point in range(len(digits)):
             row, column = point // columns ^ row_turn, point % columns ^ column_turn
-            found = digits[row * columns + column]
-            u, v = fraction(found[0] ^ turn[0]), fraction(found[1] ^ turn[1])
+            digit = digits[row * columns + column]
+            u, v = fraction(digit[0] ^ turn[0]), fraction(digit[1] ^ turn[1])
             places[0, patch, point] = u * HALF if v > u else u - v * HALF
             places[1, patch, point] = v - u * HALF if v > u else v * HALF
 

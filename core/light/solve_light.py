@@ -72,7 +72,7 @@ def solve_light(
     # by_replicate  light that arrives at patches by the rays of each replicate; first light to
     # begin with.
     to_surface, by_replicate = context.patch_to_surface, first.light.copy()
-    found = Light(None, None, by_replicate)
+    light_of_surfaces = Light(None, None, by_replicate)
     transported, left = (
         np.zeros((to_surface.shape[0], by_replicate.shape[1])),
         np.zeros(to_surface.shape[0]),
@@ -94,26 +94,30 @@ def solve_light(
         whole = first.light.mean(axis=1).sum(dtype=float) + arrived
         # nothing but for rounding where no light is left
         last = max(arrived - passed_on.sum(), 0.0)
-        found.last = last / whole if whole > 0 else 0.0
+        light_of_surfaces.last = last / whole if whole > 0 else 0.0
         last_one = np.maximum(reflected.mean(axis=1, dtype=float) - passed_on[:, 0], 0)
-        found.cut = to_surface @ bound_further(reflection_of(context, traced), last_one)
+        light_of_surfaces.cut = to_surface @ bound_further(reflection_of(context, traced), last_one)
         # Errors: discretisation from the steps, and deviations that others' light brings.
-        found.discretisation_error = estimate_discretisation_error(context, steps, reflected)
+        light_of_surfaces.discretisation_error = estimate_discretisation_error(
+            context, steps, reflected
+        )
         deviations = propagate_deviations(context, traced, first, reflected)
         transported, left = errors_of_reflected(to_surface, deviations, steps, variance)
     else:
-        found.cut = np.full(to_surface.shape[0], _bound_all(context, first.light, far_ground))
+        light_of_surfaces.cut = np.full(
+            to_surface.shape[0], _bound_all(context, first.light, far_ground)
+        )
     # Mean of the surface, and its own noise; rays that all agree still have the noise of one of
     # them.
-    found.mean = to_surface @ by_replicate.mean(axis=1, dtype=float)
+    light_of_surfaces.mean = to_surface @ by_replicate.mean(axis=1, dtype=float)
     own = to_surface.power(2) @ (points + variance_of_mean(by_replicate))
     if look is not None:
         # but rounding
         own = np.where(own <= 1e-14, np.maximum(own, _variance_of_one_look(to_surface, look)), own)
-    found.error = LightError(
-        own, transported, np.where(np.abs(left) > SMALL_SHARE * found.mean, left, 0)
+    light_of_surfaces.error = LightError(
+        own, transported, np.where(np.abs(left) > SMALL_SHARE * light_of_surfaces.mean, left, 0)
     )
-    return found
+    return light_of_surfaces
 
 
 def _bound_all(context, first, far_ground):

@@ -93,12 +93,12 @@ def _trace_shadows(context, task, block, report):
     # Suns behind terrain are not traced.
     lit = context.plan.lit(part.directions)
     few = SunBlock(part.directions[lit], part.weights[lit])
-    found = sun_visibility(task.watch, few, report)
-    found = found if lit.all() else [one.among(lit) for one in found]
+    shadows = sun_visibility(task.watch, few, report)
+    shadows = shadows if lit.all() else [one.among(lit) for one in shadows]
     if task.bits is not None:
-        for bits, one in zip(task.bits, found, strict=True):
+        for bits, one in zip(task.bits, shadows, strict=True):
             bits[:, :, block] = one.bits
-    return found
+    return shadows
 
 
 def light_of_first_days(context, traced, task):

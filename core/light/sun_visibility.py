@@ -251,18 +251,18 @@ def _set_bits(free, open_points, wanted, chosen, bits):
     bits : (p, words, s) uint16
         Written.
     """
-    found = np.empty(bits.shape[1], np.int64)
+    bit_words = np.empty(bits.shape[1], np.int64)
     for patch in range(len(free)):
         is_open = open_points[patch]
         for sun in range(free.shape[1]):
             if not wanted[patch, sun]:
                 continue
             seen = free[patch, sun]
-            found[:] = 0
+            bit_words[:] = 0
             for point in range(len(is_open)):
-                found[point >> 4] |= np.int64(seen[point] & is_open[point]) << (point & 15)
-            for word in range(len(found)):
-                bits[chosen[patch], word, sun] = found[word]
+                bit_words[point >> 4] |= np.int64(seen[point] & is_open[point]) << (point & 15)
+            for word in range(len(bit_words)):
+                bits[chosen[patch], word, sun] = bit_words[word]
 
 
 @njit(nogil=True, cache=True, fastmath={"reassoc"})

@@ -256,18 +256,18 @@ def _touch_cells(box, size, mask, touched):
     touched : (27,) int64
     """
     # All cells between the corners of the box, each bucket once.
-    found = 0
+    count = 0
     for x in range(_cell_along(box[0], size), _cell_along(box[3], size) + 1):
         for y in range(_cell_along(box[1], size), _cell_along(box[4], size) + 1):
             for z in range(_cell_along(box[2], size), _cell_along(box[5], size) + 1):
                 bucket = _bucket_of_cell(x, y, z, mask)
                 known = False
-                for place in range(found):
+                for place in range(count):
                     known |= touched[place] == bucket
                 if not known:
-                    touched[found] = bucket
-                    found += 1
-    return found
+                    touched[count] = bucket
+                    count += 1
+    return count
 
 
 @njit(nogil=True, cache=True)

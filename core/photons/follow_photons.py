@@ -45,14 +45,14 @@ class Target:
         """Surfaces on whose means photons at some places count: (m,) int, `surface_count` where on
         none.
         """
-        found = self.surface[places.triangle]
+        surface = self.surface[places.triangle]
         if self.left_out is not None:
             row = np.flatnonzero(self.left_out[places.triangle])
             hit, b1, b2 = places.take(row)
             cell = cell_of_point(b1, b2, CELL_DIVISIONS)[:, None].astype(np.intp)
             dark = np.take_along_axis(unpack_cells(self.left_out[hit]), cell, axis=1)[:, 0]
-            found[row[dark]] = self.surface_count
-        return found
+            surface[row[dark]] = self.surface_count
+        return surface
 
     @cached_property
     def area(self):

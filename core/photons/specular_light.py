@@ -88,7 +88,7 @@ class _SpecularLight:
         height = np.maximum(suns.directions[:, 2], 0).astype(float) * request.ground_albedo
         # Light of patches and of the far ground under these suns, by the matrix; then each sun
         # itself by photons.
-        found = (self.mean @ radiosity) + self.far_ground.mean(axis=0)[:, None] * height
+        irradiance = (self.mean @ radiosity) + self.far_ground.mean(axis=0)[:, None] * height
         weighted = self.from_patches(radiosity @ suns.weights)
         weighted += self.far_ground * float(suns.weights @ height)
         traced = map_in_order(
@@ -97,9 +97,9 @@ class _SpecularLight:
             self.context.threads,
         )
         for index, arrived in enumerate(traced):
-            found[:, index] += arrived.mean(axis=0)
+            irradiance[:, index] += arrived.mean(axis=0)
             weighted += suns.weights[index] * arrived
-        return found.astype(np.float32), weighted
+        return irradiance.astype(np.float32), weighted
 
 
 def _trace_specular(prepared, context, traced, state=0):

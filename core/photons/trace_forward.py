@@ -262,7 +262,7 @@ def _trace_direct(run, lit, suns, far, ground_albedo, *, patch_to_surface, folde
     """
     # Matrices by surface and sun, and what the far ground brings after its first arrival.
     count, height = run.target.surface_count, np.maximum(suns.direction[:, 2], 0) * ground_albedo
-    found = _Direct(
+    direct = _Direct(
         *(sun_matrix.keep_matrix((count, len(suns)), folder) for _ in range(2)),
         annual=no_light(count),
         kept=len(suns),
@@ -279,23 +279,23 @@ def _trace_direct(run, lit, suns, far, ground_albedo, *, patch_to_surface, folde
             first = np.minimum(light.first.mean(axis=0), unshaded)
             column = slice(index, index + 1)
             share = np.divide(first, unshaded, out=np.zeros(len(first)), where=unshaded > 0)
-            found.visible_share[:, column] = share[:, None]
+            direct.visible_share[:, column] = share[:, None]
             beyond = height[index] * beyond_first  # of the far ground, after its first arrival
-            found.reflected[:, column] = (light.whole.mean(axis=0) - first + beyond)[:, None]
+            direct.reflected[:, column] = (light.whole.mean(axis=0) - first + beyond)[:, None]
             light.photon = np.where(unshaded > 0, light.photon, 0)
-            found.annual.add(light, suns.weight[index])
+            direct.annual.add(light, suns.weight[index])
             done = index + 1
     # Interrupted: whole days that are done are kept.
     except CancelledError:
-        found.kept = max((end for end in end_of_days(suns) if end <= done), default=0)
-        if not found.kept:
+        direct.kept = max((end for end in end_of_days(suns) if end <= done), default=0)
+        if not direct.kept:
             raise
-        found.visible_share = sun_matrix.keep_columns(found.visible_share, found.kept)
-        found.reflected = sun_matrix.keep_columns(found.reflected, found.kept)
+        direct.visible_share = sun_matrix.keep_columns(direct.visible_share, direct.kept)
+        direct.reflected = sun_matrix.keep_columns(direct.reflected, direct.kept)
     # The sums have only the suns that are done.
-    annual, lit_ground = found.annual, suns.weight[:done] @ height[:done]
-    whole = 1.0 if found.kept == len(suns) else suns.weight[:done].sum() or np.nan
+    annual, lit_ground = direct.annual, suns.weight[:done] @ height[:done]
+    whole = 1.0 if direct.kept == len(suns) else suns.weight[:done].sum() or np.nan
     annual.first /= whole
     annual.reflected = (annual.reflected + far.whole * lit_ground) / whole
     annual.photon = np.hypot(annual.photon, far.photon * lit_ground) / whole
-    return found
+    return direct

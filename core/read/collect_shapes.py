@@ -179,15 +179,15 @@ def read_rings(rings, vertices):
             None,
             "surface without an exterior ring" if rings == [] else "surface is not a list of rings",
         )
-    found = []
+    coordinates = []
     for ring in rings:
         if not {int}.issuperset(map(type, ring)):
             return None, "vertex index is not an integer"
         if ring and (min(ring) < 0 or max(ring) >= len(vertices)):
             return None, "vertex index out of range"
         indices = ring if len(ring) > 1 and ring[0] == ring[-1] else ring + ring[:1]
-        found.append(vertices[np.array(indices, np.intp)])
-    return found, None
+        coordinates.append(vertices[np.array(indices, np.intp)])
+    return coordinates, None
 
 
 class Templates:

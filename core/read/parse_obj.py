@@ -212,13 +212,13 @@ def read_libraries(path, statements, notes, *, most_libraries=16):
     for name, line in list(lines.items())[:most_libraries]:
         library, refusal = _find_library(folder, name)
         try:
-            found = _read_mtl(library, notes) if library else {}
+            colours_of_library = _read_mtl(library, notes) if library else {}
         except InputError as error:
-            found, refusal = {}, error.problem
+            colours_of_library, refusal = {}, error.problem
         if refusal:
             words = f"{path}, line {line}: mtllib {clean_name(name)[:SHORT]}: {refusal}"
             notes.append(f"{words}; its materials get no colours.")
-        colours = found | colours  # the first definition of a material counts
+        colours = colours_of_library | colours  # the first definition of a material counts
     return colours
 
 
@@ -230,10 +230,10 @@ def _find_library(folder, name):
     if ELSEWHERE.search(name) or name in (".", ".."):
         return None, "only files in the folder of the OBJ file are read"
     try:
-        found = (folder / name).is_file()
+        is_there = (folder / name).is_file()
     except (OSError, ValueError):  # not a valid file name on this system
-        found = False
-    return (folder / name, "") if found else (None, "no such file in the folder of the OBJ file")
+        is_there = False
+    return (folder / name, "") if is_there else (None, "no such file in the folder of the OBJ file")
 
 
 def _read_mtl(path, notes):

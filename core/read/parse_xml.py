@@ -146,11 +146,11 @@ def _explain(path, error):
     prefix = re.match(r"Namespace prefix (\S+)", message)
     if error.code == etree.ErrorTypes.NS_ERR_UNDEFINED_NAMESPACE and prefix:
         problem = f"line {line}: the prefix {prefix[1]!r} is not declared"
-        found = UndeclaredPrefixError(
+        error_to_raise = UndeclaredPrefixError(
             path, problem, f'declare it in the first element: xmlns:{prefix[1]}="…"'
         )
-        found.prefix = prefix[1]
-        return found
+        error_to_raise.prefix = prefix[1]
+        return error_to_raise
     if "Resource limit" in message or "too long" in message or "xcessive depth" in message:
         return InputError(path, f"line {line}: too much text or nested too deeply ({message})", CUT)
     if line == 1 and "Start tag expected" in message:

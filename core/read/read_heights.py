@@ -95,12 +95,12 @@ def read_heights(path, place, reach):
             )
             points = np.append(np.column_stack(ends[:2]), [place[::-1]], axis=0)
             windows = windows_around(raster, transform_crs(points, GLOBE, raster.crs, path))
-            found = [_read_grid(raster, window, middle) for window, middle in windows]
+            read_grids = [_read_grid(raster, window, middle) for window, middle in windows]
             # Where nothing is averaged the far grid is as fine as the near one.
             whole = distance == reach and all(
                 max(window[2:]) <= MOST_POSTS for window, _ in windows
             )
-            grids = found if found and whole else grids + found
+            grids = read_grids if read_grids and whole else grids + read_grids
     if not grids:
         problem = f"does not reach the site ({place[0]:.4f}°, {place[1]:.4f}°)"
         raise InputError(

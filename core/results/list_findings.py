@@ -65,14 +65,14 @@ def list_findings(scene, covered_share=None, progress=silent):
         if covered_share is None
         else np.asarray(covered_share)
     )
-    found = [("inside", REASONS["closure"], closure)]
-    found += [("inside", REASONS["ground"], footprint & ~closure)]
+    headed = [("inside", REASONS["closure"], closure)]
+    headed += [("inside", REASONS["ground"], footprint & ~closure)]
     covered = (covered > MOST_COVERED) & ~closure & ~footprint
-    found += [("inside", REASONS["covered"], covered)]
+    headed += [("inside", REASONS["covered"], covered)]
     if scene.sheet is not None:
-        found += [("sheet", SHEET, np.isin(every, owner[scene.sheet]))]
+        headed += [("sheet", SHEET, np.isin(every, owner[scene.sheet]))]
     # Each finding with the names and area of its surfaces.
-    for heading, reason, mask in found:
+    for heading, reason, mask in headed:
         chosen = np.flatnonzero(mask)
         if len(chosen):
             names = [surfaces.surface_id[k] for k in chosen]

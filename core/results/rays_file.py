@@ -247,11 +247,11 @@ def decode(value, arrays):
     if not isinstance(value, dict):
         return value
     if "array" in value:
-        found = arrays.get(f"array_{value['array']}")
-        if found is None or crc32(np.ascontiguousarray(found)) != value["crc32"]:
+        array = arrays.get(f"array_{value['array']}")
+        if array is None or crc32(np.ascontiguousarray(array)) != value["crc32"]:
             raise ValueError(f"array {value['array']} is damaged")
-        found = found.astype(value["dtype"], copy=False)
-        return found[()] if value["scalar"] else found
+        array = array.astype(value["dtype"], copy=False)
+        return array[()] if value["scalar"] else array
     if "texts" in value:
         return np.array(value["texts"], dtype=object)
     if "type" in value:

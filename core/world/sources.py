@@ -176,7 +176,7 @@ def model_source(places, name, request, off_land="blank"):
                 )
             )
         # Each place with its weather and what this is.
-        found = []
+        weathers = []
         for k, (place, own) in enumerate(zip(at, suns, strict=True)):
             code = CLIMATE if k in records else CLEAR if clear else NOTHING
             if code == CLEAR:
@@ -186,8 +186,8 @@ def model_source(places, name, request, off_land="blank"):
             weather = (
                 add_sun(records[k], INTERVAL, request.horizon_cut, own) if code != NOTHING else None
             )
-            found.append((weather, code))
-        return found
+            weathers.append((weather, code))
+        return weathers
 
     label = LABEL if name == "climate" else f"clear sky {request.year} (upper bound)"
     if name == "climate" and off_land == "clear-sky":

@@ -146,10 +146,10 @@ def find_faces(item, key):
     else:
         chosen, wanted = "surface", np.array(find_row(item, key)["surfaces"])
     faces = read_face_attribute(item.data, chosen)
-    found = np.isin(faces, wanted) if faces is not None else np.zeros(0, bool)
-    if not found.any():
+    in_group = np.isin(faces, wanted) if faces is not None else np.zeros(0, bool)
+    if not in_group.any():
         raise InputError(key, "has no faces to select", "copy its ids instead")
-    return found
+    return in_group
 
 
 def describe_row(row):
