@@ -7,7 +7,7 @@ neighbour to neighbour. Seconds
     t = (patches + rays) + suns · (patches + shadow points + products with the matrix of form
     factors)
 
-have terms in proportions that hardly differ between cities, `COSTS`; the run tells how long both
+have terms in proportions that hardly differ between cities; the run tells how long both
 parts of it take.
 """
 

@@ -221,7 +221,7 @@ def _find_trunk(vertices, triangles, diameter):
 
 
 def _is_steep(vertices, triangles):
-    """Whether triangles are steeper than STEEP: (t,) bool."""
+    """Whether triangles are steeper than 60°: (t,) bool."""
     normal = normals_of(vertices, triangles)
     # Faces of a trunk's mantle are tilted by 60° or more.
     return np.abs(normal[:, 2]) < np.cos(np.radians(60.0)) * np.linalg.norm(normal, axis=1)

@@ -24,7 +24,7 @@ from .transfer import take_rows
 class Decisions:
     """What was decided of a city before it was traced, and holds for its edits too."""
 
-    on: dict  # of PINNED: bool
+    on: dict  # effect that is decided as in the base -> bool
     plan: dict  # of KEPT: values of the plan
     bounces: int  # number of reflections
     suns: Suns

@@ -97,7 +97,7 @@ def area_means(triangle_surface, area, count):
 
 
 def cover_of_surfaces(patch_to_surface, covered_share, *, cover_steps=512):
-    """Covered share of surfaces, to 1/COVER_STEPS.
+    """Covered share of surfaces, to a 512th.
 
     Parameters
     ----------
