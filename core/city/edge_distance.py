@@ -79,8 +79,8 @@ def _middles_of_surfaces(scene):
 
 
 def _built_area(scene, built, *, closed_width=50.0):
-    """Footprints of the buildings, their roofs seen from above, closed by `closed_width`, and without
-    holes.
+    """Footprints of the buildings, their roofs seen from above, closed by `closed_width`, and
+    without holes.
     """
     roofs = built & (scene.surfaces.normal[:, 2] > LEVEL)
     own = np.flatnonzero(scene.triangle_surface >= 0)
