@@ -4,6 +4,7 @@ import ast
 import re
 import sys
 import tomllib
+from collections import defaultdict
 from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -124,6 +125,43 @@ def test_imports_inside_operators_run_one_way():
                 assert STEPS.index(room) <= STEPS.index(user), f"{path}: {user} imports {target}"
                 used.add((user, room))
     assert {("run", "show"), ("run", "city"), ("show", "city")} <= used
+
+
+def find_doors():
+    """What other folders take from the files of each room: dict of Path to set of "file.name"."""
+    doors = defaultdict(set)
+    for path in [Path("__init__.py"), Path("__main__.py"), *list_scripts(*ROOMS)]:
+        tree, files = ast.parse(read_text(path)), {}
+        for node in ast.walk(tree):
+            if not (isinstance(node, ast.ImportFrom) and node.level):
+                continue
+            base = [*path.parts[: len(path.parts) - node.level], *(node.module or "").split(".")]
+            target = Path(*[part for part in base if part])
+            for name in node.names:
+                if (ROOT / target / f"{name.name}.py").is_file():
+                    files[name.asname or name.name] = target / name.name
+                elif len(target.parts) == 3 and target.parent != path.parent:
+                    doors[target.parent].add(f"{target.name}.{name.name}")
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+                file = files.get(node.value.id)
+                if file and len(file.parts) == 3 and file.parent != path.parent:
+                    doors[file.parent].add(f"{file.name}.{node.attr}")
+    return doors
+
+
+def test_others_come_in_by_the_doors_of_a_room():
+    """`DOORS` of its `__init__` names all that other folders take, and nothing else."""
+    taken = find_doors()
+    for folder in sorted({path.parent for path in list_scripts("core", "operators")}):
+        if len(folder.parts) == 2:
+            (doors,) = (
+                ast.literal_eval(node.value)
+                for node in ast.parse(read_text(folder / "__init__.py")).body
+                if isinstance(node, ast.Assign)
+            )
+            assert [*doors] == sorted(taken[folder]), folder
+            assert not [door for door in doors if re.search(r"\._(?!_)", door)], folder
 
 
 def test_no_file_imports_itself_by_way_of_others():

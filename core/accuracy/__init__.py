@@ -4,3 +4,33 @@ a target or a time.
 In: Transfer, Energy, weather; a PreparedScene for the pilot. Out: YieldErrors, better Transfers,
 error budget, prices, shares of effects. Read first: yield_errors.py, pilot.py, refine.py.
 """
+
+DOORS = (
+    "cost_curve.WRITING",
+    "cost_curve.describe_prices",
+    "cost_curve.list_prices",
+    "cost_curve.price_city",
+    "error_budget.WHAT",
+    "error_budget.bound_cut_reflections",
+    "error_budget.budget_groups",
+    "error_budget.budget_surfaces",
+    "error_budget.suggest_more",
+    "measure_effects.measure_effects",
+    "measure_effects.shares_of_effects",
+    "measure_effects.state_effects",
+    "rounds_to_target.CELLS",
+    "rounds_to_target.CERTAIN",
+    "rounds_to_target.Goal",
+    "rounds_to_target.largest_round",
+    "rounds_to_target.refine",
+    "rounds_to_target.unreachable",
+    "sun_sampling.CityYear",
+    "sun_sampling.measure_ways",
+    "sun_sampling.name_groups",
+    "trace_run.choose_year",
+    "trace_run.trace_round",
+    "trace_run.trace_run",
+    "trace_run.weigh_kept_suns",
+    "yield_errors.SOURCES",
+    "yield_errors.split_errors",
+)

@@ -3,3 +3,5 @@
 In: command line arguments. Out: files, text and an exit status. Read first: command_line.py, then
 simulate.py.
 """
+
+DOORS = ("command_line.main",)

@@ -4,3 +4,25 @@ is measured later.
 In: a scene, its patches and materials, the settings. Out: TracePlan, with an Effect, its reason and
 bound, for each line of the table. Read first: table.py, effect.py, plan_effects.py.
 """
+
+DOORS = (
+    "beyond_scene.change_unshaded",
+    "beyond_scene.sky_of_surfaces",
+    "closed_form.ground_view_of_tilt",
+    "closed_form.sky_view_of_tilt",
+    "effect.Measured",
+    "effect.TracePlan",
+    "effect.judge_effects",
+    "plan_effects.describe_bound",
+    "plan_effects.describe_plan",
+    "plan_effects.plan_effects",
+    "rays.GROUP_LIMIT",
+    "rays.MOST_BOUNCES",
+    "rays.RECEIVERS",
+    "rays.WHOLE_LIMIT",
+    "rays.count_surely",
+    "rays.fewer_rays",
+    "table.PLANNING",
+    "table.TABLE",
+    "table.check_effects",
+)

@@ -3,3 +3,9 @@ gather.
 
 In: a Scene and Suns. Out: a Transfer. Read first: trace_forward.py, specular_light.py.
 """
+
+DOORS = (
+    "specular_light.specular_of",
+    "specular_light.trace_hybrid",
+    "trace_forward.trace_forward",
+)

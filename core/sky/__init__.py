@@ -4,3 +4,27 @@ sky and sun.
 In: a Weather; a file of heights or angles. Out: SkyParts, HorizonBand, TerrainHorizon, SunlitYear.
 Read first: sky_models.py, then horizon.py.
 """
+
+DOORS = (
+    "horizon.TerrainHorizon",
+    "horizon.UP",
+    "horizon.first_light",
+    "horizon.is_above",
+    "horizon.light_behind",
+    "horizon.lost_sky",
+    "horizon.mark_hidden",
+    "horizon.sum_direct",
+    "horizon.sunlit_year",
+    "horizon.without_hidden",
+    "horizon_band.HorizonBand",
+    "horizon_band.SOURCES",
+    "read_horizon.check_horizon",
+    "read_horizon.read_horizon",
+    "sky_models.RAYS_SHARE",
+    "sky_models.SkyParts",
+    "sky_models.choose_share",
+    "sky_models.choose_sky",
+    "sky_models.model_traced",
+    "sky_models.sources_of",
+    "sky_models.split_sky",
+)

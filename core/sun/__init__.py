@@ -3,3 +3,31 @@
 In: times and a place. Out: Suns, SunMatch, SkyTriangles. Read first: solar_position.py, then
 sun_sampling.py.
 """
+
+DOORS = (
+    "sky_grid.SkyTriangles",
+    "sky_grid.match_triangles",
+    "sky_grid.sky_grid_suns",
+    "sky_grid.triangulate_sky",
+    "solar_position.MINIMUM_ELEVATION",
+    "solar_position.POSITION",
+    "solar_position.check_place",
+    "solar_position.check_times",
+    "solar_position.geocentric_sun",
+    "solar_position.is_sunny",
+    "solar_position.local_middle",
+    "solar_position.solar_position",
+    "solar_position.sun_direction",
+    "solar_position.sun_of_place",
+    "sun_sampling.choose_suns",
+    "sun_sampling.match_suns",
+    "sun_sampling.parse_sampling",
+    "sun_sampling.values_at",
+    "sun_sampling.weigh_by_year",
+    "suns.Suns",
+    "suns.TimeAxis",
+    "suns.check_suns",
+    "suns.end_of_days",
+    "suns.interrupted_suns",
+    "suns.progressive_order",
+)

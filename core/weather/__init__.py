@@ -3,3 +3,35 @@
 In: a file, or a place for the climate and the clear sky. Out: a Weather in UTC. Read first:
 read_weather.py.
 """
+
+DOORS = (
+    "add_sun.add_sun",
+    "check_weather.LIMITS",
+    "check_weather.check_weather",
+    "check_weather.check_years",
+    "climate.INTERVAL",
+    "climate.LABEL",
+    "climate.clear_sky",
+    "climate.hours_of_year",
+    "climate.look_up_altitude",
+    "climate.make_climates",
+    "climate_grid.LEAST_LATITUDE",
+    "climate_grid.is_land",
+    "formats.FORMATS",
+    "formats.recognise_weather",
+    "formats.suffixes_of_weather",
+    "read_era5.NEEDED",
+    "read_era5.convert_era5",
+    "read_era5.open_era5_grid",
+    "read_era5.read_block",
+    "read_weather.check_sources",
+    "read_weather.read_weather",
+    "sources.ASKED_BY_KEY",
+    "sources.parse_asked",
+    "weather.Record",
+    "weather.Weather",
+    "weather.check_distance",
+    "weather.darken_hours",
+    "weather.describe_distance",
+    "weather.distance_of_weather",
+)
