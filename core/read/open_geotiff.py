@@ -129,7 +129,11 @@ def open_geotiff(path, file):
         counts = len(page.dataoffsets), len(page.databytecounts)
     # Only what is read rightly is taken: plain compressions, and whole numbers or floats of whole
     # bytes.
-    if page.compression not in KNOWN or page.predictor not in (1, 2, 3) or page.fillorder != 1:
+    if (
+        page.compression not in (1, LZW, DEFLATE, OLD_DEFLATE, PACKBITS)
+        or page.predictor not in (1, 2, 3)
+        or page.fillorder != 1
+    ):
         raise NotImplementedError(
             f"is compressed by {getattr(page.compression, 'name', page.compression)}"
         )
@@ -230,7 +234,6 @@ def matrix_of_page(places, keys, path):
 
 
 LZW, DEFLATE, OLD_DEFLATE, PACKBITS = 5, 8, 32946, 32773
-KNOWN = (1, LZW, DEFLATE, OLD_DEFLATE, PACKBITS)  # 1: not packed
 CLEAR, END = 256, 257
 LARGEST = 4096  # codes
 

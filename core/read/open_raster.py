@@ -56,8 +56,6 @@ MARKS = (
     "dy",
     "nodata_value",
 )
-# What damaged bytes and words raise where they are unpacked and read as numbers.
-DAMAGE = (OSError, ValueError, IndexError, ArithmeticError, struct.error, zlib.error)
 
 
 def _read_ascii_grid(path):
@@ -161,7 +159,8 @@ def _tell_damage(path):
         yield
     except InputError:
         raise
-    except DAMAGE as error:
+    # What damaged bytes and words raise where they are unpacked and read as numbers.
+    except (OSError, ValueError, IndexError, ArithmeticError, struct.error, zlib.error) as error:
         raise blame_file(path, UNREADABLE, error, GIVE) from error
 
 

@@ -9,23 +9,13 @@ import numpy as np
 
 from ...core.settings.errors import count_of, show_end, show_number
 from ..city import attributes, build_meshes
-from ..city.attributes import CHANGE, CHANGE_ERROR, COMPARED, KIND_CODES, PREFIX
+from ..city.attributes import CHANGE, CHANGE_ERROR, COMPARED, KIND_CODES
 from ..city.city_design import check_unedited
 from ..city.keys import Key
 from ..city.run_step import Action, OfCity
 from ..city.session import find_session, list_cities, open_session
 from .show_result import BEFORE, find_before, has_result, show_before, show_result
 
-# properties of the city
-COPIED = (
-    "totals",
-    "energy_totals",
-    "weather",
-    "buildings",
-    "kwp",
-    "origin",
-    "convergence",
-)
 HOURS = "full_load_hours"
 
 
@@ -266,7 +256,9 @@ class KeepBefore(OfCity, Action, bpy.types.Operator):
             attributes.write_results(item, None, session.transfer, session.energy)
         build_meshes.remove_objects(find_before(context.scene))
         item.data.name, item.matrix_world = item.name, city.matrix_world
-        for key in (PREFIX + name for name in COPIED):
+        # what the panel shows of the city
+        numbers = Key.TOTALS, Key.ENERGY_TOTALS, Key.WEATHER, Key.KWP
+        for key in (*numbers, Key.BUILDINGS, Key.ORIGIN, Key.CONVERGENCE):
             if key in city:
                 item[key] = city[key]
         item[Key.PART] = BEFORE
