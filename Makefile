@@ -6,8 +6,8 @@
 help:
 	@echo "make demo       Berlin, 166 buildings: set up, trace, full load hours, report -> results/berlin/"
 	@echo "make world      three districts traced for every sun, and their full load hours all over the world -> results/world/"
-	@echo "make check      style, fast tests and a few cases of each law, with one Python: a minute"
-	@echo "make test       set up and run the tests, with each Python and Blender at hand: 14 minutes"
+	@echo "make check      style, fast tests and a few cases of each law, with one Python: 1.5 minutes"
+	@echo "make test       set up and run the tests, with each Python and Blender at hand: 12 minutes"
 	@echo "make test-all   the same, and all that is thorough: before a release"
 	@echo "make oldest     the quick tests with the oldest versions that pyproject.toml allows: 7 minutes"
 	@echo "make docs       the manual as pages with search -> build/docs/"
