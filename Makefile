@@ -9,7 +9,7 @@ help:
 	@echo "make check      style, fast tests and a few cases of each law, with one Python: 1.5 minutes"
 	@echo "make test       set up and run the tests, with each Python and Blender at hand: 12 minutes"
 	@echo "make test-all   the same, and all that is thorough: before a release"
-	@echo "make oldest     the quick tests with the oldest versions that pyproject.toml allows: 7 minutes"
+	@echo "make oldest     the quick tests with the oldest versions that pyproject.toml allows: 2 minutes"
 	@echo "make docs       the manual as pages with search -> build/docs/"
 	@echo "make extension  the extensions for Blender, one zip per platform -> dist/"
 	@echo "make versions   renew tools/versions.txt, the versions the set-up installs"
