@@ -112,6 +112,21 @@ def test_first_interrupt_keeps_the_suns(city, tmp_path, capfd, monkeypatch):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
+def test_an_interrupted_run_that_shall_be_editable_keeps_its_suns_alone(
+    city, tmp_path, capfd, monkeypatch
+):
+    interrupt(monkeypatch, 40)
+    out = tmp_path / "out"
+    assert run(city, out, "--editable") == 130
+    assert {path.name for path in out.iterdir()} == TABLES
+    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    interrupted = summary["traced"]["interrupted"]
+    assert 40 <= interrupted["suns_traced"] < interrupted["of"]
+    assert "What its rays met is not kept" in capfd.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("small_blocks")
 @pytest.mark.parametrize("moment", ["measure_sun_sampling", "summarise"])
 def test_second_interrupt_leaves_nothing(city, tmp_path, capfd, monkeypatch, moment):
     interrupt(monkeypatch, 40)
