@@ -19,6 +19,7 @@ from ..settings.errors import InputError
 from ..settings.progress import silent
 from ..settings.request import declared_settings
 from .choose_settings import cluster_settings, request_of_settings, take_paths
+from .describe_settings import list_settings
 
 
 class Result:
@@ -87,6 +88,7 @@ class Result:
                     shutil.copy2(self.folder / name, work / name)
         return Result(folder)
 
+    @list_settings("surfaces", "weather", "electricity", "sky", "effects", "run")
     def with_weather(self, weather, *, out=None, overwrite=False, progress=silent, **settings):
         """Compute the electricity of this light in another weather: Result. Module, system and sky
         stay as they were unless given.
@@ -211,6 +213,7 @@ def _folder_for(out):
         raise
 
 
+@list_settings()
 def simulate(
     city,
     *,
@@ -302,6 +305,7 @@ def compare(before, after, *, out=None, overwrite=False):
     return compare_folders(*folders)
 
 
+@list_settings("city", "surfaces")
 def inspect(city, **settings):
     """What is read of a city, repaired and left out, and where it is: dict, as ``citypv inspect
     --json``.
@@ -311,6 +315,7 @@ def inspect(city, **settings):
     return inspect_city(take_paths(city), request_of_settings(settings, "city", "surfaces"))
 
 
+@list_settings("weather", "electricity", "sky", "run")
 def world(environments, *, out=None, overwrite=False, cluster=None, progress=silent, **settings):
     """Full load hours of traced districts at every place of a weather grid.
 
