@@ -24,6 +24,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 VERSIONS = ("3.13", "3.11")  # the Pythons of Blender 5.2 LTS and 4.5 LTS, the preferred one first
 UV = ROOT / ".venv-uv"
+PROGRAMS = "Scripts" if os.name == "nt" else "bin"  # of an environment
 BUILDING = threading.Lock()  # of the package itself, whose folder all environments share
 SYSTEM_LIBRARIES = {  # what Blender loads, and the Debian package that brings it
     "libX11.so.6": "libx11-6",
@@ -74,12 +75,23 @@ def main(which):
     install_system_packages([*packages, *missing_libraries()])
     with ThreadPoolExecutor() as side_by_side:
         folders = list(side_by_side.map(make_environment, pythons.keys(), pythons.values()))
-    link = ROOT / ".venv"
-    # Tests may run by it while another Python is set up.
-    if not link.is_symlink() or link.readlink() != Path(folders[0].name):
-        link.unlink(missing_ok=True)
-        link.symlink_to(folders[0].name)
+    link_environment(ROOT / ".venv", folders[0])
     say("ready: " + ", ".join(f"Python {version} ({path})" for version, path in pythons.items()))
+
+
+def link_environment(link, folder):
+    """Let `.venv` lead to an environment, if it does not yet: tests may run by it meanwhile."""
+    if link.exists() and link.resolve() == folder:
+        return
+    if os.name == "nt":  # a junction needs no rights that a symbolic link does
+        from _winapi import CreateJunction
+
+        if link.exists():
+            link.rmdir()
+        CreateJunction(str(folder), str(link))
+        return
+    link.unlink(missing_ok=True)
+    link.symlink_to(folder.name)
 
 
 def say(text):
@@ -104,7 +116,7 @@ def find_pythons():
     uv = Path(os.environ.get("XDG_DATA_HOME", Path.home() / ".local/share")) / "uv/python"
     pythons = {}
     for version in VERSIONS:
-        names = (f"python{version}", "python3")
+        names = (f"python{version}", "python3", "python")
         candidates = [
             shutil.which(name, path=folder) for name in names for folder in os.get_exec_path()
         ]
@@ -149,8 +161,8 @@ def bring_python():
             missing_venv(sys.executable, ".".join(platform.python_version_tuple()[:2]))
         )
         run([sys.executable, "-m", "venv", "--clear", UV])
-        pip_install(UV / "bin/python", "uv")
-        uv = UV / "bin/uv"
+        pip_install(UV / PROGRAMS / "python", "uv")
+        uv = UV / PROGRAMS / "uv"
     fetched = ask([uv, "python", "install", version, "--install-dir", UV / "python", "--no-bin"])
     pythons = find_pythons()
     if fetched.returncode or not pythons:
@@ -263,7 +275,7 @@ def make_environment(version, python):
     sources = package + (ROOT / "tools/versions.txt").read_text("utf-8")
     wanted = "\n".join([python, str(ROOT), hashlib.sha256(sources.encode()).hexdigest()])
     stamp = folder / "set-up.stamp"
-    if (folder / "bin/python").exists() and stamp.exists() and stamp.read_text() == wanted:
+    if (folder / PROGRAMS).exists() and stamp.exists() and stamp.read_text() == wanted:
         return folder
     started = time.monotonic()
     say(
@@ -272,10 +284,10 @@ def make_environment(version, python):
     )
     run([python, "-m", "venv", "--clear", folder])
     # The list is whole, so that nothing need be resolved; what is imported is compiled then.
-    pip_install(folder / "bin/python", "--no-deps", "-r", "tools/versions.txt")
+    pip_install(folder / PROGRAMS / "python", "--no-deps", "-r", "tools/versions.txt")
     with BUILDING:
-        pip_install(folder / "bin/python", "--no-deps", "-e", ".")
-    run([folder / "bin/python", "-m", "pip", "check"])
+        pip_install(folder / PROGRAMS / "python", "--no-deps", "-e", ".")
+    run([folder / PROGRAMS / "python", "-m", "pip", "check"])
     stamp.write_text(wanted)
     say(f"Python {version}: ready after {time.monotonic() - started:.0f} s")
     return folder

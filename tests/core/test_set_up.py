@@ -2,7 +2,6 @@
 programs.
 """
 
-import importlib.util
 import os
 import subprocess
 import zipfile
@@ -11,16 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from .load_tool import load_tool
+
 ROOT = Path(__file__).parents[2]
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="make and apt are not for Windows")
-
-
-def load_tool(name):
-    """A module of tools, loaded anew."""
-    spec = importlib.util.spec_from_file_location(name, ROOT / f"tools/{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.fixture
