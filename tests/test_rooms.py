@@ -39,6 +39,7 @@ LAYERS = (
         "city",
         "read",
         "patches",
+        "modules",
         "sun",
         "weather",
         "sky",
