@@ -83,7 +83,7 @@ def _choose_rows(edges, boxes, width, height, gaps):
 
     Of all places where a row may begin the best are chosen from above (dynamic programming).
     """
-    gap, path = gaps
+    gap = gaps[0]
     starts = _list_starts(edges, boxes, height, gap)
     count = len(starts)
     fits = np.zeros(count, np.int64)
