@@ -61,6 +61,9 @@ def main(arguments=None, draw=None):
             stream.reconfigure(encoding=None if stream.isatty() else "utf-8", errors="replace")
     given = _join_offset(sys.argv[1:] if arguments is None else arguments)
     parser = build_parser(next((word for word in given if word in COMMANDS), ""))
+    if not given:
+        parser.print_help(sys.stderr)
+        return 2
     try:
         options = parser.parse_args(given)
     except SystemExit as stop:
@@ -83,17 +86,22 @@ def main(arguments=None, draw=None):
         moment = " before the first suns were finished" if isinstance(stop, CancelledError) else ""
         return _print_error(f"interrupted{moment}; no results were written", 130)
     except Exception as error:
-        if isinstance(error, MemoryError):
-            words = _describe_memory(options)
-        elif isinstance(error, OSError):
-            words = f"{error.filename or 'system'}: {error.strerror or error}"
-        else:
-            traceback.print_exc()
-            words = "internal error; please report the lines above"
-        return _print_error(words, 1)
+        return _print_error(_describe_failure(error, options), 1)
     finally:
         if before is not None:
             signal.signal(signal.SIGTERM, before)
+
+
+def _describe_failure(error, options):
+    """What ended the run, in one line; after its traceback where nobody foresaw it."""
+    if isinstance(error, MemoryError):
+        return _describe_memory(options)
+    if isinstance(error, ModuleNotFoundError) and error.name.split(".")[0] != "citypv":
+        return f"the Python package {error.name} is missing; see docs/guide/install.md"
+    if isinstance(error, OSError):
+        return f"{error.filename or 'system'}: {error.strerror or error}"
+    traceback.print_exc()
+    return "internal error; please report the lines above"
 
 
 def _describe_memory(options):

@@ -361,3 +361,26 @@ def test_the_parser_of_one_command_is_that_of_all(command, capsys):
             parser.parse_args([command, "--help"])
         told.append(capsys.readouterr().out)
     assert told[0] == told[1] and "--help" in told[0]
+
+
+def test_the_program_alone_prints_its_help(capsys):
+    assert main([]) == 2
+    said = capsys.readouterr()
+    assert not said.out and all(f"    {name} " in said.err for name in COMMANDS)
+
+
+@pytest.mark.slow
+def test_a_missing_package_is_named_in_one_line(city, tmp_path):
+    code = (
+        "import sys; sys.modules['embreex.mesh_construction'] = None; "
+        "from citypv.__main__ import main; sys.exit(main(sys.argv[1:]))"
+    )
+    options = ["simulate", city, "--suns", "days:1", "--quiet", "--out", tmp_path / "out"]
+    done = subprocess.run(
+        [sys.executable, "-c", code, *options], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 1
+    assert done.stderr.splitlines() == [
+        "citypv: error: the Python package embreex.mesh_construction is missing; "
+        "see docs/guide/install.md"
+    ]

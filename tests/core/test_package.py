@@ -7,10 +7,9 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from load_tool import load_tool
 
 import citypv
-
-from .load_tool import load_tool
 
 ROOT = Path(citypv.__file__).parent
 
@@ -54,3 +53,16 @@ def test_workflows_call_targets_that_exist(name):
     known = set(re.findall(r"^([a-z -]+):", (ROOT / "Makefile").read_text("utf-8"), re.M))
     assert {"check", "oldest", "package", "extension"} <= targets
     assert targets <= {word for line in known for word in line.split()}
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names this system")
+def test_installing_on_arm_says_what_is_missing():
+    code = (
+        "import platform, runpy; platform.machine = lambda: 'aarch64'; runpy.run_path('setup.py')"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 1
+    assert done.stderr.startswith("CityPV needs embreex, which has no wheel for Linux on aarch64")
+    assert len(done.stderr.splitlines()) == 1
