@@ -3,12 +3,18 @@
 import platform
 import sys
 
-from setuptools import setup
 
-processor = platform.machine().lower()
-if platform.system() in ("Linux", "Windows") and processor in ("aarch64", "arm64"):
-    sys.exit(
-        f"CityPV needs embreex, which has no wheel for {platform.system()} on {processor}: "
-        "it runs on x86-64, and on Apple silicon"
-    )
-setup()
+def install():
+    """Install, unless the rays could not be traced."""
+    system, processor = platform.system(), platform.machine().lower()
+    if system in ("Linux", "Windows") and processor in ("aarch64", "arm64"):
+        sys.exit(
+            f"CityPV needs embreex, which has no wheel for {system} on {processor}: it runs on "
+            "x86-64, and on Apple silicon"
+        )
+    from setuptools import setup
+
+    setup()
+
+
+install()
