@@ -20,6 +20,7 @@ TITLES = {
 SWITCH = {"on": True, "off": False}
 # Of these groups, settings that mean nothing for a world.
 NOT_FOR_WORLDS = ("series", "monthly", "losses", "inverter", "allow_distance", "weather_point")
+NOT_FOR_WORLDS += ("least_hours", "leave_out")
 
 
 def add_options(parser, *groups, hidden=()):

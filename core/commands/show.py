@@ -15,6 +15,7 @@ from ..light.prepare_scene import build_tree
 from ..settings.errors import InputError
 from ..settings.progress import TerminalProgress
 from ..sky.sky_models import choose_sky
+from .find_source import refuse_settings
 
 
 def list_effects(paths, request, progress):
@@ -73,6 +74,7 @@ def show_accuracy(paths, request, plot=None):
         raise InputError(
             "--plot", f"{plot} is not a picture", f"give a name that ends in {', '.join(PICTURES)}"
         )
+    refuse_settings(request, ("least_hours", "leave_out"), "errors, which are those of all faces")
     study.check_tracing(request)
     started, progress = time.perf_counter(), TerminalProgress(lasting=False)
     scene = study.read_scene(paths, request, progress)

@@ -16,6 +16,7 @@ from .check_inputs import check_hours, check_sky, check_transfer
 from .counted_area import find_counted_area, find_groups, find_lit_share
 from .energy import Energy, HourlySeries, kwp_of_hours, states_of_year
 from .hours import Hours, prepare_hours
+from .paying import choose_modules
 from .power import PowerTables, PvlibCurves, ac_power, diffuse_incidence_factors, tabulate_power
 from .pv_system import dc_system
 from .standard_errors import errors_of_energy, state_errors
@@ -124,6 +125,8 @@ def compute_energy(
         sky=sky,
         series=found if len(rows) else None,
     )
+    # What the user leaves out, or asks for more hours of, loses its modules; its light stays.
+    energy = choose_modules(energy, transfer.surfaces, full_load_hours, system)
     energy = state_errors(energy, errors_of_energy(transfer, weather, energy), groups)
     return energy if weather.zone is None else _lay_series(energy, weather.zone)
 

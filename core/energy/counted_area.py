@@ -27,7 +27,11 @@ REASONS = {  # why a surface carries no modules: key in tables, words; the first
     "direction": "steep, or more than 30° off north, east, south and west",
     "twin": "drawn twice",
     "usable": "of its kind nothing is usable (--usable)",
+    "left-out": "left out by the user (--leave-out)",
+    "low-hours": "fewer full load hours than asked for (--least-hours)",
 }
+# of these, what takes modules off surfaces that count: they stay in groups, not in sums
+CHOSEN = ("left-out", "low-hours")
 # area without modules, by reason; and parts of surfaces that carry modules on the rest
 LEFT_OUT = REASONS | {"parts": "covered, or without room, of surfaces with modules on the rest"}
 
@@ -47,6 +51,11 @@ class CountedArea:
     kwp: np.ndarray  # (n,) [kWp] of modules on it
     reason: np.ndarray  # (n,) str, of `REASONS`; "" exactly where kwp is above zero
     reason_note: np.ndarray  # (n,) str, words of the user on it
+
+    @property
+    def summed(self):
+        """Surfaces whose area, power and energy are in sums: (n,) bool."""
+        return (self.counted_area > 0) & ~np.isin(self.reason, CHOSEN)
 
 
 def find_counted_area(transfer, system, *, steepest_underside=165.0):
@@ -190,7 +199,8 @@ def sum_left_out(area, energy):
     dict of str to dict
         Key of `LEFT_OUT` -> count, area.
     """
-    counts, left_out = energy.counted_area > 0, area - energy.counted_area
+    counts = energy.summed
+    left_out = area - np.where(counts, energy.counted_area, 0.0)
     rows = {reason: ~counts & (energy.reason == reason) for reason in REASONS}
     rows["parts"] = counts & (left_out > 0)
     return {

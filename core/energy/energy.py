@@ -139,7 +139,7 @@ def sum_potential(rows, area, energy):
         Hours are None without modules.
     """
     rows = np.arange(len(area))[rows]
-    rows = rows[np.isfinite(energy.full_load_hours[rows]) & (energy.counted_area[rows] > 0)]
+    rows = rows[np.isfinite(energy.full_load_hours[rows]) & energy.summed[rows]]
     total = {
         "eligible_area": energy.counted_area[rows].sum(),
         "module_area": energy.module_area[rows].sum(),

@@ -17,6 +17,7 @@ from ..city.classify import BEARING
 from ..city.racks import RACK
 from ..settings.errors import InputError
 from ..settings.system_settings import CLEARANCES, PAPER_MODULE
+from .left_out import read_left_out
 
 SANDIA, CEC = "SandiaMod", "CECMod"
 NEEDED = {
@@ -110,6 +111,8 @@ class PvSystem:
     overhangs: bool = False
     # kind -> share of its area without windows and edges
     usable: dict = field(default_factory=dict)
+    least_hours: float = 0.0  # [h] full load hours below which a surface carries no modules
+    leave_out: dict = field(default_factory=dict)  # id of a surface or building -> the user's words
     aoi: bool = True  # whether light that falls in at an angle is lost to reflection by the glass
     spectrum: bool = True  # whether the current depends on the spectrum
     # whether cells are as warm as air and light make them, or always at 25 °C
@@ -141,7 +144,8 @@ def build_system(request):
     Raises
     ------
     InputError
-        If a usable share is invalid, or no module or inverter matches the name.
+        If a usable share or the file of what is left out is invalid, or no module or inverter
+        matches the name.
     """
     for kind, share in request.usable.items():
         if kind not in KINDS:
@@ -160,9 +164,17 @@ def build_system(request):
         inverter=pick_inverter(request.inverter, request.dc_ac_ratio) if request.inverter else None,
         overhangs=request.overhangs == "count",
         usable=dict(request.usable),
+        leave_out=read_left_out(request.leave_out) if request.leave_out else {},
         **{
             name: getattr(request, name)
-            for name in ("mounting", "losses", "hidden_walls", "clearance", "sectors")
+            for name in (
+                "mounting",
+                "losses",
+                "hidden_walls",
+                "clearance",
+                "sectors",
+                "least_hours",
+            )
         },
         **{key: request.effects.get(key, True) for key in ELECTRIC},
     )

@@ -27,6 +27,7 @@ TEXTS = [
     "area",
     "surface_tilt",
     "surface_azimuth",
+    "reason",
 ]
 # of `_yields_of`
 YIELDS = [
@@ -100,8 +101,12 @@ def compare_folders(before, after):
         before.faces = before.faces.assign(
             **_read_by_id(folders[1], BEFORE, BEFORE_COLUMNS, before)
         )
-    # Yields of each surface in both, then sums of buildings and of all.
-    states = [pd.concat([one.faces[TEXTS], _yields_of(one)], axis=1) for one in (before, after)]
+    # Yields of each surface in both on the modules of before, then sums of buildings and of all.
+    power, crossed = _share_modules(before, after, match)
+    states = [
+        pd.concat([one.faces[TEXTS], _yields_of(one, own)], axis=1)
+        for one, own in zip((before, after), power, strict=True)
+    ]
     table = compare_surfaces(*states, match, known)
     buildings = sum_buildings(table)
     summary = {
@@ -114,6 +119,14 @@ def compare_folders(before, after):
             name for name in names if traced[0].get(name) != traced[1].get(name)
         ),
     }
+    if any(chosen.any() for chosen in crossed.values()):
+        summary["paying"] = {"least_hours": after.summary["settings"]["least_hours"]} | {
+            name: {
+                "surfaces": table["surface_id"][: len(chosen)][chosen].tolist(),
+                "mwh_before": float(table["mwh_before"][: len(chosen)][chosen].sum()),
+            }
+            for name, chosen in crossed.items()
+        }
     if again:
         summary["base_light"] = again
     return Comparison(table, buildings, summary, after)
@@ -268,14 +281,43 @@ def _shapes_of(results):
     return np.column_stack([middle, np.sqrt(faces["area"]), *normal])
 
 
-def _yields_of(results):
-    """Hours [h] and energy [MWh] of each surface that carries modules, with standard errors:
-    pandas.DataFrame.
+def _share_modules(before, after, match):
+    """Power of the modules of both states by which hours of whole polygons count, where what has
+    too few hours in one state alone carries the modules that it had before.
+
+    Parameters
+    ----------
+    before, after : Results
+    match : (n,) int
+        Of `match_shapes`.
+
+    Returns
+    -------
+    power : list of (m,) and (n,) float [MW]
+        NaN where there are no modules.
+    crossed : dict of str to (n,) bool
+        Surfaces that an edit brings below the least hours, `no_longer`, or above, `newly`.
+    """
+    # Hours are means over the whole polygon; modules lie on the part that counts.
+    power = [
+        (one["kwp"] * one["area"] / one["counted_area"].where(one["kwp"] > 0) / 1000).to_numpy()
+        for one in (before.faces, after.faces)
+    ]
+    # Surfaces of both states from which, or to which, only hours take or give modules.
+    few = "low-hours"
+    old = np.where(match >= 0, before.faces["reason"].to_numpy()[match], "new")
+    new = after.faces["reason"].to_numpy()
+    crossed = {"no_longer": (old == "") & (new == few), "newly": (old == few) & (new == "")}
+    power[1] = np.where(crossed["no_longer"], power[0][match], power[1])
+    power[1] = np.where(crossed["newly"], np.nan, power[1])
+    return power, crossed
+
+
+def _yields_of(results, power):
+    """Hours [h] and energy [MWh] of each surface with modules of so much power, (n,) [MW], with
+    standard errors: pandas.DataFrame.
     """
     faces = results.faces
-    # Hours are means over the whole polygon; modules lie on the part that counts.
-    counted = faces["counted_area"].where(faces["kwp"] > 0)
-    power = faces["kwp"] * faces["area"] / counted / 1000
     return tell_yields(power, faces["full_load_hours"], faces["full_load_hours_standard_error"])
 
 

@@ -147,6 +147,8 @@ def describe_assumptions(summary):
     # What is not considered depends on what was switched on.
     usable = ", ".join(f"{kind} {100 * share:g} %" for kind, share in settings["usable"].items())
     rows.append(("Area that windows and edges leave", usable or "all (not reduced)"))
+    if least := settings.get("least_hours"):
+        rows.append(("Least hours of a face with modules", f"{least:g} h a year"))
     trees = any(one["key"] == "trees" and one["on"] for one in traced.get("effects") or [])
     plants, dirt = (
         "light that leaves scatter" if trees else "trees",

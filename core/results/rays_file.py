@@ -66,7 +66,12 @@ TYPES += (
     LightError,
 )
 TYPES = {one.__name__: one for one in TYPES}
-FILES = ("albedo_file", "terrain", "horizon")  # settings that name a file, which is kept too
+FILES = (
+    "albedo_file",
+    "terrain",
+    "horizon",
+    "leave_out",
+)  # settings that name a file, which is kept too
 PACKED = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
 
 

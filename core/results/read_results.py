@@ -15,7 +15,7 @@ from ..city.build_ground import Lattice
 from ..city.classify import ORIENTATIONS
 from ..city.grid_cells import Outlines
 from ..city.scene import Site
-from ..energy.counted_area import REASONS
+from ..energy.counted_area import CHOSEN, REASONS
 from ..energy.pv_system import KINDS
 from ..read.open_netcdf import refuse_links
 from ..settings.errors import InputError, id_of_cell, parsing
@@ -207,7 +207,8 @@ def check_columns(path, table, texts, numbers):
 
 
 def count_faces(path, faces, summary):
-    """Rows of faces.csv with `counted_area` [m²], on which their modules are; 0 without modules.
+    """Rows of faces.csv with `counted_area` [m²], on which modules are or, but for the user's
+    choice, would be; else 0.
 
     Raises
     ------
@@ -219,7 +220,7 @@ def count_faces(path, faces, summary):
         raise InputError(path, f"has the reason {unknown[0]!r}, which is not known", AGAIN)
     whole = summary["settings"]["hidden_walls"] == "count"
     area = faces["area" if whole else "open_area"]
-    return faces.assign(counted_area=area.where(faces["reason"] == "", 0.0))
+    return faces.assign(counted_area=area.where(faces["reason"].isin(["", *CHOSEN]), 0.0))
 
 
 def _read_times(path):
@@ -280,7 +281,7 @@ def select_mounted(faces):
         kind, area [m²] that counts, full_load_hours [h] of that area. The rows keep the index of
         `faces`.
     """
-    chosen = faces[faces["counted_area"] > 0]
+    chosen = faces[faces["reason"] == ""]
     # Hours of faces.csv are means over the whole polygon, covered parts with zero.
     hours = chosen["full_load_hours"] * chosen["area"] / chosen["counted_area"]
     return pd.DataFrame(

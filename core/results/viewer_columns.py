@@ -124,9 +124,9 @@ def measure_faces(faces, months):
     mounted = select_mounted(faces)
     area, hours = faces["area"].to_numpy(float), faces["full_load_hours"].to_numpy(float)
     counted = faces["counted_area"].to_numpy(float)
-    carries = counted > 0
+    carries, counts = (faces["reason"] == "").to_numpy(), counted > 0
     # Hours of faces.csv are means over the whole polygon, covered parts with zero.
-    spread = np.where(carries, area / np.where(carries, counted, 1.0), 1.0)
+    spread = np.where(counts, area / np.where(counts, counted, 1.0), 1.0)
     values = {
         "reason": np.where(
             carries,

@@ -258,7 +258,7 @@ def sum_totals(transfer, energy, system):
     `without_modules` has all other area, by the reason why it counts nothing; `dark` surfaces that
     count although next to no light reaches them, in deep courts and shafts.
     """
-    area, counts = np.asarray(transfer.surfaces.area, float), energy.counted_area > 0
+    area, counts = np.asarray(transfer.surfaces.area, float), energy.summed
     rows = {name: counts & (energy.kind == name) for name in KINDS}
     own = energy.eligible & np.isfinite(energy.full_load_hours)
     counted = energy.counted_area[counts]
@@ -268,7 +268,7 @@ def sum_totals(transfer, energy, system):
     # (y,) [MWh]
     by_year = kwp_of_hours(area, energy)[own] @ energy.full_load_hours_by_year[own] / 1000
     return {
-        "count": int(energy.eligible.sum()),
+        "count": int((energy.eligible & counts).sum()),
         **sum_potential(energy.eligible, area, energy),
         **{
             f"{name}_mwh_per_year": float(value) for name, value in exceeded_energy(by_year).items()

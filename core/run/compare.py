@@ -11,7 +11,7 @@ from ..results.columns import write_table
 from ..results.compare_runs import EXISTING, compare_folders, describe_light
 from ..results.output_folder import whole_folder
 from ..results.write_summary import write_summary
-from ..settings.errors import show_number
+from ..settings.errors import count_of, list_some, show_number
 
 CAPTIONS = {
     "roof": "Roofs from above: change of the full load hours. Blue loses, brown gains; grey: below two standard "
@@ -24,6 +24,13 @@ STATES = {
     "new": "New buildings",
     "gone": "Buildings that are gone",
     "all": "All",
+}
+PAYING = {  # of what an edit brings below or above the least hours
+    "no_longer": (
+        "Would no longer pay, below {least_hours:g} h, and counts with the modules of before "
+        "({mwh_before:,.1f} MWh a year): {told}"
+    ),
+    "newly": "Would pay now, from {least_hours:g} h, and does not count: {told}",
 }
 HEAD = (
     "Before [MWh]",
@@ -90,7 +97,17 @@ def describe_comparison(found):
             changes = [show_number(change, 2, plus=True) for change in rows["mwh_change"]]
             each = zip(rows["building_id"], changes, strict=True)
             lines.append(f"  {words}: {', '.join(f'{name} {change} MWh' for name, change in each)}")
-    return [*lines, *_note_light(found)]
+    return [*lines, *_note_paying(found), *_note_light(found)]
+
+
+def _note_paying(found):
+    """Name what an edit brings below or above the least hours: list of str."""
+    paying, notes = found.summary.get("paying"), []
+    for name, words in PAYING.items() if paying else ():
+        if names := paying[name]["surfaces"]:
+            told = f"{count_of(len(names), 'surface')}: {list_some(names, 5)}"
+            notes.append(words.format(told=told, **{**paying, **paying[name]}))
+    return notes
 
 
 def _note_light(found):
@@ -166,6 +183,7 @@ def _compose_page(found):
         write_report.section(
             "In short",
             write_report.paragraph(f"Weather: {summary['weather']}. {lead}"),
+            *(write_report.paragraph(note) for note in _note_paying(found)),
             *(write_report.paragraph(note, "warning") for note in _note_light(found)),
             write_report.table(("", "Buildings", *HEAD), sums, numbers=range(1, 8)),
             write_report.paragraph(

@@ -12,10 +12,12 @@ from ..accuracy.trace_run import trace_run, weigh_kept_suns
 from ..cluster import run_tasks
 from ..cluster.trace_tiles import check_cluster_settings, plan_tiles, trace_tiles
 from ..effects.plan_effects import describe_plan
+from ..energy import left_out
 from ..energy.counted_area import classify_again, note_other_clearance
 from ..energy.pv_system import ELECTRIC
 from ..light.prepare_scene import build_tree
 from ..rays.hemisphere_rays import is_compiled
+from ..results.compare_runs import CHANGE
 from ..results.exports import RunResults, write_exports
 from ..results.output_folder import ASKED, whole_folder
 from ..results.rays_file import NAME as RAYS
@@ -91,6 +93,7 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
         log.clock.lap("read city")
         # refuses unknown names before anything takes long
         study.find_surfaces(scene.surfaces.surface_id, request.series)
+        left_out.check_left_out(scene.surfaces, request.leave_out)
         log.write("\n".join(f"  {line}" for line in describe_scene(scene)))
         weather = study.read_year(scene.site, request, keep=(work / ASKED, Path(folder) / ASKED))
         log.write(describe_weather(weather, scene.site))
@@ -259,6 +262,12 @@ def recompute(transfer_path, folder, request, *, overwrite=False, log=None):
         other = note_other_clearance(transfer, request.clearance)
         for note in (*transfer.notes, *([other] if other else [])):
             log.write(f"{transfer_path}: {note}")
+        # An edit may have removed what the list of its base names; other names must be there.
+        if (Path(transfer_path).parent / CHANGE).is_file():
+            if gone := left_out.describe_gone(transfer.surfaces, request.leave_out):
+                log.write(gone)
+        else:
+            left_out.check_left_out(transfer.surfaces, request.leave_out)
         if transfer.record and transfer.record.interrupted:
             log.write(
                 f"{transfer_path} is from an interrupted run. "

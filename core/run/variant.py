@@ -13,6 +13,7 @@ from ..city.axis_order import PlaceHints
 from ..city.edge_distance import measure_edge_distance
 from ..city.edit_city import Change, edit_city, place_local, system_of
 from ..city.written_scene import written_scene
+from ..energy.left_out import describe_gone
 from ..light.change_light import trace_change
 from ..light.editable_city import restore_editable
 from ..light.errors_of_change import errors_of_difference
@@ -91,6 +92,8 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
             request = replace(request, albedo_file=path)
         scene, edited = trace_edit(base, kept.city, city, request=request, progress=log.progress)
         log.clock.lap("trace")
+        if gone := describe_gone(scene.surfaces, request.leave_out):
+            log.write(gone)
         # Files are named as they were given, and the choice of suns is the base's.
         named = replace(request, **kept.names)
         changes = {"request": named.as_dict(), "sun_sampling": base.transfer.record.sun_sampling}
@@ -115,14 +118,17 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
         # Results as of any run, and the rays for a further edit.
         if "editable" in output.exports:
             write_rays(work / NAME, edited, city, kept.names)
+        # Of these files only what is left out is read once more: from the rays, not by its name.
+        asked = replace(named, leave_out=request.leave_out)
         summary = write_results(
-            work, RunResults(city, scene, transfer, None, weather), named, output, log
+            work, RunResults(city, scene, transfer, None, weather), asked, output, log
         )
         # The standard errors of the changes that surfaces of both cities see.
-        ids, errors = errors_of_change(edited.before or base, edited, weather, named)
+        ids, errors = errors_of_change(edited.before or base, edited, weather, asked)
         table = {"surface_id": ids, "full_load_hours_change_standard_error": errors}
         write_table(work / CHANGE, pd.DataFrame(table))
-        totals = write_run(work, summary, named, log, beside={"variant": told})
+        beside = {"settings": named.as_dict(), "variant": told}
+        totals = write_run(work, summary, asked, log, beside=beside)
         write_exports(work, summary, output.exports, log.progress)
     report_outcome(log, folder, summary.energy, totals)
 

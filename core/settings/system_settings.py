@@ -105,6 +105,20 @@ class SystemSettings:
         kind="shares",
         metavar="KIND=SHARE",
     )
+    least_hours: float = of_electricity(
+        0.0,
+        "full load hours of a long-term year below which a face carries no modules",
+        title="Least hours",
+        panel="energy",
+        unit="h",
+        metavar="H",
+        least=0,
+    )
+    leave_out: str | None = of_electricity(
+        None,
+        "faces or buildings that carry no modules, such as protected ones: id,words",
+        metavar="CSV",
+    )
     series: tuple = of_electricity(
         (),
         f"ids of surfaces whose hourly series are written to series.csv; {BUILDINGS}: power of "

@@ -14,7 +14,7 @@ import pytest
 import shapely
 
 from citypv.core.city.grid_cells import Outlines
-from citypv.core.energy.counted_area import REASONS
+from citypv.core.energy.counted_area import CHOSEN, REASONS
 from citypv.core.results import write_report
 from citypv.core.results.pack_city import BELOW, pack_city, pack_shapes
 from citypv.core.results.read_results import (
@@ -131,7 +131,9 @@ def test_what_does_not_count_says_why(reason):
     results = some_results(reason=[reason] * 24, kwp=0.0)
     city = unpack(pack_city(results))
     assert city["reasons"][city["reason"][0]] == REASONS[reason]
-    assert not city["counted"].any() and np.isnan(city["month_01"]).all()
+    # What the user leaves out has an area of which its hours are, but no modules.
+    assert city["counted"].all() == (reason in CHOSEN)
+    assert not city["kwp"].any() and np.isnan(city["month_01"]).all()
 
 
 def test_a_table_of_another_version_is_refused():

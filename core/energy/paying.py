@@ -1,0 +1,114 @@
+"""Which of the surfaces that may carry modules do: those with enough full load hours that the user
+did not leave out; and the supply curve, what is left above each number of hours.
+
+The choice acts on modules, their power and sums alone. Groups, light and errors stay those of all
+surfaces that count.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from .counted_area import find_counted_area
+from .left_out import words_of_surfaces
+
+STEP = 10.0  # [h] between two points of the supply curve
+SIDES = {"facades": ("facade",), "roofs": ("roof", "steep", "flat", "rack")}
+
+
+def choose_modules(counted, surfaces, hours, system):
+    """Take the modules off surfaces with too few hours, and off those that the user leaves out.
+
+    Parameters
+    ----------
+    counted : CountedArea or Energy
+        With the modules of all surfaces that may carry them.
+    surfaces : Surfaces
+    hours : numpy.ndarray, (n,)
+        Full load hours of a year, long-term means over the whole of each surface [h].
+    system : PvSystem
+        Of which `least_hours` and `leave_out` are used.
+
+    Returns
+    -------
+    CountedArea or Energy
+    """
+    if not (system.least_hours or system.leave_out):
+        return counted
+    # What is left out, with the user's words on it.
+    words = (
+        words_of_surfaces(surfaces, system.leave_out)
+        if system.leave_out
+        else [None] * len(counted.kwp)
+    )
+    # Hours of modules are those of the area that counts.
+    area, carries = np.asarray(surfaces.area, float), counted.reason == ""
+    own = np.divide(hours * area, counted.counted_area, out=np.zeros(len(area)), where=carries)
+    left_out = carries & np.array([one is not None for one in words], bool)
+    few = carries & ~left_out & ~(own >= system.least_hours)
+    changed = {
+        "reason": np.select([left_out, few], ["left-out", "low-hours"], counted.reason),
+        "reason_note": np.where(left_out, [one or "" for one in words], counted.reason_note),
+    }
+    # All that is of modules goes.
+    for name in ("module_area", "kwp"):
+        changed[name] = np.where(left_out | few, 0.0, getattr(counted, name))
+    return replace(counted, **changed)
+
+
+def choose_again(energy, transfer, system):
+    """An Energy with the modules that another choice leaves; nothing else changes."""
+    counted = find_counted_area(transfer, system)
+    every = replace(energy, **vars(counted))
+    return choose_modules(every, transfer.surfaces, energy.full_load_hours, system)
+
+
+def sum_by_hours(kind, hours, kwp):
+    """Power and energy of surfaces by their hours, in steps of 10 h.
+
+    Parameters
+    ----------
+    kind : (n,) str
+    hours : (n,) float [h]
+        Of the modules of each surface.
+    kwp : (n,) float [kWp]
+
+    Returns
+    -------
+    numpy.ndarray, (2, 2, k)
+        Of facades and roofs the power [kWp] and the energy [MWh] in each step of 8,760 h.
+    """
+    steps = int(8760 / STEP)
+    place = np.minimum(hours / STEP, steps - 1).astype(int)
+    sums = np.zeros((2, 2, steps))
+    for side, kinds in enumerate(SIDES.values()):
+        own = np.isin(kind, kinds)
+        for row, values in enumerate((kwp, kwp * hours / 1000)):
+            sums[side, row] = np.bincount(place[own], values[own], steps)
+    return sums
+
+
+def supply_curve(sums):
+    """What is left of facades and roofs where at least 0, 10, 20 … hours are asked for.
+
+    Parameters
+    ----------
+    sums : (2, 2, k)
+        Of `sum_by_hours`.
+
+    Returns
+    -------
+    dict
+        `step` [h], and of each side lists of the `kwp` and `mwh` that are left, up to the first
+        step that leaves nothing.
+    """
+    left = np.cumsum(sums[..., ::-1], axis=-1)[..., ::-1]
+    last = int(np.count_nonzero(left[:, 0].any(axis=0)))
+    curves = {
+        side: {
+            name: [*map(float, own[:last]), 0.0]
+            for name, own in zip(("kwp", "mwh"), rows, strict=True)
+        }
+        for side, rows in zip(SIDES, left, strict=True)
+    }
+    return {"step": STEP, **curves}
