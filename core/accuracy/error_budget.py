@@ -156,8 +156,11 @@ def budget_surfaces(errors):
     }
 
 
-def suggest_more(transfer, weather, energy):
-    """One sentence on what would halve the error, or ""."""
+def suggest_more(transfer, weather, energy, *, timed=True):
+    """One sentence on what would halve the error, or "".
+
+    `timed`: whether the seconds of the run tell what more would take; not where it compiled.
+    """
     errors = split_errors(transfer, weather, energy)
     largest = errors.largest()
     if largest is None or transfer.record is None or not errors.at_share() > 0:
@@ -172,7 +175,7 @@ def suggest_more(transfer, weather, energy):
         seconds = seconds_of_rounds(transfer) * (needed - 1)
         more = (
             f"{describe_duration(seconds)} more"
-            if np.isfinite(seconds)
+            if timed and np.isfinite(seconds)
             else f"{needed:.1f} times the samples"
         )
         return f"{start}{more} would halve it: most of it is due to {SOURCES[largest]}."

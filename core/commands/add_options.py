@@ -171,14 +171,23 @@ def add_city(parser):
     add_options(parser, "city", "surfaces")
 
 
-def add_output(parser, *, exports=False):
-    """Options for the output folder, and for files that are written when they are asked for."""
+def add_output(parser, *, exports=False, detailed=False):
+    """Options for the output folder, for files that are written when they are asked for, and for
+    what is printed.
+    """
     output = parser.add_argument_group("the results")
     output.add_argument("--out", required=True, metavar="DIR", help="folder to write")
     output.add_argument(
         "--overwrite", action="store_true", help="replace results in a folder that is not empty"
     )
     output.add_argument("--quiet", action="store_true", help="print errors only")
+    if detailed:
+        output.add_argument(
+            "--verbose", action="store_true", help="print why each effect is simulated or not"
+        )
+        output.add_argument(
+            "--json", action="store_true", help="print summary.json on standard output"
+        )
     for name, export in EXPORTS.items() if exports else ():
         listed = {"action": "append_const", "dest": "exports", "const": name, "default": []}
         output.add_argument(f"--{name}", help=f"write {export.file}: {export.words}", **listed)

@@ -13,6 +13,7 @@ import threading
 import traceback
 from dataclasses import asdict, fields
 from functools import partial
+from pathlib import Path
 
 from ..run.run_log import RunLog, print_output
 from ..settings.errors import InputError, show_signs
@@ -77,7 +78,10 @@ def main(arguments=None, draw=None):
         check_memory(_name_input(options), "a run of any size", 4e8, "give it more memory")
         options.draw, options.log = (
             draw,
-            RunLog(None if getattr(options, "quiet", False) else sys.stderr),
+            RunLog(
+                None if getattr(options, "quiet", False) else sys.stderr,
+                verbose=getattr(options, "verbose", False),
+            ),
         )
         return options.run(options) or 0
     except InputError as error:
@@ -167,6 +171,7 @@ def _run_simulate(options):
         interrupted = simulate(
             options.city, options.out, request, output=output, log=options.log, cluster=tiles
         )
+    _print_summary(options)
     if not interrupted:
         return 0
     print(interrupted, file=sys.stderr)
@@ -179,6 +184,7 @@ def _run_yield(options):
 
     told = {"overwrite": options.overwrite, "log": options.log}
     recompute(options.transfer, options.out, read_request(options), **told)
+    _print_summary(options)
 
 
 def _run_world(options):
@@ -278,6 +284,12 @@ def _run_selfcheck(options):
     outcome = f"{failed} FAILED" if failed else "all passed"
     _print_found(options, found, [f"{len(checks)} checks in {found['seconds']:.1f} s: {outcome}"])
     return int(failed > 0)
+
+
+def _print_summary(options):
+    """Print summary.json of what was written, where JSON is asked for."""
+    if options.json:
+        print_output(Path(options.out, "summary.json").read_text("utf-8"))
 
 
 def _print_found(options, found, lines):

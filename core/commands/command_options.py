@@ -16,7 +16,7 @@ from .add_options import (
 def simulate_options(parser):
     """A whole run."""
     add_city(parser)
-    add_output(parser, exports=True)
+    add_output(parser, exports=True, detailed=True)
     add_options(parser, "weather", "electricity", "light", "sky", "effects", "run")
     add_cluster(parser, tiles=True)
     parser.add_argument("--blend", action="store_true", help="write city.blend (needs bpy)")
@@ -28,7 +28,7 @@ def yield_options(parser):
     parser.add_argument(
         "transfer", metavar="TRANSFER", help="folder of an earlier run, or its transfer.nc"
     )
-    add_output(parser)
+    add_output(parser, detailed=True)
     add_options(parser, "surfaces", "weather", "electricity", "sky", "effects", "run")
 
 

@@ -167,6 +167,15 @@ def describe_plan(plan):
     return lines + plan.notes
 
 
+def name_effects(plan):
+    """What is simulated and what is not, in one line; `describe_plan` says why."""
+    on, off = (
+        ", ".join(effect.key for effect in plan.effects if effect.on == wanted)
+        for wanted in (True, False)
+    )
+    return f"Simulated: {on}; not called for: {off or 'none'} (--verbose tells why)"
+
+
 def describe_bound(bound, on):
     """What is left out at most, a share of light or None, in words."""
     if bound is None:

@@ -3,6 +3,7 @@
 import os
 import sys
 import time
+from pathlib import Path
 
 from ..settings.errors import count_of, list_some, show_number, show_signs
 from ..settings.progress import Clock, TerminalProgress, describe_duration, silent
@@ -17,10 +18,12 @@ class RunLog:
         For messages, and for progress where nothing else receives it.
     progress : callable, optional
         See `core.settings.progress`.
+    verbose : bool
+        Whether details are printed too.
     """
 
-    def __init__(self, stream=None, progress=silent):
-        self.stream = stream
+    def __init__(self, stream=None, progress=silent, *, verbose=False):
+        self.stream, self.verbose = stream, verbose
         self.progress = TerminalProgress(stream) if stream else progress
         self.clock, self.started = Clock(), time.monotonic()
 
@@ -28,6 +31,11 @@ class RunLog:
         """Print one line."""
         if self.stream:
             print(show_signs(text), file=self.stream, flush=True)
+
+    def detail(self, text):
+        """Print a line for who wants to know how results come about."""
+        if self.verbose:
+            self.write(text)
 
     def show(self, transfer):
         """Receive the Transfer of all rounds so far, after each of them."""
@@ -100,7 +108,9 @@ def report_outcome(log, folder, energy, totals, report=None):
             log.write(
                 f"  {count_of(len(names), 'building')}, {reason.removeprefix('building ')}: {told}"
             )
-    log.write(f"Written to {folder} in {describe_duration(sum(log.clock.seconds.values()))}")
+    took = describe_duration(sum(log.clock.seconds.values()))
+    names = sorted(path.name for path in Path(folder).iterdir())
+    log.write(f"Written to {folder} in {took}: {', '.join(names)}")
 
 
 def describe_overrun(request, log):
@@ -117,6 +127,12 @@ def describe_overrun(request, log):
         f"--time-budget {request.time_budget:g} was exceeded: the run took {took:.1f} s, {words}",
         "  a larger --patch-size or fewer --suns take less",
     ]
+
+
+def tell_next(log, *commands):
+    """Name the commands that a run leads to: (command, what it does) each."""
+    for command, words in commands:
+        log.write(f"Next: citypv {command}  # {words}")
 
 
 def describe_scene(scene):

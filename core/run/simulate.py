@@ -11,7 +11,7 @@ from ..accuracy.rounds_to_target import CELLS
 from ..accuracy.trace_run import trace_run, weigh_kept_suns
 from ..cluster import run_tasks
 from ..cluster.trace_tiles import check_cluster_settings, plan_tiles, trace_tiles
-from ..effects.plan_effects import describe_plan
+from ..effects.plan_effects import describe_plan, name_effects
 from ..energy import left_out
 from ..energy.counted_area import classify_again, note_other_clearance
 from ..energy.pv_system import ELECTRIC
@@ -36,8 +36,11 @@ from .run_log import (
     describe_scene,
     describe_weather,
     report_outcome,
+    tell_next,
 )
 from .write_run import Output, write_energy, write_results, write_run
+
+DRAWS = "draws report.html: the city in 3D, tables, errors"
 
 
 def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
@@ -101,15 +104,15 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
         # What will be simulated and left out, decided for this scene.
         if request.wants_rounds:
             check_goal(scene, weather, request, log)
-        log.write("Effects included for this scene:")
         if cluster:
             prepared = plan_tiles(scene, weather, request, cluster, log.write)
         else:
             prepared = study.prepare_study(scene, weather, request)
-        log.write("\n".join(f"  {line}" for line in describe_plan(prepared.plan)))
+        log.write(name_effects(prepared.plan))
+        log.detail("\n".join(f"  {line}" for line in describe_plan(prepared.plan)))
         log.write(
             "Tracing"
-            if is_compiled()
+            if (timed := is_compiled())
             else "Tracing; compiling first, which this machine needs once"
         )
         # Light: in tiles on a cluster, or all at once; then its rays may be kept for edits.
@@ -141,7 +144,9 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
     transfer, energy = results.transfer, results.energy
     run_tasks.drop_kept(folder, cluster)
     report_outcome(log, folder, energy, totals, scene.report)
-    log.write("\n".join([suggest_more(transfer, weather, energy), *describe_overrun(request, log)]))
+    more = suggest_more(transfer, weather, energy, timed=timed)
+    log.write("\n".join([more, *describe_overrun(request, log)]))
+    tell_next(log, (f"plot {folder}", DRAWS))
     return describe_interruption(transfer.record)
 
 
@@ -281,3 +286,4 @@ def recompute(transfer_path, folder, request, *, overwrite=False, log=None):
         energy = write_energy(work, transfer, weather, request, log)
         totals = write_run(work, RunResults(None, None, transfer, energy, weather), request, log)
     report_outcome(log, folder, energy, totals)
+    tell_next(log, (f"plot {folder}", DRAWS))

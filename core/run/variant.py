@@ -29,7 +29,7 @@ from ..settings.errors import InputError, id_of_cell
 from ..settings.progress import silent
 from ..study import ELSEWHERE
 from ..weather.climate_grid import is_land
-from .run_log import RunLog, describe_weather, report_outcome
+from .run_log import RunLog, describe_weather, report_outcome, tell_next
 from .write_run import Output, write_results, write_run
 
 
@@ -131,6 +131,8 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
         totals = write_run(work, summary, asked, log, beside=beside)
         write_exports(work, summary, output.exports, log.progress)
     report_outcome(log, folder, summary.energy, totals)
+    who = f"compare {base_folder} {folder} --out {folder}_change"
+    tell_next(log, (who, "who gains and who loses"))
 
 
 def trace_edit(base, before, after, *, request=None, progress=silent, preview=None):

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -384,3 +385,18 @@ def test_a_missing_package_is_named_in_one_line(city, tmp_path):
         "citypv: error: the Python package embreex.mesh_construction is missing; "
         "see docs/guide/install.md"
     ]
+
+
+@pytest.mark.slow
+def test_a_run_says_what_is_next_and_prints_its_summary_as_json(city, tmp_path):
+    out = tmp_path / "out"
+    command = [sys.executable, "-m", "citypv", "simulate", city, "--suns", "days:1", "--json"]
+    done = subprocess.run([*command, "--out", out], capture_output=True, text=True, check=True)
+    assert json.loads(done.stdout) == json.loads((out / "summary.json").read_text("utf-8"))
+    lines = done.stderr.splitlines()
+    assert lines[-1].startswith(f"Next: citypv plot {out}  #")
+    (written,) = (line for line in lines if line.startswith(f"Written to {out} in "))
+    assert set(written.partition(": ")[2].split(", ")) == names_in(out)
+    (simulated,) = (line for line in lines if line.startswith("Simulated: "))
+    assert set(re.findall(r"[\w-]+", simulated)) >= set(TABLE)
+    assert "leaves out nothing" not in done.stderr

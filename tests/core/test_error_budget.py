@@ -176,6 +176,7 @@ def test_the_last_sentence_names_the_largest_part(run):
     )
     alone = replace(transfer, error_parts=parts, record=replace(transfer.record, sun_sampling=None))
     assert "s more would halve it" in suggest_more(alone, weather, energy)
+    assert " times the samples would halve it" in suggest_more(alone, weather, energy, timed=False)
     untimed = replace(alone, record=replace(alone.record, seconds={"suns": np.nan}))
     assert " times the samples would halve it" in suggest_more(untimed, weather, energy)
 
