@@ -86,6 +86,8 @@ class Result:
         sectors: Literal["8", "paper"] = "8",
         overhangs: Literal["leave-out", "count"] = "leave-out",
         usable: Mapping[str, float] = ...,
+        least_hours: float = 0.0,
+        leave_out: StrPath | None = None,
         series: str | Sequence[str] = (),
         monthly: bool = False,
         time_shift: float = 0.0,
@@ -143,6 +145,10 @@ class Result:
             whether walls that lean outward by more than 1° are facades
         usable : dict of str to float, default {}
             share of the area that windows and edges leave for modules, by kind
+        least_hours : float, default 0.0
+            [h] full load hours of a long-term year below which a face carries no modules
+        leave_out : str, optional
+            faces or buildings that carry no modules, such as protected ones: id,words
         series : list of str, default ()
             ids of surfaces whose hourly series are written to series.csv; buildings: power of each
             in timeseries.nc
@@ -243,6 +249,8 @@ def simulate(
     sectors: Literal["8", "paper"] = "8",
     overhangs: Literal["leave-out", "count"] = "leave-out",
     usable: Mapping[str, float] = ...,
+    least_hours: float = 0.0,
+    leave_out: StrPath | None = None,
     series: str | Sequence[str] = (),
     monthly: bool = False,
     lod: str | None = None,
@@ -355,6 +363,10 @@ def simulate(
         whether walls that lean outward by more than 1° are facades
     usable : dict of str to float, default {}
         share of the area that windows and edges leave for modules, by kind
+    least_hours : float, default 0.0
+        [h] full load hours of a long-term year below which a face carries no modules
+    leave_out : str, optional
+        faces or buildings that carry no modules, such as protected ones: id,words
     series : list of str, default ()
         ids of surfaces whose hourly series are written to series.csv; buildings: power of each
         in timeseries.nc
@@ -570,6 +582,8 @@ def world(
     clearance: float = 0.3,
     overhangs: Literal["leave-out", "count"] = "leave-out",
     usable: Mapping[str, float] = ...,
+    least_hours: float = 0.0,
+    leave_out: StrPath | None = None,
     series: str | Sequence[str] = (),
     monthly: bool = False,
     weather: StrPath = "climate",
@@ -638,6 +652,10 @@ def world(
         whether walls that lean outward by more than 1° are facades
     usable : dict of str to float, default {}
         share of the area that windows and edges leave for modules, by kind
+    least_hours : float, default 0.0
+        [h] full load hours of a long-term year below which a face carries no modules
+    leave_out : str, optional
+        faces or buildings that carry no modules, such as protected ones: id,words
     series : list of str, default ()
         ids of surfaces whose hourly series are written to series.csv; buildings: power of each
         in timeseries.nc

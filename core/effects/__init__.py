@@ -15,6 +15,7 @@ DOORS = (
     "effect.judge_effects",
     "plan_effects.describe_bound",
     "plan_effects.describe_plan",
+    "plan_effects.name_effects",
     "plan_effects.plan_effects",
     "rays.GROUP_LIMIT",
     "rays.MOST_BOUNCES",
