@@ -106,7 +106,7 @@ def supply_curve(sums):
     last = int(np.count_nonzero(left[:, 0].any(axis=0)))
     curves = {
         side: {
-            name: [*map(float, own[:last]), 0.0]
+            name: [*(float(f"{value:.6g}") for value in own[:last]), 0.0]
             for name, own in zip(("kwp", "mwh"), rows, strict=True)
         }
         for side, rows in zip(SIDES, left, strict=True)

@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 
 from ..city.locate_site import bring_to_grid
 from ..city.scene import Site
+from ..energy.paying import SIDES
 from ..settings.errors import InputError, count_of, show_number
 from ..settings.request import declared_settings, option_of
 from .read_results import CURE, Results, read_results, read_table
@@ -41,7 +42,6 @@ EXISTING, CHANGED, NEW, GONE = "existing", "changed", "new", "gone"  # the secon
 CHANGE, CHANGE_ERROR = "change.csv", "full_load_hours_change_standard_error"  # of a variant
 BEFORE = "before.csv"  # of a variant: hours before the edit, where its base has other hours
 BEFORE_COLUMNS = ("full_load_hours", "full_load_hours_standard_error")
-SIDES = {"facades": ("facade",), "roofs": ("roof", "steep", "flat", "rack")}
 ERROR = "mwh_change_standard_error"
 
 

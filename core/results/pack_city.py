@@ -15,7 +15,7 @@ from ..city.classify import ORIENTATIONS
 from ..city.polygons import triangulate
 from ..energy.pv_system import KINDS
 from .read_results import in_order
-from .viewer_columns import describe_view, list_layers, measure_faces
+from .viewer_columns import describe_view, list_layers, measure_faces, sum_counting
 
 BELOW = 0.2  # [m] of the ground below the feet of buildings
 
@@ -68,13 +68,14 @@ def pack_city(results, change=None):
             "building_change": sums.to_numpy(float),
             "building_change_error": np.sqrt(square.to_numpy(float)),
         }
+    supply = sum_counting(faces["kind"].to_numpy(str), values)
     # Shapes of the surfaces, then the header that says what each array is, then all in one stream.
     shapes = {} if results.outlines is None else pack_shapes(results.outlines, building)
     packed = [_pack_array(name, array) for name, array in (arrays | shapes).items()]
     header = {
         "buildings": buildings.tolist(),
         "surface_id": faces["surface_id"].tolist(),
-        **describe_view(kinds, sides, list_layers(values, mounted)),
+        **describe_view(kinds, sides, list_layers(values, mounted), supply),
         "arrays": [entry for entry, _ in packed],
     }
     text = json.dumps(header, separators=(",", ":")).encode("ascii")

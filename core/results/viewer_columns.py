@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from ..energy.counted_area import REASONS
+from ..energy.paying import sum_by_hours, supply_curve
 from .colour_map import DIVERGING, GROUND, MAPS, MISSING, choose_range
 from .columns import COLUMNS
 from .read_results import MONTHS, WORDS, select_mounted
@@ -87,8 +88,10 @@ VIEWED = (
 )
 
 
-def describe_view(kinds, sides, layers):
-    """What the page must know to show any surface: dict."""
+def describe_view(kinds, sides, layers, supply):
+    """What the page must know to show any surface, and all of them: dict. `supply` is of
+    `sum_counting`.
+    """
     return {
         "kinds": [
             {"name": name, "single": WORDS[name][0], "many": WORDS[name][1]} for name in kinds
@@ -98,6 +101,7 @@ def describe_view(kinds, sides, layers):
         "reasons": ["", FLAT, *REASONS.values()],
         "months": MONTHS,
         "layers": layers,
+        "supply": supply_curve(supply),
         "missing": f"#{MISSING}",
         "ground": f"#{GROUND}",
     }
@@ -139,6 +143,16 @@ def measure_faces(faces, months):
     }
     months = np.where(carries, months.T * spread, np.nan)
     return mounted, values | {f"month_{number:02d}": own for number, own in enumerate(months, 1)}
+
+
+def sum_counting(kind, values):
+    """Power and energy of the surfaces in the totals, of kinds (n,) str and `values` of
+    `measure_faces`, by their hours: as of `sum_by_hours`.
+    """
+    rows = values["reason"] == 0
+    # As the page has them, so that the slider greys exactly what the curve leaves out.
+    hours = values["hours"][rows].astype(np.float32).astype(float)
+    return sum_by_hours(kind[rows], hours, values["kwp"][rows])
 
 
 def list_layers(values, mounted):

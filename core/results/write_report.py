@@ -75,6 +75,7 @@ SECTIONS = {
     "Over the year and the day": ("months", "day", "sun-path"),
     "How the hours are spread over the area": ("histograms",),
 }
+SCRIPTS = ("viewer.js", "supply.js", "report.js")
 WEB, NONE = Path(__file__).parent / "web", "'none'"
 MOST_DATA = 15_000_000  # characters that the 3D view may add to the page
 TOO_LARGE = (
@@ -120,7 +121,7 @@ def fill_page(title, body, data=""):
     """A page that may load nothing, and run nothing but the 3D view, where there is `data` of
     `pack_city`: str.
     """
-    codes = [read_web("three.js"), read_web("viewer.js") + read_web("report.js")] if data else []
+    codes = [read_web("three.js"), "".join(map(read_web, SCRIPTS))] if data else []
     scripts = (
         [f'<script type="application/octet-stream" id="city-data">{data}</script>'] if data else []
     )

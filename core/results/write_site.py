@@ -28,7 +28,7 @@ from .read_results import in_order, read_summary
 from .site_store import Store
 from .surfaces_file import CURE
 from .tile_tree import SIDE, bound, join_squares, write_square, write_tileset
-from .viewer_columns import describe_view, list_layers, measure_faces
+from .viewer_columns import describe_view, list_layers, measure_faces, sum_counting
 from .write_report import (
     WEB,
     compose_errors,
@@ -40,7 +40,7 @@ from .write_report import (
     table,
 )
 
-SCRIPTS = ("three.js", "tiles.js", "viewer.js", "map.js")
+SCRIPTS = ("three.js", "tiles.js", "viewer.js", "supply.js", "map.js")
 NO_LICENCE = (
     "The licence of the city model is not stated. Whoever publishes this map has to see to it."
 )
@@ -163,19 +163,21 @@ def _sort_surfaces(store, folders, frame, summary):
     """
     # The scales of the legends follow from about 100,000 surfaces.
     step = 1 + summary["input"]["surfaces"] // 100_000
-    sampled, kinds, sides, count = [], set(), set(), 0
+    sampled, kinds, sides, count, supply = [], set(), set(), 0, 0
     for number, folder in enumerate(folders):
         for found in read_pieces(folder, frame):
             piece = store.add_piece(found, number, folder)
             kinds, sides = kinds | set(piece.faces["kind"]), sides | set(piece.faces["orientation"])
             count += len(piece.faces)
             mounted, values = measure_faces(piece.faces, piece.months)
+            supply = supply + sum_counting(piece.faces["kind"].to_numpy(str), values)
             sampled.append(np.column_stack([*values.values()])[mounted.index][::step])
     if not count:
         raise InputError(folders[0] / "faces.csv", "has no surfaces with shapes", CURE)
     sampled = dict(zip(values, np.concatenate(sampled).T, strict=True))
     layers = list_layers(sampled, pd.DataFrame(index=range(len(sampled["hours"]))))
-    return count, describe_view(in_order(kinds, KINDS), in_order(sides, ORIENTATIONS), layers)
+    words = in_order(kinds, KINDS), in_order(sides, ORIENTATIONS)
+    return count, describe_view(*words, layers, supply)
 
 
 def _write_tiles(work, store, frame, *, look, private):

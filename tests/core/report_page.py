@@ -6,6 +6,7 @@ import re
 from xml.sax.saxutils import escape
 
 import numpy as np
+import pytest
 from small_city import FAST, house, write_gml
 
 from citypv.core.commands.command_line import main
@@ -58,6 +59,41 @@ def shown_parts(page):
 def on_counted_area(faces, column):
     """Column of faces.csv as a mean over the open area: its means are over whole polygons."""
     return faces[column] * faces["area"] / faces["open_area"]
+
+
+def slide(page, hours):
+    """Ask for so many least hours by the slider: its sentence, and what the table has of facades,
+    roofs and all.
+    """
+    page.run(f"byId('least').value = {hours}; byId('least').dispatchEvent(new Event('input')); 1")
+    rows = page.run("[...byId('sums').tBodies[0].rows].map((row) => row.innerText)")
+    table = {row.split("\t")[0]: [*map(numbers, row.split("\t")[1:])] for row in rows}
+    return page.run("byId('left').textContent"), table
+
+
+def check_slider(page, faces):
+    """What is left above some hours is a sum over the rows of faces.csv that carry modules."""
+    rows = faces[(faces["kwp"] > 0) & faces["eligible"]]
+    hours, kwp = on_counted_area(rows, "full_load_hours"), rows["kwp"]
+    most = page.run("Number(byId('least').max)")
+    assert 0 <= most - hours.max() <= 10
+    for least in (0, *(10 * np.round(hours.quantile([0.1, 0.4, 0.8]) / 10)), most):
+        sentence, table = slide(page, least)
+        pays = hours >= least
+        for title, own in (
+            ("Facades", rows["kind"] == "facade"),
+            ("Roofs", rows["kind"] != "facade"),
+            ("All", rows["kind"] != ""),
+        ):
+            power, energy = kwp[own & pays].sum(), (kwp * hours)[own & pays].sum() / 1000
+            whole = (kwp * hours)[own].sum() / 1000
+            told = [one[0] if one else np.nan for one in table[title]]
+            assert told[:2] == pytest.approx([power, energy], rel=1e-5, abs=0.51)
+            assert told[3] == pytest.approx(100 * energy / whole, abs=0.51)
+            if power:
+                assert told[2] == pytest.approx(1000 * energy / power, abs=0.51)
+        assert numbers(sentence)[:2] == [table["All"][0][0], table["All"][1][0]]
+    slide(page, 0)
 
 
 class Picture:

@@ -9,7 +9,16 @@ import pytest
 from browser import start_browser
 from matplotlib import colormaps
 from matplotlib.image import imread
-from report_page import Picture, numbers, on_counted_area, shown, shown_parts, simulate_houses
+from report_page import (
+    Picture,
+    check_slider,
+    numbers,
+    on_counted_area,
+    shown,
+    shown_parts,
+    simulate_houses,
+    slide,
+)
 
 from citypv.core.commands.command_line import main
 from citypv.core.energy.counted_area import REASONS
@@ -147,6 +156,27 @@ def test_the_city_has_the_colours_of_its_hours(page, folder, faces, tmp_path):
             assert 0.72 < shade < 1.01 and seen == pytest.approx(shade * colour, abs=0.02)
             checked += 1
     assert checked > 15
+
+
+def test_the_slider_sums_and_greys_which_faces_pay(page, faces):
+    check_slider(page, faces)
+    hours = on_counted_area(faces, "full_load_hours").to_numpy()
+    least = 10 * round(np.nanmedian(hours[faces["kwp"] > 0]) / 10)
+    slide(page, least)
+    stops = "currentLayer().stops.map(readColour)"
+    grey = page.run(
+        f"city.surface_id.map((_, k) => colourOf(k, currentLayer(), {stops}, [-1, -1, -1])[0] < 0)"
+    )
+    pays = (faces["kwp"] > 0).to_numpy() & (hours >= least)
+    assert grey == (~pays).tolist() and 0 < pays.sum() < len(faces)
+    assert f"or has less than {least} h" in page.run("byId('grey-words').textContent")
+    # Keys move it by a step, and the line in both charts follows.
+    page.run("byId('least').focus()")
+    page.press("ArrowLeft")
+    assert page.run("[least, Number(byId('least').value)]") == [least - 10] * 2
+    places = page.run("markers.map(({ marker, place }) => marker.x1.baseVal.value - place(least))")
+    assert places == pytest.approx([0, 0], abs=1e-3)
+    slide(page, 0)
 
 
 def test_names_do_nothing_but_stand_there(page):

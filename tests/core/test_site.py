@@ -13,7 +13,15 @@ import pandas as pd
 import pyproj
 import pytest
 from read_glb import Glb, visit_tiles
-from report_page import Picture, numbers, on_counted_area, shown, shown_parts, simulate_houses
+from report_page import (
+    Picture,
+    check_slider,
+    numbers,
+    on_counted_area,
+    shown,
+    shown_parts,
+    simulate_houses,
+)
 
 from citypv.core.commands.command_line import main
 from citypv.core.results import tile_tree
@@ -369,6 +377,10 @@ def test_buildings_are_found_and_have_the_totals_of_buildings_csv(page, folders)
         page.run("document.querySelector('#city-buildings td button').click()")
         assert page.run("document.querySelector('#city-chosen p button').textContent") == row[0]
     assert page.run("document.querySelectorAll('#city img, #city script').length") == 0
+
+
+def test_the_slider_sums_both_quarters(page, faces):
+    check_slider(page, faces)
 
 
 def test_it_says_what_it_rests_on_and_fits_a_phone(page):

@@ -1,5 +1,5 @@
 // A city in 3D, the numbers of a surface or building that is clicked, and the table of buildings: what the report
-// (report.js) and a city's solar map (map.js) share.
+// (report.js) and a city's solar map (map.js) share. supply.js, between them, shows which faces pay.
 //
 // Each of them defines what it does in its own way: paintPicture, visitCorners, showMark, choosePicked, rowOf, partsOf
 // and findRows. Texts of the data become part of the page by textContent alone. THREE is the bundle of three.js.
@@ -23,6 +23,7 @@ const COLUMNS = [
 ];
 
 let city; // header and arrays of the data; of a map those of a tile
+let least = 0; // [h] of the slider: faces with fewer hours are grey
 let view = null; // of `startView`; null without WebGL or shapes
 const chosen = { building: -1, surface: -1 };
 const order = { column: 3, down: true, shown: PAGE_OF_ROWS };
@@ -121,7 +122,7 @@ function currentLayer() {
 function colourOf(surface, layer, stops, missing) {
   const value = layer.values[surface];
   let colour = missing;
-  if (carries(surface) && Number.isFinite(value)) {
+  if (carries(surface) && Number.isFinite(value) && !(city.hours[surface] < least)) {
     const share = Math.min(Math.max((value - layer.low) / (layer.high - layer.low), 0), 1) * (stops.length - 1);
     const place = Math.min(Math.floor(share), stops.length - 2);
     colour = stops[place].map((part, k) => part + (share - place) * (stops[place + 1][k] - part));
@@ -139,7 +140,8 @@ function paint() {
   const digits = ticks[2] - ticks[0] >= 10 ? 0 : 2;
   byId("ticks").replaceChildren(...ticks.map((tick) => make("span", format(tick, digits))));
   byId("grey").style.background = city.missing;
-  byId("grey-words").textContent = layer.name === "change" ? "is new, or does not count" : "does not count";
+  const few = least ? ` or has less than ${format(least, 0)} h` : "";
+  byId("grey-words").textContent = `${layer.name === "change" ? "is new, or " : ""}does not count${few}`;
   if (!view) return;
   paintPicture(layer, layer.stops.map(readColour), readColour(city.missing));
   draw();
@@ -484,6 +486,7 @@ function showPage() {
     showTable();
   });
   show("stage", "table");
+  showSupply();
   if (view) {
     show("tools", "help");
     listenToCanvas();
