@@ -1,9 +1,12 @@
 """Settings of the manual's pages: `make docs` builds them with Sphinx."""
 
+from pathlib import Path
+
 import citypv
+from citypv.core.commands.command_line import COMMANDS
 
 project = "CityPV"
-author = "CityPV"
+author = "The CityPV developers"
 release = version = citypv.__version__
 extensions = ["myst_parser", "numpydoc", "sphinx.ext.autodoc", "sphinxarg.ext"]
 exclude_patterns = []
@@ -17,6 +20,31 @@ html_theme = "pydata_sphinx_theme"
 html_title = "CityPV"
 html_theme_options = {"navbar_align": "left", "show_prev_next": False, "navigation_depth": 2}
 html_show_sourcelink = False
+html_search_scorer = str(Path(__file__).with_name("scorer.js"))
+
+OPTIONS = """\
+citypv {name}
+{line}
+
+{words}.
+
+.. argparse::
+   :module: citypv.core.commands.command_line
+   :func: build_parser
+   :prog: citypv
+   :path: {name}
+   :nodescription:
+"""
+
+
+def write_options(app):
+    """A page for the options of each command, beside `options.rst`."""
+    folder = Path(app.srcdir, "options")
+    folder.mkdir(exist_ok=True)
+    for name, (_, words) in COMMANDS.items():
+        line = "=" * len(f"citypv {name}")
+        text = OPTIONS.format(name=name, line=line, words=words[0].upper() + words[1:])
+        (folder / f"{name}.rst").write_text(text, "utf-8")
 
 
 def find_results(app, name, source):
@@ -26,4 +54,5 @@ def find_results(app, name, source):
 
 def setup(app):
     """Called by Sphinx."""
+    app.connect("builder-inited", write_options)
     app.connect("source-read", find_results)

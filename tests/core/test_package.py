@@ -15,7 +15,8 @@ ROOT = Path(citypv.__file__).parent
 
 
 def test_the_stub_is_what_make_stubs_writes():
-    subprocess.run([sys.executable, ROOT / "tools/make_stubs.py", "--check"], check=True)
+    done = subprocess.run([sys.executable, ROOT / "tools/make_stubs.py", "--check"], check=False)
+    assert done.returncode == 0, "type: make stubs"
 
 
 def test_help_of_python_lists_settings_with_type_unit_and_default():
