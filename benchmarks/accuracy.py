@@ -41,14 +41,14 @@ from tracer import SETTINGS, TOWN
 from citypv.core.accuracy.trace_run import trace_round, trace_run
 from citypv.core.commands.plain_scenes import join_parts
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.light.prepare_scene import build_tree, prepare_scene
+from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.results.picture import DOTS, make_figure, make_logarithmic, plain_style
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.sun.suns import Suns, progressive_order
+from citypv.core.sun.suns import Suns
 
 ROOT = Path(__file__).parents[1]
 KEPT = ROOT / "build" / "accuracy.json"
@@ -163,7 +163,7 @@ class Midtown:
             self.weather.latitude,
             self.weather.longitude,
         )
-        return progressive_order(choose_suns(way, *year, position=self.weather.data))
+        return choose_suns(way, *year, position=self.weather.data).progressive_order()
 
     def error(self, transfer):
         """The same as of the town; cosines are those of every hour, as in a run."""
@@ -196,7 +196,7 @@ def run_rounds(city, threads):
     before = time.process_time()
     suns = city.suns("days:24")
     prepared = replace(
-        build_tree(prepare_scene(city.scene, request, suns=suns), request), rounds=True
+        prepare_scene(city.scene, request, suns=suns).build_tree(request), rounds=True
     )
     run = trace_run(city.scene, None, request, prepared=prepared)
     spent = time.process_time() - before

@@ -21,7 +21,7 @@ from town import WEATHER, write_town
 
 from citypv.core.accuracy.cost_curve import list_prices
 from citypv.core.accuracy.yield_errors import split_errors
-from citypv.core.light.prepare_scene import build_tree, prepare_scene
+from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.settings.presets import PRESETS
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
@@ -69,7 +69,7 @@ USUAL = ("draft", "standard", "--samples 1024")
 
 def measure(scene, weather, request):
     """Wall and processor seconds of tracing, and errors [%] of half and of 95 % of the area."""
-    prepared = build_tree(prepare_scene(scene, request, weather=weather), request)
+    prepared = prepare_scene(scene, request, weather=weather).build_tree(request)
     clock = time.perf_counter()
     transfer = trace_scene(scene, weather, request, silent, prepared=prepared)
     wall, processor = time.perf_counter() - clock, sum(transfer.record.processor_seconds.values())

@@ -16,8 +16,8 @@ from citypv.core.accuracy.rounds_to_target import Goal, largest_round, refine
 from citypv.core.accuracy.trace_run import trace_round, trace_run
 from citypv.core.accuracy.yield_errors import LEAST_HOURS, YieldErrors
 from citypv.core.energy.standard_errors import join_own
-from citypv.core.light.prepare_scene import build_tree, prepare_scene
-from citypv.core.light.transfer import own_diffuse, own_direct, variance_of_mean
+from citypv.core.light.prepare_scene import prepare_scene
+from citypv.core.light.transfer import variance_of_mean
 
 MOST_SECONDS = 300.0  # wall time of each target
 
@@ -33,7 +33,7 @@ def light_errors(transfer, wanted):
     light = (
         cosine * transfer.visible_share + transfer.direct_reflected
     ) @ suns.weight + transfer.diffuse_relative
-    own = join_own(1.0, 1.0, own_direct(transfer), own_diffuse(transfer), parts.covariance)
+    own = join_own(1.0, 1.0, transfer.own_direct, transfer.own_diffuse, parts.covariance)
     points = np.minimum(parts.direct_points, own)
     variance = {
         "shadows": points,
@@ -63,7 +63,7 @@ def refine_to(targets, scene, suns, request, wanted):
     for target in targets:
         before = time.process_time()
         prepared = replace(
-            build_tree(prepare_scene(scene, request, suns=suns), request), rounds=True
+            prepare_scene(scene, request, suns=suns).build_tree(request), rounds=True
         )
         first = trace_run(scene, None, request, prepared=prepared)
         seconds = [time.process_time() - before]

@@ -29,7 +29,6 @@ from citypv.core.energy import compute_energy as module_of_energy
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import MOUNTINGS, build_system
 from citypv.core.light.sun_matrix import keep_matrix
-from citypv.core.light.transfer import take_rows
 from citypv.core.results.write_summary import peak_memory
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
@@ -169,7 +168,7 @@ def main():
     )
     print(f"peak memory {peak_memory() / 1e9:.2f} GB ({before:.2f} GB before)")
     module_of_energy.PLAIN_LIMIT = 0  # tables for the few surfaces that are checked, too
-    few = take_rows(transfer, rows)
+    few = transfer.take(rows)
     found = compute_energy(few, weather, system, options.threads, series=np.arange(CHECKED))
     worst, annual = check_against_pvlib(few, weather, system, found)
     print(

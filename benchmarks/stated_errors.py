@@ -29,7 +29,6 @@ from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.study import read_scene, read_year
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.sun.suns import progressive_order
 
 SMALL = 20.0  # [m²]
 FEW_HOURS = 0.5  # [h] below which a scatter means nothing
@@ -41,7 +40,7 @@ def run_seeds(scene, request, seeds):
     """
     weather = read_year(scene.site, request)
     year = weather.data.index, weather.interval, scene.site.latitude, scene.site.longitude
-    suns = progressive_order(choose_suns(request.suns, *year))
+    suns = choose_suns(request.suns, *year).progressive_order()
     runs = []
     for seed in range(seeds):
         started = time.perf_counter()

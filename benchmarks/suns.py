@@ -27,7 +27,6 @@ import numpy as np
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.shadow_points import points_above
 from citypv.core.light.sun_visibility import SunWatch, sun_visibility
-from citypv.core.light.transfer import take_rows
 from citypv.core.patches.patches import patches_of_scene, take_patches
 from citypv.core.patches.read_albedo import albedo_of_triangles
 from citypv.core.rays.ray_scene import RayScene
@@ -163,7 +162,7 @@ class Looker:
             watch, (suns.direction.astype(np.float32), suns.weight.astype(np.float32))
         )
         seconds = time.process_time() - before
-        part, dark = take_rows(self.transfer, self.surfaces), np.zeros_like(light.visible_share)
+        part, dark = self.transfer.take(self.surfaces), np.zeros_like(light.visible_share)
         part = replace(part, suns=suns, visible_share=light.visible_share, direct_reflected=dark)
         part.surfaces.area = np.ones(count)  # they were drawn by area
         return compute_energy(part, weather, sky=self.sky), len(suns), seconds

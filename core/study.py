@@ -44,7 +44,6 @@ from .sky.sky_models import choose_sky
 from .sun.sun_sampling import parse_sampling
 from .weather.climate_grid import is_land
 from .weather.read_weather import check_sources, read_weather
-from .weather.weather import check_distance
 
 # [m] from the middle of an earlier city, beyond which a city stands in another system
 ELSEWHERE = 50e3
@@ -215,7 +214,7 @@ def read_year(site, request, suns=None, keep=()):
         horizon_cut=request.horizon_cut,
         keep=tuple(keep),
     )
-    check_distance(weather, site, request.allow_distance, suns)
+    weather.check_distance(site, request.allow_distance, suns)
     return replace(weather, zone=zone)
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..light.prepare_scene import PreparedScene, build_tree, prepare_scene
+from ..light.prepare_scene import PreparedScene, prepare_scene
 from ..light.shadow_points import count_elements, points_above
 from ..settings.presets import PRESETS
 from ..settings.progress import describe_duration, silent
@@ -182,7 +182,7 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
     """
     # The scene is prepared and the pilot traced once; every line of the list is predicted from it.
     started = time.perf_counter()
-    prepared = build_tree(prepare_scene(scene, request, weather=weather), request)
+    prepared = prepare_scene(scene, request, weather=weather).build_tree(request)
     preparing = time.perf_counter() - started
     ways = list(
         dict.fromkeys(

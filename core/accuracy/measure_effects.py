@@ -16,8 +16,7 @@ from ..effects.rays import RECEIVERS
 from ..effects.table import TABLE
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import ELECTRIC, build_system
-from ..light.prepare_scene import reseed
-from ..light.transfer import SourceLight, take_rows
+from ..light.transfer import SourceLight
 from ..settings.progress import silent
 from ..settings.threads import usable_threads
 from ..sky.sky_models import choose_sky, sources_of
@@ -136,7 +135,7 @@ def _trace_light(inputs, samples, suns, pair):
     """
     # Trace, and weigh the light by hours of electricity of the surfaces that count.
     request = inputs.request
-    prepared = reseed(inputs.prepared, request.seed + pair)
+    prepared = inputs.prepared.reseed(request.seed + pair)
     run, transfer = trace_few(
         inputs._replace(prepared=prepared), (samples, request.shadow_samples), suns
     )
@@ -191,7 +190,7 @@ def shares_of_effects(transfer, weather, system, threads=None, *, sky="isotropic
     """
     # Electricity alone is computed again, on some surfaces, with each effect the other way round.
     rows, weight = _draw_surfaces(transfer.surfaces)
-    few = take_rows(transfer, rows)
+    few = transfer.take(rows)
     if not len(rows):
         return {}
 
@@ -292,7 +291,7 @@ def share_of_sky(transfer, weather, system, threads=None):
     """
     # Hours under both models of the sky on a few surfaces, of all of them and of each group.
     rows, weight = _draw_surfaces(transfer.surfaces)
-    few = _with_sources(take_rows(transfer, rows))
+    few = _with_sources(transfer.take(rows))
     of_sky = [
         compute_energy(few, weather, system, threads, sky=sky).full_load_hours
         for sky in (KEY, "isotropic")

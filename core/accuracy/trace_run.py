@@ -10,17 +10,16 @@ import numpy as np
 
 from ..city.scene import Scene
 from ..light.merge_transfers import merge_rounds, seed_of_round
-from ..light.prepare_scene import PreparedScene, check_tracing, prepare_scene, reseed
+from ..light.prepare_scene import PreparedScene, check_tracing, prepare_scene
 from ..light.rounds import add_round
 from ..light.sun_matrix import keep_columns
 from ..light.trace_gather import TracedCity, join_seasons, trace_light
-from ..light.transfer import Transfer, scale_direct
+from ..light.transfer import Transfer
 from ..photons.specular_light import specular_of
 from ..photons.trace_forward import trace_forward
 from ..settings.progress import CancelledError, silent
 from ..settings.request import Request
 from ..sun.sun_sampling import choose_suns, weigh_by_year
-from ..sun.suns import progressive_order
 from ..weather.weather import Weather
 
 
@@ -46,7 +45,7 @@ class _Run:
 
 def choose_year(weather, request):
     """Sun positions to trace for the year of a weather: Suns."""
-    return progressive_order(choose_suns(request.suns, *weather.axis, position=weather.data))
+    return choose_suns(request.suns, *weather.axis, position=weather.data).progressive_order()
 
 
 def trace_run(scene, weather, request, progress=silent, folder=None, *, prepared=None):
@@ -143,7 +142,7 @@ def trace_round(run, size, progress=silent, folder=None):
     samples, points = size * request.samples, size * request.shadow_samples
     request = replace(request, seed=seed, samples=samples, shadow_samples=points)
     prepared = replace(
-        reseed(run.prepared, seed), bounces=record.max_bounces, suns=run.transfer.suns
+        run.prepared.reseed(seed), bounces=record.max_bounces, suns=run.transfer.suns
     )
     other = trace_run(run.scene, run.weather, request, progress, folder, prepared=prepared).transfer
     if other.record.interrupted:  # by some suns only: not a whole round
@@ -172,7 +171,7 @@ def weigh_kept_suns(transfer, axis):
     # growth  of the standard deviation by unequal weights, at most: √(Σ w²) new over old.
     suns = weigh_by_year(transfer.suns, *axis)
     growth = max(1.0, np.sqrt((suns.weight**2).sum() / (transfer.suns.weight**2).sum()))
-    parts = transfer.error_parts and scale_direct(transfer.error_parts, growth)
+    parts = transfer.error_parts and transfer.error_parts.scale_direct(growth)
     error = transfer.direct_annual_standard_error * growth
     bare = transfer.bare and weigh_kept_suns(transfer.bare, axis)
     return replace(

@@ -13,7 +13,6 @@ from .city import starts_of
 from .find_ground import height_below
 from .plan_geometry import draw_triangles
 from .polygons import merge_vertices, triangulate
-from .scene import append_triangles, corners_of
 from .split_edges import refine_triangles
 from .written_scene import owner_of_triangles
 
@@ -45,7 +44,7 @@ def cut_ground(scene, first, gone, patch_size):
     new, old = np.flatnonzero(prints[first:]) + first, gone[prints[gone]]
     if not len(laid) or not len(new) + len(old):
         return scene, none
-    plan = draw_triangles(corners_of(scene, laid))
+    plan = draw_triangles(scene.corners_of(laid))
     tree = shapely.STRtree(plan)
     # New footprints that stand on the ground make holes in it; those above leave it as it is.
     rise = _rise(scene, new, np.concatenate([laid, old]))
@@ -59,11 +58,11 @@ def cut_ground(scene, first, gone, patch_size):
     pieces = [
         (part, laid[k]) for k in touched for part in _parts(shapely.difference(plan[k], hole))
     ]
-    corners = [_lift(part, corners_of(scene, [k])[0]) for part, k in pieces]
+    corners = [_lift(part, scene.corners_of([k])[0]) for part, k in pieces]
     # Where a footprint goes, ground closes the gap that it leaves, at the heights of its own
     # points.
     others = np.flatnonzero(stays)
-    around = shapely.STRtree(draw_triangles(corners_of(scene, others)))
+    around = shapely.STRtree(draw_triangles(scene.corners_of(others)))
     over = others[np.unique(around.query(freed, "intersects"))]
     under = plan[np.unique(tree.query(freed, "intersects"))]
     freed = shapely.difference(freed, shapely.union_all([hole, _plan_of(scene, over), *under]))
@@ -74,7 +73,7 @@ def cut_ground(scene, first, gone, patch_size):
 
 def _plan_of(scene, rows):
     """Some triangles in plan view: one shapely geometry."""
-    shapes = draw_triangles(corners_of(scene, rows))
+    shapes = draw_triangles(scene.corners_of(rows))
     return shapely.union_all(shapely.make_valid(shapes)) if len(rows) else shapely.Polygon()
 
 
@@ -121,7 +120,7 @@ def _append_ground(scene, polygons, patch_size):
     if patch_size is not None:
         vertices, triangles, _ = refine_triangles(vertices, triangles, patch_size, polygon)
     triangles = faces_up(vertices, triangles)
-    scene = append_triangles(scene, triangles + len(scene.vertices))
+    scene = scene.append_triangles(triangles + len(scene.vertices))
     return replace(scene, vertices=np.concatenate([scene.vertices, vertices]))
 
 
@@ -137,7 +136,7 @@ def _rise(scene, rows, laid):
     """How far the middles of footprints lie above some triangles of the ground: (r,) float64 [m];
     inf without any.
     """
-    middle = corners_of(scene, rows).mean(axis=1)
+    middle = scene.corners_of(rows).mean(axis=1)
     return middle[:, 2] - _heights(scene, laid, middle)
 
 

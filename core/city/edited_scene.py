@@ -1,8 +1,9 @@
 """The scene of an edited city: what stays keeps its row, what is new is appended, what is gone
 loses its area.
 
-    base   │ a │ b │ c │ d │ ground …                 surfaces and triangles keep their numbers, so that
-    edited │ a │ - │ c │ d │ ground - - … │ b' │ e │   all that is known of them stays where it is
+    base   │ a │ b │ c │ d │ ground …                 surfaces and triangles keep their numbers, so
+    that edited │ a │ - │ c │ d │ ground - - … │ b' │ e │   all that is known of them stays where it
+    is
 
 The ground stays as it lies, but for a hole under what is new and a patch under what is gone. Sheets
 are judged again where the change is near.
@@ -27,7 +28,7 @@ from .find_twins import COMMON, find_twins
 from .locate_site import bring_to_origin
 from .polygons import measure_polygons, polygon_bounds
 from .racks import RACK, lay_racks, parse_racks, roof_of_rack
-from .scene import Scene, append_triangles, corners_of, join_surfaces
+from .scene import Scene
 from .written_scene import owner_of_triangles, remove_triangles
 
 
@@ -103,7 +104,7 @@ def edit_scene(scene, rows, before, after, request):
         edited = lay_racks(edited, part, racks, request.patch_size, request.sectors)
     # What the edit changed in space: triangles that went and came, and crowns of trees.
     crowns = _change_trees(edited, before, after)
-    solids = np.concatenate([corners_of(scene, gone), corners_of(edited, np.s_[first:])])
+    solids = np.concatenate([scene.corners_of(gone), edited.corners_of(np.s_[first:])])
     alive = np.setdiff1d(rows, gone_rows)
     # Faces that stay are judged again within 0.5 m of a change, or within --clearance.
     within = max(0.5, request.clearance)
@@ -113,7 +114,7 @@ def edit_scene(scene, rows, before, after, request):
     # Sheets that turned count as changed; then twins are looked for among what remains.
     gone, solids = (
         np.concatenate([gone, turned]),
-        np.concatenate([solids, corners_of(scene, turned)]),
+        np.concatenate([solids, scene.corners_of(turned)]),
     )
     order = _order_rows(edited, alive, len(scene.surfaces), after)
     _find_twins(edited, order, after, solids, request.sectors)
@@ -181,12 +182,11 @@ def _append_scene(scene, added):
     for reason, names in added.report.repaired.items():
         report.repair(reason, names)
     count = len(scene.vertices)
-    moved = append_triangles(
-        replace(
-            scene,
-            surfaces=join_surfaces(scene.surfaces, added.surfaces),
-            colours=added.colours | scene.colours,
-        ),
+    moved = replace(
+        scene,
+        surfaces=scene.surfaces.join(added.surfaces),
+        colours=added.colours | scene.colours,
+    ).append_triangles(
         added.triangles + count,
         added.triangle_surface + len(scene.surfaces),
         footprint=added.footprint,
@@ -257,7 +257,7 @@ def _judge_sheets(scene, asked, first):
     scene.back_of[turned] = turned  # they are no longer the other side of anything
     fresh = np.flatnonzero(sheet & ~old)
     none = scene.triangles[fresh][:, [0, 2, 1]]
-    scene = append_triangles(scene, none, back_of=fresh)
+    scene = scene.append_triangles(none, back_of=fresh)
     return (scene if (scene.back_of >= 0).any() else replace(scene, back_of=None)), turned[
         turned < first
     ]

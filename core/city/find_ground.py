@@ -14,7 +14,6 @@ from .city import number_names
 from .join_sheets import UP, join_sheets, look
 from .number_sheets import find_yards, number_sheets
 from .polygons import normals_of
-from .scene import check_scene, surface_of_triangles
 
 
 def find_ground(scene):
@@ -35,12 +34,12 @@ def find_ground(scene):
     -------
     (t,) bool
     """
-    check_scene(scene)
+    scene.check()
     # Surfaces that are classified as ground, and what is generated, count at once.
     surface = scene.triangle_surface
     # -1, generated ground, takes the last
     named = np.append(np.asarray(scene.surfaces.kind) == "ground", True)
-    ground = named[surface_of_triangles(scene)] & ~scene.footprint
+    ground = named[scene.surface_of_triangle] & ~scene.footprint
     building = np.append(number_names(scene.surfaces.building_id), -1)[surface]
     vertices, triangles, own = np.asarray(scene.vertices, float), scene.triangles, building >= 0
     if not own.any():
@@ -226,7 +225,7 @@ def find_resting_floors(scene, ground=None):
     -------
     (t,) bool
     """
-    check_scene(scene)
+    scene.check()
     upward = upward_areas(scene.vertices, scene.triangles)
     downward = np.flatnonzero((upward < 0) & (scene.triangle_surface >= 0))
     buried = scene.footprint.copy()

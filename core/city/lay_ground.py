@@ -15,7 +15,6 @@ from .find_feet import find_feet
 from .find_ground import find_ground, height_below, upward_areas
 from .locate_site import bring_to_origin
 from .polygons import drop_unused, polygon_bounds
-from .scene import append_triangles
 from .terrain import HORIZON, NEAR, Layer, measure_heights, nearest_heights
 
 
@@ -149,7 +148,7 @@ def _join_ground(scene, vertices, triangles, hidden=False):
     -------
     Scene
     """
-    scene = append_triangles(scene, triangles + len(scene.vertices), footprint=hidden)
+    scene = scene.append_triangles(triangles + len(scene.vertices), footprint=hidden)
     return replace(scene, vertices=np.concatenate([scene.vertices, vertices]))
 
 

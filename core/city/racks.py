@@ -19,7 +19,7 @@ from .locate_site import MICROMETRE, bring_to_grid, bring_to_origin
 from .place_rows import THICKNESS, frame_roof, free_area, place_rows
 from .plan_geometry import draw_triangles
 from .polygons import measure_polygons
-from .scene import Surfaces, append_triangles, join_surfaces
+from .scene import Surfaces
 from .split_edges import refine_triangles
 
 RACK = "rack"  # the kind
@@ -262,8 +262,9 @@ def _stand_slabs(scene, fronts, rows, patch_size, back_albedo):
     # light.
     back, owner = part >= 2, len(scene.surfaces) + row  # a slab's front has two triangles
     none = np.full(len(scene.triangles), -1, np.int32)
-    scene = append_triangles(
-        replace(scene, rack_of_back=none if scene.rack_of_back is None else scene.rack_of_back),
+    scene = replace(
+        scene, rack_of_back=none if scene.rack_of_back is None else scene.rack_of_back
+    ).append_triangles(
         triangles + len(scene.vertices),
         np.where(back, -1, owner),
         closure=back & (back_albedo == 0),
@@ -272,7 +273,7 @@ def _stand_slabs(scene, fronts, rows, patch_size, back_albedo):
     return replace(
         scene,
         vertices=np.concatenate([scene.vertices, vertices]),
-        surfaces=join_surfaces(scene.surfaces, rows),
+        surfaces=scene.surfaces.join(rows),
         racks=fronts if scene.racks is None else np.concatenate([scene.racks, fronts]),
         back_albedo=back_albedo,
     )

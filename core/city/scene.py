@@ -71,6 +71,32 @@ class Surfaces:
     def __len__(self):
         return len(self.surface_id)
 
+    def take(self, rows):
+        """Some surfaces, (k,) int: Surfaces."""
+        taken = {}
+        for name, values in vars(self).items():
+            taken[name] = (
+                values[rows]
+                if isinstance(values, np.ndarray)
+                else values and [values[row] for row in rows]
+            )
+        return Surfaces(**taken)
+
+    def join(self, other):
+        """Surfaces of both, the first ones first; what the other ones do not record is NaN or
+        empty: Surfaces.
+        """
+        joined = {}
+        for name, own in vars(self).items():
+            more = getattr(other, name)
+            if isinstance(own, np.ndarray):
+                joined[name] = np.concatenate(
+                    [own, np.full(len(other), np.nan) if more is None else more]
+                )
+            else:
+                joined[name] = own and [*own, *(more or [""] * len(other))]
+        return Surfaces(**joined)
+
 
 @dataclass
 class Scene:
@@ -93,7 +119,7 @@ class Scene:
     colours: dict = field(default_factory=dict)
     # (t,) bool: open sheet without thickness, lit on both sides; None: none
     sheet: np.ndarray | None = None
-    # (t,) int32, for back sides made by `add_backs`: their triangle, else -1
+    # (t,) int32, for back sides made by `with_backs`: their triangle, else -1
     back_of: np.ndarray | None = None
     # (k, 4, 3) float64 [m], corners of the fronts, which are the last k surfaces
     racks: np.ndarray | None = None
@@ -108,125 +134,96 @@ class Scene:
     # (t,) int8, of a tile: its OWN, NEAR and FAR surroundings; None: not a tile
     halo: np.ndarray | None = None
 
+    def check(self):
+        """Raise an error if a scene cannot be traced.
+
+        Raises
+        ------
+        InputError
+        """
+        check_triangles(self.vertices, self.triangles)
+        count, own = len(self.triangles), len(self.surfaces)
+        check_array(
+            "triangle_surface", self.triangle_surface, (count,), kind="i", least=-1, most=own - 1
+        )
+        for name in ("footprint", "closure", "sheet"):
+            if name != "sheet" or self.sheet is not None:
+                check_array(name, getattr(self, name), (count,), kind="b")
+        for name, most in (("back_of", count - 1), ("rack_of_back", own - 1)):
+            if getattr(self, name) is not None:
+                check_array(name, getattr(self, name), (count,), kind="i", least=-1, most=most)
+
+    def with_backs(self):
+        """The scene with a reversed triangle appended for each triangle of a sheet.
+
+        These belong to no row of the tables; `back_of` has the triangle whose back each is. Rays do
+        not hit them: they hit the sheet, from one side or the other.
+
+        Returns
+        -------
+        Scene
+            `self` itself if there are no sheets.
+        """
+        if self.sheet is None or not self.sheet.any() or self.back_of is not None:
+            return self
+        rows = np.flatnonzero(self.sheet).astype(np.int32)
+        none = np.full(len(self.triangles), -1, np.int32)
+        return replace(self, back_of=none).append_triangles(
+            self.triangles[rows][:, [0, 2, 1]], back_of=rows
+        )
+
+    @property
+    def surface_of_triangle(self):
+        """Surface that each triangle is a part of, or the back of: (t,) int, -1 on generated
+        ground.
+        """
+        surface = self.triangle_surface
+        if self.back_of is not None:
+            surface = np.where(self.back_of >= 0, surface[self.back_of], surface)
+        if self.rack_of_back is not None:
+            surface = np.where(self.rack_of_back >= 0, self.rack_of_back, surface)
+        return surface
+
+    @property
+    def other_sides(self):
+        """The triangle on the other side of each triangle of a sheet: (t,) int32, -1 for all
+        others.
+        """
+        other = np.full(len(self.triangles), -1, np.int32)
+        if self.back_of is not None:
+            backs = np.flatnonzero(self.back_of >= 0)
+            other[backs] = self.back_of[backs]
+            other[self.back_of[backs]] = backs
+        return other
+
+    def corners_of(self, chosen):
+        """Corners of some triangles, (t,) bool or (k,) int: (k, 3, 3) float64 [m]."""
+        return np.asarray(self.vertices, float)[self.triangles[chosen]]
+
+    def append_triangles(
+        self, triangles, surface=-1, *, footprint=False, closure=False, back_of=-1, rack_of_back=-1
+    ):
+        """The scene with more triangles, (k, 3) int into its vertices; the others are (k,) or one
+        for all, as of Scene.
+        """
+        new = {
+            "triangle_surface": surface,
+            "footprint": footprint,
+            "closure": closure,
+            "sheet": False,
+        }
+        new |= {"back_of": back_of, "rack_of_back": rack_of_back}
+        for name, values in new.items():
+            old = getattr(self, name)
+            own = (
+                None
+                if old is None
+                else np.broadcast_to(np.asarray(values, old.dtype), len(triangles))
+            )
+            new[name] = None if old is None else np.concatenate([old, own])
+        return replace(
+            self, triangles=np.concatenate([self.triangles, triangles.astype(np.int32)]), **new
+        )
+
 
 OWN, NEAR, FAR = 0, 1, 2  # surroundings have no results
-
-
-def check_scene(scene):
-    """Raise an error if a scene cannot be traced.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Raises
-    ------
-    InputError
-    """
-    check_triangles(scene.vertices, scene.triangles)
-    count, own = len(scene.triangles), len(scene.surfaces)
-    check_array(
-        "triangle_surface", scene.triangle_surface, (count,), kind="i", least=-1, most=own - 1
-    )
-    for name in ("footprint", "closure", "sheet"):
-        if name != "sheet" or scene.sheet is not None:
-            check_array(name, getattr(scene, name), (count,), kind="b")
-    for name, most in (("back_of", count - 1), ("rack_of_back", own - 1)):
-        if getattr(scene, name) is not None:
-            check_array(name, getattr(scene, name), (count,), kind="i", least=-1, most=most)
-
-
-def corners_of(scene, chosen):
-    """Corners of some triangles, (t,) bool or (k,) int: (k, 3, 3) float64 [m]."""
-    return np.asarray(scene.vertices, float)[scene.triangles[chosen]]
-
-
-def take_surfaces(surfaces, rows):
-    """Some surfaces, (k,) int: Surfaces."""
-    taken = {}
-    for name, values in vars(surfaces).items():
-        taken[name] = (
-            values[rows]
-            if isinstance(values, np.ndarray)
-            else values and [values[row] for row in rows]
-        )
-    return Surfaces(**taken)
-
-
-def join_surfaces(one, other):
-    """Surfaces of both, the first ones first; what the other ones do not record is NaN or empty:
-    Surfaces.
-    """
-    joined = {}
-    for name, own in vars(one).items():
-        more = getattr(other, name)
-        if isinstance(own, np.ndarray):
-            joined[name] = np.concatenate(
-                [own, np.full(len(other), np.nan) if more is None else more]
-            )
-        else:
-            joined[name] = own and [*own, *(more or [""] * len(other))]
-    return Surfaces(**joined)
-
-
-def append_triangles(
-    scene, triangles, surface=-1, *, footprint=False, closure=False, back_of=-1, rack_of_back=-1
-):
-    """The scene with more triangles, (k, 3) int into its vertices; the others are (k,) or one for
-    all, as of Scene.
-    """
-    new = {"triangle_surface": surface, "footprint": footprint, "closure": closure, "sheet": False}
-    new |= {"back_of": back_of, "rack_of_back": rack_of_back}
-    for name, values in new.items():
-        old = getattr(scene, name)
-        own = (
-            None if old is None else np.broadcast_to(np.asarray(values, old.dtype), len(triangles))
-        )
-        new[name] = None if old is None else np.concatenate([old, own])
-    return replace(
-        scene, triangles=np.concatenate([scene.triangles, triangles.astype(np.int32)]), **new
-    )
-
-
-def add_backs(scene):
-    """The scene with a reversed triangle appended for each triangle of a sheet.
-
-    These belong to no row of the tables; `back_of` has the triangle whose back each is. Rays do not
-    hit them: they hit the sheet, from one side or the other.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Returns
-    -------
-    Scene
-        `scene` itself if there are no sheets.
-    """
-    if scene.sheet is None or not scene.sheet.any() or scene.back_of is not None:
-        return scene
-    rows = np.flatnonzero(scene.sheet).astype(np.int32)
-    none = np.full(len(scene.triangles), -1, np.int32)
-    return append_triangles(
-        replace(scene, back_of=none), scene.triangles[rows][:, [0, 2, 1]], back_of=rows
-    )
-
-
-def surface_of_triangles(scene):
-    """Surface that each triangle is a part of, or the back of: (t,) int, -1 on generated ground."""
-    surface = scene.triangle_surface
-    if scene.back_of is not None:
-        surface = np.where(scene.back_of >= 0, surface[scene.back_of], surface)
-    if scene.rack_of_back is not None:
-        surface = np.where(scene.rack_of_back >= 0, scene.rack_of_back, surface)
-    return surface
-
-
-def other_sides(scene):
-    """The triangle on the other side of each triangle of a sheet: (t,) int32, -1 for all others."""
-    other = np.full(len(scene.triangles), -1, np.int32)
-    if scene.back_of is not None:
-        backs = np.flatnonzero(scene.back_of >= 0)
-        other[backs] = scene.back_of[backs]
-        other[scene.back_of[backs]] = backs
-    return other

@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 
 from .racks import RACK
-from .scene import take_surfaces
 
 
 def owner_of_triangles(scene):
@@ -76,7 +75,7 @@ def written_scene(scene, rows):
         vertices=scene.vertices[used],
         triangles=corners.reshape(-1, 3).astype(scene.triangles.dtype),
         triangle_surface=own[kept],
-        surfaces=take_surfaces(scene.surfaces, rows),
+        surfaces=scene.surfaces.take(rows),
         racks=fronts,
         **taken,
     )

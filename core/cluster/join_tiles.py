@@ -6,7 +6,6 @@ import numpy as np
 
 from ..light.merge_transfers import MATRICES
 from ..light.sun_matrix import keep_matrix
-from ..light.transfer import take_rows
 from ..patches.read_albedo import materials_of_surfaces
 
 
@@ -58,7 +57,7 @@ def _empty_like(part, scene, folder):
     count = len(scene.surfaces)
     few = replace(part, bare=None, **{name: getattr(part, name)[:, :0] for name in MATRICES})
     return replace(
-        take_rows(few, np.zeros(count, int)),
+        few.take(np.zeros(count, int)),
         surfaces=scene.surfaces,
         **{name: keep_matrix((count, len(part.suns)), folder) for name in MATRICES},
         record=None,

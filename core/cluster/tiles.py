@@ -1,11 +1,14 @@
 """Tiles of a city: which surfaces each reports, and what around it shades these or reflects onto
 them.
 
-                    │<─ reach ─>│                    A square tile reports the surfaces whose centres lie in it. Its
-  far      far      ┌───────────┐     far            near surroundings, some building heights wide, are traced with
-   ▲        ┊       │   near    │      ┊             it. Of all that lies further out, what rises by less than 2°
-   █  ┄ ┄ ┄ ┊ ┄ ┄ ┄ │  ┌─────┐  │      ┊             above the lowest point there is left out: no sun that is
-   █        ▄       │  │tile │  │      ▄             traced stands so low. The rest shades, and reflects light
+                    │<─ reach ─>│                    A square tile reports the surfaces whose
+                    centres lie in it. Its
+  far      far      ┌───────────┐     far            near surroundings, some building heights wide,
+  are traced with
+   ▲        ┊       │   near    │      ┊             it. Of all that lies further out, what rises by
+   less than 2° █  ┄ ┄ ┄ ┊ ┄ ┄ ┄ │  ┌─────┐  │      ┊             above the lowest point there is
+   left out: no sun that is █        ▄       │  │tile │  │      ▄             traced stands so low.
+   The rest shades, and reflects light
 ───█────────█───────┴──┴─────┴──┴──────█─── ground   where a ray from within meets it.
  kept    left out                   left out
 """
@@ -16,7 +19,7 @@ import numpy as np
 
 from ..city.build_ground import SHORTEST_REACH, choose_reach
 from ..city.city import ImportReport
-from ..city.scene import FAR, NEAR, OWN, Crowns, add_backs, surface_of_triangles
+from ..city.scene import FAR, NEAR, OWN, Crowns
 from ..light.transfer import take_fields
 from ..patches.patches import number_triangles
 from ..sun.solar_position import MINIMUM_ELEVATION
@@ -53,7 +56,7 @@ class _Tile:
 
 def box_pieces(scene):
     """Bounding boxes of a scene's pieces: Pieces."""
-    owner, count = surface_of_triangles(scene), len(scene.surfaces)
+    owner, count = scene.surface_of_triangle, len(scene.surfaces)
     ground = owner < 0
     piece = owner.astype(np.int64)
     piece[ground] = count + np.arange(ground.sum())
@@ -165,7 +168,7 @@ def prepare_whole(scene):
     """The scene with what its parts inherit from it: backs of sheets, and the numbers of its
     triangles.
     """
-    scene = add_backs(scene)
+    scene = scene.with_backs()
     return replace(scene, number=number_triangles(scene))
 
 

@@ -15,8 +15,7 @@ import numpy as np
 
 from ..city.scene import FAR, OWN, Scene
 from ..effects.effect import TracePlan
-from ..light.prepare_scene import build_tree, prepare_scene
-from ..light.transfer import take_rows
+from ..light.prepare_scene import prepare_scene
 from ..rays.hemisphere_rays import rays_from_patches
 from ..rays.sample_points import cosine_direction
 from ..results.transfer_file import write_transfer
@@ -89,7 +88,7 @@ def trace_part(run_path, part_path, result_path, threads):
     plan = replace(
         prepared.plan, effects=effects, terrain=terrain.terrain, hidden_suns=terrain.hidden_suns
     )
-    prepared = build_tree(replace(prepared, plan=plan), request)
+    prepared = replace(prepared, plan=plan).build_tree(request)
     # Surroundings far from the tile are thinned once it is known how much they matter.
     halo = _measure_halo(prepared, request.seed, part, run.city)
     few = thin_surroundings(scene, prepared, part.own)
@@ -119,7 +118,7 @@ def trace_part(run_path, part_path, result_path, threads):
         "area": float(surfaces.area[surfaces.eligible].sum()),  # [m²]
     }
     finish_task(
-        Path(result_path), lambda path: write_transfer(path, take_rows(transfer, own)), finite(told)
+        Path(result_path), lambda path: write_transfer(path, transfer.take(own)), finite(told)
     )
     Path(part_path).unlink(missing_ok=True)
     return result_path

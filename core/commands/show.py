@@ -11,7 +11,6 @@ from ..accuracy.cost_curve import list_prices
 from ..accuracy.measure_effects import measure_effects, shares_of_effects
 from ..accuracy.sun_sampling import CityYear
 from ..energy.pv_system import build_system
-from ..light.prepare_scene import build_tree
 from ..settings.errors import InputError
 from ..settings.progress import TerminalProgress
 from ..sky.sky_models import choose_sky
@@ -39,7 +38,7 @@ def list_effects(paths, request, progress):
     study.check_tracing(request)
     scene = study.read_scene(paths, request, progress)
     weather = study.read_year(scene.site, request)
-    prepared = build_tree(study.prepare_study(scene, weather, request), request)
+    prepared = study.prepare_study(scene, weather, request).build_tree(request)
     transfer = measure_effects(CityYear(scene, prepared, weather, request), progress)
     settings = {"threads": request.threads, "sky": choose_sky(request, transfer)}
     for key, share in shares_of_effects(

@@ -6,7 +6,6 @@ from ..settings.errors import UNIT, InputError, check_array, check_unit
 from ..sky.horizon_band import SOURCES
 from ..sky.sky_models import sources_of
 from ..sun.solar_position import check_place, check_times
-from ..sun.suns import check_suns
 from ..weather.check_weather import LIMITS
 
 POSITIVE, SHARE = {"least": 0}, {"least": 0, "most": 1 + UNIT}
@@ -25,7 +24,7 @@ def check_transfer(transfer):
     ------
     InputError
     """
-    check_suns(transfer.suns)
+    transfer.suns.check()
     # Suns and surfaces: unit normals, one value a surface.
     surfaces, count = transfer.surfaces, len(transfer.surfaces)
     normal = check_array("normal", surfaces.normal, (count, 3), least=-1 - UNIT, most=1 + UNIT)

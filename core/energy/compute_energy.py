@@ -11,10 +11,9 @@ from ..settings.progress import silent
 from ..settings.threads import map_in_order, usable_threads
 from ..sky.horizon_band import SOURCES
 from ..sky.sky_models import SkyParts, split_sky
-from ..weather.weather import darken_hours
 from .check_inputs import check_hours, check_sky, check_transfer
 from .counted_area import find_counted_area, find_groups, find_lit_share
-from .energy import Energy, HourlySeries, kwp_of_hours, states_of_year
+from .energy import Energy, HourlySeries, states_of_year
 from .hours import Hours, prepare_hours
 from .paying import choose_modules
 from .power import PowerTables, PvlibCurves, ac_power, diffuse_incidence_factors, tabulate_power
@@ -85,7 +84,7 @@ def compute_energy(
     )
     sums, sunny = {}, []
     for state, own in states:  # trees carry leaves in some months and not in the others
-        year = weather if own.all() else darken_hours(weather, ~own)
+        year = weather if own.all() else weather.darken(~own)
         task = _prepare_task(state, year, system, electric, split_sky(year, sky))
         part = vars(_sum_surfaces(task, groups.weight, threads, progress))
         capacity_factor[task.hours.interval] = part.pop("capacity_factor")
@@ -285,7 +284,7 @@ def compute_building_power(transfer, weather, energy, system, threads=None):
     names, building = np.unique(
         np.array(transfer.surfaces.building_id, dtype=object).astype(str), return_inverse=True
     )
-    kwp = np.where(energy.eligible, kwp_of_hours(transfer.surfaces.area, energy), 0.0)
+    kwp = np.where(energy.eligible, energy.kwp_of_hours(transfer.surfaces.area), 0.0)
     rows = np.flatnonzero(kwp)
     # Surfaces in the order of buildings, so that a block has few of them.
     rows = rows[np.argsort(building[rows], kind="stable")]
@@ -297,7 +296,7 @@ def compute_building_power(transfer, weather, energy, system, threads=None):
 
     # Each state of the trees gives the power of its own hours.
     for state, own in states_of_year(transfer, weather.data.index, weather.interval):
-        year = darken_hours(weather, ~own)
+        year = weather.darken(~own)
         task = _prepare_task(state, year, system, kwp > 0, split_sky(year, energy.sky))
         for block, sums in _sum_blocks(task, blocks, share_out, threads):
             power[np.ix_(task.hours.interval, np.unique(building[block]))] += sums.capacity_factor

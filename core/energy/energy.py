@@ -49,6 +49,69 @@ class Energy(CountedArea):
     sky: str = "isotropic"  # model of the diffuse sky
     series: HourlySeries | None = None  # of the requested surfaces
 
+    def kwp_of_hours(self, area):
+        """Nominal power by which the hours of whole polygons count, as their modules lie on the
+        counted area: (n,) [kWp].
+
+        Parameters
+        ----------
+        area : numpy.ndarray, (n,)
+            Whole area of the surfaces [m²].
+
+        Returns
+        -------
+        numpy.ndarray
+            0 for surfaces without modules or hours.
+        """
+        counts = np.isfinite(self.full_load_hours) & (self.counted_area > 0)
+        spread = np.divide(area, self.counted_area, out=np.zeros(len(counts)), where=counts)
+        return self.kwp * spread
+
+    def sum_potential(self, rows, area):
+        """Total power and energy and mean full load hours of some surfaces.
+
+        Parameters
+        ----------
+        rows : numpy.ndarray
+            Surfaces, (k,) int or (n,) bool; those without full load hours are skipped.
+        area : numpy.ndarray, (n,)
+            Whole area of the surfaces [m²].
+
+        Returns
+        -------
+        dict of str to float
+            eligible_area (counted) and module_area [m²], kwp [kWp], full_load_hours [h] (energy
+            over power) and mwh_per_year [MWh]; before the inverter: full_load_hours_dc,
+            mwh_dc_per_year. Hours are None without modules.
+        """
+        rows = np.arange(len(area))[rows]
+        rows = rows[np.isfinite(self.full_load_hours[rows]) & self.summed[rows]]
+        total = {
+            "eligible_area": self.counted_area[rows].sum(),
+            "module_area": self.module_area[rows].sum(),
+            "kwp": self.kwp[rows].sum(),
+        }
+        # Energy is hours times power [MWh]; hours of all are energy over power.
+        for name, sum_name in (
+            ("full_load_hours", "mwh_per_year"),
+            ("full_load_hours_dc", "mwh_dc_per_year"),
+        ):
+            total[sum_name] = self.kwp_of_hours(area)[rows] @ getattr(self, name)[rows] / 1000
+            total[name] = 1000 * total[sum_name] / total["kwp"] if total["kwp"] else None
+        return {name: None if value is None else float(value) for name, value in total.items()}
+
+    def sum_years(self):
+        """Full load hours [h] of each group, (g,), by calendar year; empty for a single one."""
+        years, length = (
+            split_years(self.times, self.interval),
+            self.interval / pd.Timedelta(hours=1),
+        )
+        return (
+            {year: self.capacity_factor[own].sum(axis=0) * length for year, own in years}
+            if len(years) > 1
+            else {}
+        )
+
 
 def states_of_year(transfer, times, interval):
     """States of a Transfer's trees, and in which intervals each holds, by the month of their
@@ -76,26 +139,6 @@ def states_of_year(transfer, times, interval):
     ]
 
 
-def kwp_of_hours(area, energy):
-    """Nominal power by which the hours of whole polygons count, as their modules lie on the counted
-    area: (n,) [kWp].
-
-    Parameters
-    ----------
-    area : numpy.ndarray, (n,)
-        Whole area of the surfaces [m²].
-    energy : Energy
-
-    Returns
-    -------
-    numpy.ndarray
-        0 for surfaces without modules or hours.
-    """
-    counts = np.isfinite(energy.full_load_hours) & (energy.counted_area > 0)
-    spread = np.divide(area, energy.counted_area, out=np.zeros(len(counts)), where=counts)
-    return energy.kwp * spread
-
-
 def exceeded_energy(by_year):
     """Energy that is exceeded in half (P50) and in nine of ten (P90) of the given years.
 
@@ -118,41 +161,6 @@ def exceeded_energy(by_year):
         f"p{share}": np.quantile(by_year, 1 - share / 100, axis=0, method="weibull")
         for share in (50, 90)
     }
-
-
-def sum_potential(rows, area, energy):
-    """Total power and energy and mean full load hours of some surfaces.
-
-    Parameters
-    ----------
-    rows : numpy.ndarray
-        Surfaces, (k,) int or (n,) bool; those without full load hours are skipped.
-    area : numpy.ndarray, (n,)
-        Whole area of the surfaces [m²].
-    energy : Energy
-
-    Returns
-    -------
-    dict of str to float
-        eligible_area (counted) and module_area [m²], kwp [kWp], full_load_hours [h] (energy over
-        power) and mwh_per_year [MWh]; before the inverter: full_load_hours_dc, mwh_dc_per_year.
-        Hours are None without modules.
-    """
-    rows = np.arange(len(area))[rows]
-    rows = rows[np.isfinite(energy.full_load_hours[rows]) & energy.summed[rows]]
-    total = {
-        "eligible_area": energy.counted_area[rows].sum(),
-        "module_area": energy.module_area[rows].sum(),
-        "kwp": energy.kwp[rows].sum(),
-    }
-    # Energy is hours times power [MWh]; hours of all are energy over power.
-    for name, sum_name in (
-        ("full_load_hours", "mwh_per_year"),
-        ("full_load_hours_dc", "mwh_dc_per_year"),
-    ):
-        total[sum_name] = kwp_of_hours(area, energy)[rows] @ getattr(energy, name)[rows] / 1000
-        total[name] = 1000 * total[sum_name] / total["kwp"] if total["kwp"] else None
-    return {name: None if value is None else float(value) for name, value in total.items()}
 
 
 def split_years(times, interval):
@@ -180,16 +188,3 @@ def split_years(times, interval):
         if len(inside) * interval >= pd.Timedelta(days=364):
             years.append(((start + (stop - start) / 2).year, inside))
     return years
-
-
-def sum_years(energy):
-    """Full load hours [h] of each group, (g,), by calendar year; empty for a single one."""
-    years, length = (
-        split_years(energy.times, energy.interval),
-        energy.interval / pd.Timedelta(hours=1),
-    )
-    return (
-        {year: energy.capacity_factor[own].sum(axis=0) * length for year, own in years}
-        if len(years) > 1
-        else {}
-    )

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from ..light.transfer import no_parts, own_diffuse, own_direct, variance_of_mean
+from ..light.transfer import no_parts, variance_of_mean
 from ..sky.sky_models import split_sky
 from .energy import states_of_year
 
@@ -127,7 +127,7 @@ def errors_of_energy(transfer, weather, energy):
         parts = state.error_parts or no_parts(len(poa))
         # Own noise of the surface's rays to suns and dome, which are not independent, and to the
         # sources.
-        noise = join_own(direct, diffuse, own_direct(state), own_diffuse(state), parts.covariance)
+        noise = join_own(direct, diffuse, state.own_direct, state.own_diffuse, parts.covariance)
         for name, of_source in zip(sky.sources, of_sources, strict=True):
             # with what others pass on
             noise = noise + (of_source * state.sources[name].standard_error) ** 2

@@ -12,7 +12,7 @@ from ..settings.errors import show_number
 from ..sky.horizon import is_above
 from ..sun.solar_position import is_sunny, solar_position, sun_direction
 from ..sun.sun_sampling import match_suns, values_at
-from .energy import kwp_of_hours, states_of_year
+from .energy import states_of_year
 from .sum_block import filled_share
 
 NAMES = [pd.Timestamp(2001, month, 1).month_name() for month in range(1, 13)]
@@ -65,7 +65,7 @@ def build_timeline(transfer, weather, energy):
     # Hours are means over whole polygons, power comes from the modules on their counted area.
     by_month = energy.full_load_hours_by_month
     rows = np.flatnonzero(energy.eligible & np.isfinite(energy.full_load_hours))
-    kwp = kwp_of_hours(transfer.surfaces.area, energy)[rows]
+    kwp = energy.kwp_of_hours(transfer.surfaces.area)[rows]
     energy_by_month = kwp @ by_month[rows] / 1000.0
     return Timeline(
         relative, direction, dni, dhi, by_month, energy_by_month, _zone_of(axis.longitude)

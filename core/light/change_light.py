@@ -30,7 +30,6 @@ from .editable_city import EditableCity, prepare_decided
 from .form_factors import LARGEST_KEY, FormFactors, leave_rows
 from .match_light import match_light, with_reflections
 from .measure_cover import choose_left_out, find_cover, find_cramped, list_clearances
-from .prepare_scene import build_tree
 from .shadow_points import KnownPoints, find_points
 from .solve_radiosity import element_factors
 from .solve_suns import SunLight, prepare_suns
@@ -91,7 +90,7 @@ def trace_change(base, change, request=None, progress=silent, preview=None):
     old = base.city
     # The edited scene by the base's decisions; rays of rows that the change touches are traced
     # anew.
-    prepared = build_tree(prepare_decided(base.decisions, change.scene, request, progress), request)
+    prepared = prepare_decided(base.decisions, change.scene, request, progress).build_tree(request)
     prepared = replace(prepared, editable=True)
     context = _continue_gather(prepare_gather(prepared, request, progress), old.context)
     clock.lap("plan and tree")
@@ -183,8 +182,8 @@ def _trace_rows(old, context, change, scene, progress):
     reached = find_changed_rows(old.context, context.ray_scene, patches, (rest, sent[rest]), change)
     progress(STAGE, 1, 3, "steps")
     todo[reached] = True
-    # The room for modules and cover change on these rows only. Where a surface then leaves out other
-    # cells, its rows are traced anew as well.
+    # The room for modules and cover change on these rows only. Where a surface then leaves out
+    # other cells, its rows are traced anew as well.
     cramped = _find_cramped(old, context, scene, todo & patches.receives)
     context.left_out = choose_left_out(scene, context.patch_to_surface, context.request, cramped)
     todo[:first] |= context.left_out[:first] != old.context.left_out

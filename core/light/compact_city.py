@@ -13,12 +13,10 @@ from ..settings.progress import silent
 from ..sky.horizon import without_hidden
 from .editable_city import EditableCity, prepare_decided
 from .form_factors import FormFactors, Rows
-from .prepare_scene import build_tree
 from .shadow_points import KnownPoints
 from .solve_suns import prepare_suns
 from .trace_all import prepare_gather
 from .trace_gather import TracedCity, TracedState
-from .transfer import take_rows
 
 
 def compact_city(base):
@@ -32,8 +30,8 @@ def compact_city(base):
     number = np.full(len(scene.triangles), -1)
     number[kept] = np.arange(len(kept))
     # The scene without the others is prepared by the decisions of the base, not decided anew.
-    prepared = build_tree(
-        prepare_decided(base.decisions, written_scene(scene, rows), base.request), base.request
+    prepared = prepare_decided(base.decisions, written_scene(scene, rows), base.request).build_tree(
+        base.request
     )
     prepared = replace(prepared, editable=True)
     context = prepare_gather(prepared, base.request, silent)
@@ -62,7 +60,7 @@ def compact_city(base):
         direct = replace(
             one.direct, annual=_take(one.direct.annual, kept), specular=0.0, **matrices
         )
-        states.append(TracedState(traced, lights, direct, take_rows(one.transfer, rows)))
+        states.append(TracedState(traced, lights, direct, one.transfer.take(rows)))
     # The suns, and what their rays met, likewise.
     task = prepare_suns(
         context,

@@ -12,12 +12,11 @@ from ..settings.request import Request
 from ..sky.horizon import without_hidden
 from ..sun.suns import Suns
 from .measure_cover import choose_left_out
-from .prepare_scene import build_tree, prepare_scene
+from .prepare_scene import prepare_scene
 from .shadow_points import find_points
 from .solve_suns import prepare_suns
 from .trace_all import prepare_gather
 from .trace_gather import TracedCity, TracedState, trace_light
-from .transfer import take_rows
 
 
 @dataclass
@@ -65,7 +64,7 @@ class EditableCity:
         transfer = self.city.transfer
         if len(self.rows) == len(transfer.surfaces) and (np.diff(self.rows) > 0).all():
             return transfer
-        return take_rows(transfer, self.rows)
+        return transfer.take(self.rows)
 
     @property
     def scene(self):
@@ -118,7 +117,7 @@ def trace_editable(prepared, suns, request, progress=silent, *, specular=lambda 
             "the base", "it has further rounds, which cannot be edited", "trace it in one round"
         )
     # Only one round of gather, of a whole city, keeps what an edit needs.
-    prepared = replace(build_tree(prepared, request), editable=True)
+    prepared = replace(prepared.build_tree(request), editable=True)
     city = trace_light(prepared, suns, request, progress, specular=specular(prepared))
     return EditableCity(suns, request, city, np.arange(len(prepared.scene.surfaces)), specular)
 
@@ -145,7 +144,7 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
     """
     # Patches and tree as in the traced run, by its decisions.
     prepared = replace(
-        build_tree(prepare_decided(decisions, scene, request), request), editable=True
+        prepare_decided(decisions, scene, request).build_tree(request), editable=True
     )
     context, states = prepare_gather(prepared, request, silent), kept["states"]
     if kept["bits"].shape[1] != len(prepared.patches):

@@ -15,7 +15,7 @@ from .direct_errors import variance_of_neighbours
 from .merge_transfers import whole_error
 from .trace_gather import SUNS, join_seasons
 from .traced import SKY_DOME
-from .transfer import ErrorParts, take_rows, variance_of_mean
+from .transfer import ErrorParts, variance_of_mean
 
 
 def errors_of_difference(before, after):
@@ -62,7 +62,7 @@ def _take_brighter(one, other, rows):
         city.of_surfaces[some].sum(axis=1) for city, some in zip((one, other), rows, strict=True)
     ]
     brighter = np.flatnonzero(light[0] > light[1])
-    taken, before = take_rows(other.transfer, rows[1]), take_rows(one.transfer, rows[0][brighter])
+    taken, before = other.transfer.take(rows[1]), one.transfer.take(rows[0][brighter])
     parts = [(taken, before), (taken.surfaces, before.surfaces)]
     parts += [(source, before.sources[name]) for name, source in taken.sources.items()]
     for part, those in parts:

@@ -13,7 +13,6 @@ no room for modules.
 import numpy as np
 
 from ..city.racks import RACK, find_racked_roofs
-from ..city.scene import add_backs
 from ..patches.cover_cells import pack_cells, unpack_cells
 from ..patches.facing_scene import FacingScene
 from ..patches.find_covered import UPRIGHT, find_covered_cells, starts_in_cells
@@ -43,7 +42,7 @@ def measure_cover(scene, threads=None, progress=silent):
     -------
     (n,) float64
     """
-    scene = add_backs(scene)
+    scene = scene.with_backs()
     patches = patches_of_scene(scene, np.zeros(len(scene.triangles)), seed=0)
     threads = usable_threads(threads)
     ray_scene = FacingScene(scene, patches, threads)

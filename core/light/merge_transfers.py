@@ -16,7 +16,7 @@ import numpy as np
 
 from ..rays.random_numbers import GOLDEN, mix
 from ..settings.errors import InputError
-from .transfer import ErrorParts, SourceLight, own_diffuse, own_direct, variance_of_mean
+from .transfer import ErrorParts, SourceLight, variance_of_mean
 
 MATRICES = ("visible_share", "direct_reflected")
 MOST_REPLICATES = 64  # kept side by side; deviations of further rounds are added to these
@@ -85,7 +85,8 @@ def merge_rounds(total, other):
         )
     )
     own = [
-        blend_variance(noise(total), noise(other), weight) for noise in (own_diffuse, own_direct)
+        blend_variance(total.own_diffuse, other.own_diffuse, weight),
+        blend_variance(total.own_direct, other.own_direct, weight),
     ]
     return replace(
         total,

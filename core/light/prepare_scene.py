@@ -4,7 +4,7 @@ of effects.
 
 from dataclasses import dataclass, replace
 
-from ..city.scene import Scene, add_backs, check_scene
+from ..city.scene import Scene
 from ..effects.effect import TracePlan
 from ..effects.plan_effects import plan_effects
 from ..patches.facing_scene import FacingScene
@@ -13,7 +13,7 @@ from ..patches.read_albedo import albedo_of_triangles, name_brdfs
 from ..settings.progress import silent
 from ..settings.request import check_request
 from ..settings.threads import usable_threads
-from ..sun.suns import Suns, check_suns
+from ..sun.suns import Suns
 
 
 @dataclass
@@ -39,6 +39,20 @@ class PreparedScene:
         """States of trees: in leaf and bare where some lose their leaves, else one."""
         return self.canopy.states if self.canopy else 1
 
+    def build_tree(self, request):
+        """Build the tree of the triangles, for several rounds, and its crowns as planned:
+        PreparedScene.
+        """
+        threads = usable_threads(request.threads)
+        ray_scene = self.plan.ray_scene or FacingScene(self.scene, self.patches, threads)
+        ray_scene.canopy = self.canopy
+        return replace(self, plan=replace(self.plan, ray_scene=ray_scene))
+
+    def reseed(self, seed):
+        """Exchange the random numbers for those that another seed gives: PreparedScene."""
+        (keys,) = keys_of_triangles(self.scene, seed)
+        return replace(self, patches=replace(self.patches, key=keys))
+
 
 def check_tracing(scene, suns, request):
     """Refuse what cannot be traced.
@@ -48,8 +62,8 @@ def check_tracing(scene, suns, request):
     InputError
         A number, an array or a setting is invalid.
     """
-    check_scene(scene)
-    check_suns(suns)
+    scene.check()
+    suns.check()
     check_request(request)
 
 
@@ -77,26 +91,10 @@ def prepare_scene(scene, request, *, weather=None, suns=None, materials=None, pr
     InputError
         The scene, the albedo file, a material or an effect cannot be used.
     """
-    check_scene(scene)
+    scene.check()
     materials = name_brdfs(scene, request) if materials is None else materials
-    scene = add_backs(scene)
+    scene = scene.with_backs()
     patches = patches_of_scene(scene, albedo_of_triangles(scene, request, materials), request.seed)
     known = {"materials": materials, "weather": weather, "suns": suns}
     plan = plan_effects(scene, patches, request, **known, progress=progress)
     return PreparedScene(scene, materials, patches, plan, suns)
-
-
-def build_tree(prepared, request):
-    """Build the tree of the triangles, for several rounds, and its crowns as planned:
-    PreparedScene.
-    """
-    threads = usable_threads(request.threads)
-    ray_scene = prepared.plan.ray_scene or FacingScene(prepared.scene, prepared.patches, threads)
-    ray_scene.canopy = prepared.canopy
-    return replace(prepared, plan=replace(prepared.plan, ray_scene=ray_scene))
-
-
-def reseed(prepared, seed):
-    """Exchange the random numbers for those that another seed gives: PreparedScene."""
-    (keys,) = keys_of_triangles(prepared.scene, seed)
-    return replace(prepared, patches=replace(prepared.patches, key=keys))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..settings.progress import CancelledError
-from ..sun.suns import Suns, end_of_days
+from ..sun.suns import Suns
 from .annual_light import Annual, sum_suns
 from .form_factor_products import multiply_visible
 from .shadow_points import WORD
@@ -114,7 +114,7 @@ def light_of_first_days(context, traced, task):
     """
     # The last sun of whole days among the first ones.
     first, reflected = np.zeros((2, len(context.patches)), np.float32)
-    ends = end_of_days(task.suns)
+    ends = task.suns.end_of_days
     last = ends[ends <= FIRST_SUNS].max(initial=0) or min(FIRST_SUNS, len(task.suns))
 
     def report(share, rays):

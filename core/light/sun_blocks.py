@@ -6,7 +6,6 @@ import numpy as np
 
 from ..settings.memory import check_memory
 from ..settings.progress import SUN_STAGE
-from ..sun.suns import end_of_days
 
 BYTES_PER_BLOCK = 53e6  # of one array (patches × suns); about six exist at a time
 # An interruption loses a block, but small ones make reflections slower: compared to one block of
@@ -76,7 +75,7 @@ def cut_into_blocks(suns, patch_count):
     # A twelfth of the suns, but four days (50 suns) at least.
     wanted = min(SUNS_PER_BLOCK, max(50, len(suns) // 12))
     most = max(1, min(wanted, int(BYTES_PER_BLOCK / 4 / max(patch_count, 1))))
-    ends, blocks, start = end_of_days(suns), [], 0
+    ends, blocks, start = suns.end_of_days, [], 0
     while start < len(suns):
         whole = ends[(ends > start) & (ends <= start + most)]
         stop = int(whole[-1]) if len(whole) else min(start + most, len(suns))
@@ -89,7 +88,7 @@ def count_kept(suns, blocks):
     """Number of usable suns if only these blocks were traced: the end of one of the
     blocks, or 0.
     """
-    useful = np.intersect1d([block.stop for block in blocks], end_of_days(suns))
+    useful = np.intersect1d([block.stop for block in blocks], suns.end_of_days)
     return int(useful[-1]) if len(useful) else 0
 
 

@@ -7,17 +7,14 @@ from dataclasses import replace
 import numpy as np
 
 from ..city.canopy import LeafyScene
-from ..city.scene import check_scene
 from ..patches.patches import take_patches
 from ..settings.errors import InputError
 from ..settings.request import check_request
 from ..settings.threads import usable_threads
-from ..sun.suns import check_suns
-from .prepare_scene import build_tree, prepare_scene
+from .prepare_scene import prepare_scene
 from .shadow_points import points_above
 from .sun_blocks import block_of_suns
 from .sun_visibility import SunWatch, sun_visibility
-from .transfer import take_rows
 
 PATCHES = 500  # drawn of a city
 
@@ -50,10 +47,10 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
     InputError
         The scene, the suns or a setting cannot be used, or the Transfer belongs to another scene.
     """
-    check_scene(scene)
+    scene.check()
     check_request(request)
     for suns in ways:
-        check_suns(suns)
+        suns.check()
     if len(transfer.surfaces) != len(scene.surfaces):
         problem = f"{len(transfer.surfaces)} surfaces for a scene of {len(scene.surfaces)}"
         raise InputError("transfer", problem, "give that of the same scene")
@@ -64,11 +61,11 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
     few = take_patches(patches, chosen)
     # Their rays meet the whole city, with the crowns of its trees.
     if prepared.plan.ray_scene:  # with the crowns of this plan: another one may have used it last
-        ray_scene = build_tree(prepared, request).plan.ray_scene
+        ray_scene = prepared.build_tree(request).plan.ray_scene
     else:
         ray_scene = LeafyScene(scene.vertices, scene.triangles, prepared.canopy)
-    own = take_rows(
-        replace(transfer, error_parts=None, bare=None), prepared.scene.triangle_surface[chosen]
+    own = replace(transfer, error_parts=None, bare=None).take(
+        prepared.scene.triangle_surface[chosen]
     )
     own = replace(own, surfaces=replace(own.surfaces, area=patches.area[chosen]))
     transfers = []

@@ -21,7 +21,6 @@ from ..settings.request import Request
 from ..settings.threads import usable_threads
 from .form_factors import FEWEST_RAYS, LARGEST_KEY
 from .measure_cover import share_without_room
-from .prepare_scene import build_tree
 from .shadow_points import count_elements, points_above
 from .solve_radiosity import element_factors
 from .sun_matrix import area_means
@@ -104,7 +103,7 @@ def prepare_gather(prepared, request, progress):
     resolved = len(patches) * elements**2 * HEMISPHERE_REPLICATES <= LARGEST_KEY + 1
     resolved = resolved and request.samples >= FEWEST_RAYS * elements
     return GatherContext(
-        ray_scene=build_tree(prepared, request).plan.ray_scene,
+        ray_scene=prepared.build_tree(request).plan.ray_scene,
         patches=patches,
         threads=usable_threads(request.threads),
         reflections=plan.reflections,

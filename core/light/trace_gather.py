@@ -12,7 +12,6 @@ from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.errors import InputError
 from ..settings.progress import Clock
 from ..sky.horizon import without_hidden
-from ..sun.suns import interrupted_suns
 from .annual_light import solve_annual
 from .form_factor_products import multiply, multiply_elements
 from .measure_cover import (
@@ -160,7 +159,7 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
         context, (traced[0].ray_count, direct[0].ray_count), clock, traced_before
     )
     common["interrupted"] = note_interruption(direct[0].kept, len(suns))
-    suns = suns if direct[0].kept == len(suns) else interrupted_suns(suns, direct[0].kept)
+    suns = suns if direct[0].kept == len(suns) else suns.first(direct[0].kept)
     for state in map(TracedState, traced, lights, direct, [None] * len(traced)):
         state.transfer = make_transfer(traced_city, state, suns, common, left)
         traced_city.states.append(state)

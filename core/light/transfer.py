@@ -95,16 +95,15 @@ class ErrorParts:
     # (n,) the part of the variance of own noise in direct light that is from shadow points
     direct_points: np.ndarray
 
-
-def scale_direct(parts, growth):
-    """Error parts with the errors of direct light multiplied by `growth`."""
-    return replace(
-        parts,
-        direct_passed_on=growth * parts.direct_passed_on,
-        direct_discretisation=growth * parts.direct_discretisation,
-        covariance=growth * parts.covariance,
-        direct_points=growth**2 * parts.direct_points,
-    )
+    def scale_direct(self, growth):
+        """Error parts with the errors of direct light multiplied by `growth`."""
+        return replace(
+            self,
+            direct_passed_on=growth * self.direct_passed_on,
+            direct_discretisation=growth * self.direct_discretisation,
+            covariance=growth * self.covariance,
+            direct_points=growth**2 * self.direct_points,
+        )
 
 
 @dataclass
@@ -176,6 +175,43 @@ class Transfer:
         known = self.surfaces.edge_distance
         return np.full(len(self.surfaces), np.nan) if known is None else known
 
+    def take(self, rows):
+        """Transfer of some surfaces only; outlines are left out.
+
+        Parameters
+        ----------
+        rows : (k,) int
+
+        Returns
+        -------
+        Transfer
+        """
+        taken = {
+            name: take_fields(getattr(self, name), rows) for name in ("surfaces", "error_parts")
+        }
+        taken["sources"] = {name: take_fields(light, rows) for name, light in self.sources.items()}
+        own = {name: value for name, value in vars(self).items() if isinstance(value, np.ndarray)}
+        taken |= {name: np.asarray(value[rows]) for name, value in own.items()}
+        material = self.material and [self.material[k] for k in rows]
+        bare = self.bare and self.bare.take(rows)
+        return replace(self, **taken, material=material, bare=bare, outlines=None)
+
+    @property
+    def own_diffuse(self):
+        """Variance of `diffuse_relative` from the surface's own rays: (n,) [–]."""
+        parts = self.error_parts or no_parts(len(self.surfaces))
+        error = self.diffuse_relative_standard_error
+        return _own_variance(error, parts.diffuse_passed_on, parts.diffuse_discretisation)
+
+    @property
+    def own_direct(self):
+        """Variance of the annual mean of direct irradiance per DNI from own rays: (n,) [–]; NaN if
+        it is unknown.
+        """
+        parts = self.error_parts or no_parts(len(self.surfaces))
+        error = self.direct_annual_standard_error
+        return _own_variance(error, parts.direct_passed_on, parts.direct_discretisation)
+
 
 def no_parts(count):
     """Error parts of n surfaces whose standard errors are own noise only."""
@@ -195,45 +231,6 @@ def variance_of_mean(replicates):
     unit.
     """
     return replicates.var(axis=-1, ddof=1, dtype=float) / replicates.shape[-1]
-
-
-def own_diffuse(transfer):
-    """Variance of `diffuse_relative` from the surface's own rays: (n,) [–]."""
-    parts = transfer.error_parts or no_parts(len(transfer.surfaces))
-    error = transfer.diffuse_relative_standard_error
-    return _own_variance(error, parts.diffuse_passed_on, parts.diffuse_discretisation)
-
-
-def own_direct(transfer):
-    """Variance of the annual mean of direct irradiance per DNI from own rays: (n,) [–]; NaN if it
-    is unknown.
-    """
-    parts = transfer.error_parts or no_parts(len(transfer.surfaces))
-    error = transfer.direct_annual_standard_error
-    return _own_variance(error, parts.direct_passed_on, parts.direct_discretisation)
-
-
-def take_rows(transfer, rows):
-    """Transfer of some surfaces only; outlines are left out.
-
-    Parameters
-    ----------
-    transfer : Transfer
-    rows : (k,) int
-
-    Returns
-    -------
-    Transfer
-    """
-    taken = {
-        name: take_fields(getattr(transfer, name), rows) for name in ("surfaces", "error_parts")
-    }
-    taken["sources"] = {name: take_fields(light, rows) for name, light in transfer.sources.items()}
-    own = {name: value for name, value in vars(transfer).items() if isinstance(value, np.ndarray)}
-    taken |= {name: np.asarray(value[rows]) for name, value in own.items()}
-    material = transfer.material and [transfer.material[k] for k in rows]
-    bare = transfer.bare and take_rows(transfer.bare, rows)
-    return replace(transfer, **taken, material=material, bare=bare, outlines=None)
 
 
 def take_fields(part, rows):

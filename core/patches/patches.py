@@ -12,7 +12,6 @@ import numpy as np
 
 from ..city.find_ground import find_ground, find_resting_floors
 from ..city.locate_site import bring_to_grid
-from ..city.scene import check_scene, other_sides, surface_of_triangles
 from ..rays import random_numbers
 from ..settings.errors import check_array, check_seed
 
@@ -70,7 +69,7 @@ def patches_of_scene(scene, albedo, seed):
     InputError
         If an array is invalid; names it and the place in it.
     """
-    check_scene(scene)
+    scene.check()
     check_seed(seed)
     albedo = check_array("albedo", albedo, (len(scene.triangles),), least=0, most=1)
     # Normal and area from two edges of each triangle.
@@ -103,7 +102,7 @@ def patches_of_scene(scene, albedo, seed):
         albedo=albedo.astype(np.float32),
         facing=np.column_stack([normal, 2 * scene.footprint]).astype(np.float32),
         ground=ground,
-        other_side=other_sides(scene),
+        other_side=scene.other_sides,
         receives=~scene.closure & ~find_resting_floors(scene, ground) & (length > 0),
     )
 
@@ -176,7 +175,7 @@ def keys_of_triangles(scene, *seeds):
     # The ground's -1 takes the last name.
     return [
         random_numbers.mix(
-            random_numbers.key_of_digests(digests, seed)[surface_of_triangles(scene)] ^ own
+            random_numbers.key_of_digests(digests, seed)[scene.surface_of_triangle] ^ own
         )
         for seed in seeds
     ]
@@ -188,7 +187,7 @@ def number_triangles(scene):
     Its index among them, or, on the ground and on surfaces whose names the reader made up, its
     place: neither the order of a file nor an edit elsewhere changes it.
     """
-    surface = surface_of_triangles(scene)
+    surface = scene.surface_of_triangle
     order = np.argsort(surface, kind="stable")
     number = np.empty(len(surface), np.int64)
     number[order] = np.arange(len(surface)) - np.searchsorted(surface[order], surface[order])

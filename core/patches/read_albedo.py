@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..city.city import whole_of_cell
-from ..city.scene import surface_of_triangles
 from ..read.open_input import open_input
 from ..settings.errors import InputError, id_of_cell
 from .brdfs import Lambertian
@@ -51,7 +50,7 @@ def albedo_of_triangles(scene, request, found=None):
     """
     found = name_brdfs(scene, request) if found is None else found
     distinct, which = _list_distinct(found)
-    albedo = np.array([one.brdf.albedo for one in distinct])[which[surface_of_triangles(scene)]]
+    albedo = np.array([one.brdf.albedo for one in distinct])[which[scene.surface_of_triangle]]
     if scene.rack_of_back is not None:
         albedo[scene.rack_of_back >= 0] = scene.back_albedo
     return albedo
@@ -72,7 +71,7 @@ def brdfs_of_triangles(scene, request, found=None):
     )
     place = {brdf: index for index, brdf in enumerate(brdfs)}
     brdf_index = np.array([place.get(one.brdf, -1) for one in distinct])[
-        which[surface_of_triangles(scene)]
+        which[scene.surface_of_triangle]
     ]
     if scene.rack_of_back is not None:
         brdf_index[scene.rack_of_back >= 0] = -1  # undersides and edges of racks are Lambertian
@@ -222,7 +221,7 @@ def materials_of_surfaces(scene, found):
     for one, more, area in zip(distinct, counts.tolist(), areas.tolist(), strict=True):
         count, whole = rows.get(one, (0, 0.0))
         rows[one] = count + more, whole + area
-    rows = [*rows.items(), *([(ground, None)] if (surface_of_triangles(scene) < 0).any() else [])]
+    rows = [*rows.items(), *([(ground, None)] if (scene.surface_of_triangle < 0).any() else [])]
     described = []
     for one, size in rows:
         row = {

@@ -16,14 +16,13 @@ import numpy as np
 from ..effects.effect import Measured, judge_effects
 from ..effects.rays import count_surely
 from ..light import measure_cover, sun_matrix
-from ..light.prepare_scene import build_tree, check_tracing, prepare_scene
+from ..light.prepare_scene import check_tracing, prepare_scene
 from ..light.sun_visibility import projection_in_front
 from ..light.transfer import SourceLight, TraceRecord, Transfer, note_interruption
 from ..patches.read_albedo import brdfs_of_triangles, materials_of_surfaces
 from ..settings.progress import SUN_STAGE, CancelledError, Clock
 from ..settings.threads import usable_threads
 from ..sky.horizon import without_hidden
-from ..sun.suns import end_of_days, interrupted_suns
 from .emit_photons import FROM_ABOVE, FROM_BELOW, INWARDS, box_of_scene, make_source
 from .follow_photons import Target
 from .light_of_photons import Light
@@ -133,7 +132,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
     return Transfer(
         surfaces=scene.surfaces,
         site=scene.site,
-        suns=suns if direct.kept == len(suns) else interrupted_suns(suns, direct.kept),
+        suns=suns if direct.kept == len(suns) else suns.first(direct.kept),
         covered_share=covered_share,
         no_room=measure_cover.average_room(
             patch_to_surface, measure_cover.share_without_room(cramped, target.covered)
@@ -187,7 +186,7 @@ def _prepare_run(prepared, request, progress, state):
     covered_share : (p,) float32
     """
     scene, patches, threads = prepared.scene, prepared.patches, usable_threads(request.threads)
-    ray_scene = build_tree(prepared, request).plan.ray_scene
+    ray_scene = prepared.build_tree(request).plan.ray_scene
     covered = measure_cover.find_cover(ray_scene, patches, patches.receives, threads)
     count = len(scene.surfaces)
     surface = np.where(scene.triangle_surface < 0, count, scene.triangle_surface)
@@ -287,7 +286,7 @@ def _trace_direct(run, lit, suns, far, ground_albedo, *, patch_to_surface, folde
             done = index + 1
     # Interrupted: whole days that are done are kept.
     except CancelledError:
-        direct.kept = max((end for end in end_of_days(suns) if end <= done), default=0)
+        direct.kept = max((end for end in suns.end_of_days if end <= done), default=0)
         if not direct.kept:
             raise
         direct.visible_share = sun_matrix.keep_columns(direct.visible_share, direct.kept)

@@ -7,7 +7,7 @@ import pandas as pd
 
 from ..city.locate_site import bring_to_grid, find_on_earth
 from ..city.transform_crs import grid_of
-from ..energy.energy import exceeded_energy, kwp_of_hours
+from ..energy.energy import exceeded_energy
 from ..energy.standard_errors import add_errors, errors_of_energy
 from .columns import name_months, write_table
 
@@ -50,7 +50,7 @@ def sum_buildings(transfer, energy, weather, *, monthly=False):
     names, building = np.unique(
         np.array(surfaces.building_id, dtype=object).astype(str), return_inverse=True
     )
-    kwp = kwp_of_hours(area, energy)
+    kwp = energy.kwp_of_hours(area)
     eligible = energy.eligible & (kwp > 0)
     # Which surfaces belong to all, to roofs and to facades.
     parts = {"": eligible} | {

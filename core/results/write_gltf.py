@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from ..city.scene import surface_of_triangles
 from ..city.transform_crs import grid_of
 from ..settings.progress import silent
 from .colour_map import GROUND, choose_range, linear_light, srgb_colour
@@ -48,7 +47,7 @@ def write_gltf(path, run, progress=silent):
     # Generated ground, undersides and edges of racks have index -1: the last.
     hours = np.append(energy.full_load_hours, np.nan)[scene.triangle_surface]
     colours = colour_hours(hours, level, np.isfinite(hours))
-    colours[surface_of_triangles(scene) < 0] = linear_light(srgb_colour(GROUND))
+    colours[scene.surface_of_triangle < 0] = linear_light(srgb_colour(GROUND))
     looks = np.round(65535 * np.column_stack([colours, np.ones(len(colours))])).astype("<u2")
     # A mesh for each building: places, normals and colours of its triangles, one buffer for all.
     buffer, meshes = Buffer(), []
@@ -97,7 +96,7 @@ def write_gltf(path, run, progress=silent):
 
 def _group_triangles(scene):
     """Names of the nodes, and the node of each triangle (t,)."""
-    surface = surface_of_triangles(scene)
+    surface = scene.surface_of_triangle
     names, building = np.unique(
         np.array(scene.surfaces.building_id, dtype=object).astype(str), return_inverse=True
     )

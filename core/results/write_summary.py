@@ -15,11 +15,9 @@ from ..accuracy import error_budget
 from ..accuracy.error_budget import WHAT
 from ..accuracy.yield_errors import split_errors
 from ..city.edge_distance import FURTHEST, NEAREST
-from ..city.scene import surface_of_triangles
 from ..energy.counted_area import name_group, sum_left_out
-from ..energy.energy import exceeded_energy, kwp_of_hours, sum_potential, sum_years
+from ..energy.energy import exceeded_energy
 from ..energy.pv_system import KINDS, area_of_kwp, build_system
-from ..weather.weather import distance_of_weather
 from .list_findings import list_findings
 
 # all that a number may depend on: what pyproject.toml asks for, and whose k-means tsam takes
@@ -86,7 +84,7 @@ def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
             "latitude": weather.latitude,
             "longitude": weather.longitude,
             "altitude": weather.altitude,
-            "distance_km": distance_of_weather(weather, transfer.site),
+            "distance_km": weather.distance_to(transfer.site),
             "years": energy.years,
             **{
                 f"{name}_annual": float(weather.data[name].sum()) * kilo_hours
@@ -190,7 +188,7 @@ def _describe_input(transfer, energy, scene):
                 "patch_size": patch_size,
             }
             description["ground_squares"] = squares
-        description["ground_triangles"] = int((surface_of_triangles(scene) < 0).sum())
+        description["ground_triangles"] = int((scene.surface_of_triangle < 0).sum())
     return description
 
 
@@ -266,16 +264,16 @@ def sum_totals(transfer, energy, system):
     # Open surfaces below a hundredth of the mean see next to no light all year.
     dark = hours * counted.sum() < 0.01 * (hours @ counted)
     # (y,) [MWh]
-    by_year = kwp_of_hours(area, energy)[own] @ energy.full_load_hours_by_year[own] / 1000
+    by_year = energy.kwp_of_hours(area)[own] @ energy.full_load_hours_by_year[own] / 1000
     return {
         "count": int((energy.eligible & counts).sum()),
-        **sum_potential(energy.eligible, area, energy),
+        **energy.sum_potential(energy.eligible, area),
         **{
             f"{name}_mwh_per_year": float(value) for name, value in exceeded_energy(by_year).items()
         },
         "area_per_kwp": area_of_kwp(system.module),
         "kinds": {
-            name: {"count": int(chosen.sum()), **sum_potential(chosen, area, energy)}
+            name: {"count": int(chosen.sum()), **energy.sum_potential(chosen, area)}
             for name, chosen in rows.items()
             if chosen.any()
         },
@@ -289,7 +287,7 @@ def describe_years(energy):
     """Full load hours of the groups by year, with mean and standard deviation; empty for a single
     year.
     """
-    years = sum_years(energy)
+    years = energy.sum_years()
     if not years:
         return {}
     table = pd.DataFrame(

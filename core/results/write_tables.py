@@ -10,7 +10,6 @@ import pandas as pd
 
 from ..energy.compute_energy import compute_building_power
 from ..energy.counted_area import name_group
-from ..energy.energy import sum_years
 from ..energy.pv_system import build_system
 from ..settings.system_settings import BUILDINGS
 from ..sun.solar_position import local_middle
@@ -88,7 +87,7 @@ def sum_periods(energy):
             strict=True,
         )
     )
-    return hours_of_periods | {("year", year): hours for year, hours in sum_years(energy).items()}
+    return hours_of_periods | {("year", year): hours for year, hours in energy.sum_years().items()}
 
 
 def share_periods(times, interval, longitude):

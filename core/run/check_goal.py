@@ -10,7 +10,7 @@ from ..accuracy.cost_curve import price_city
 from ..accuracy.rounds_to_target import CELLS, CERTAIN
 from ..accuracy.sun_sampling import CityYear
 from ..accuracy.yield_errors import SOURCES
-from ..light.prepare_scene import build_tree, prepare_scene
+from ..light.prepare_scene import prepare_scene
 from ..settings.errors import InputError
 from ..settings.progress import describe_duration
 from .rounds import MOMENT
@@ -37,7 +37,7 @@ def check_goal(scene, weather, request, log):
     if request.estimator == "forward":
         return
     request = replace(request, shadow_samples=max(request.shadow_samples, CELLS))
-    prepared = build_tree(prepare_scene(scene, request, weather=weather), request)
+    prepared = prepare_scene(scene, request, weather=weather).build_tree(request)
     city = price_city(CityYear(scene, prepared, weather, request), (request.suns,), log.progress)
     errors = city.predict_errors(request)
     # Rounds lower what rays and points leave, but not what the suns do, which is itself an

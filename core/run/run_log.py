@@ -137,7 +137,6 @@ def tell_next(log, *commands):
 
 def describe_scene(scene):
     """Counts and place as lines of text."""
-    from ..city.scene import surface_of_triangles
 
     report, site = scene.report, scene.site
     kinds = ", ".join(
@@ -147,7 +146,7 @@ def describe_scene(scene):
     lines = [
         f"{count_of(report.building_count, 'building')}, {count_of(report.part_count, 'part')}, "
         f"{count_of(len(scene.surfaces), 'surface')}: {kinds}",
-        f"{len(scene.triangles):,} triangles, {(surface_of_triangles(scene) < 0).sum():,} of them "
+        f"{len(scene.triangles):,} triangles, {(scene.surface_of_triangle < 0).sum():,} of them "
         "ground",
         f"latitude {show_number(site.latitude, 4)}°, longitude {show_number(site.longitude, 4)}°, "
         "grid north at "
@@ -178,9 +177,8 @@ def describe_extent(city):
 
 def describe_weather(weather, site):
     """The weather as lines of text: its label, its distance from the city, and notes."""
-    from ..weather.weather import describe_distance
 
-    told = "; ".join(filter(None, (weather.label, describe_distance(weather, site))))
+    told = "; ".join(filter(None, (weather.label, weather.describe_distance(site))))
     return "\n".join([f"Weather: {told}", *(f"  {note}" for note in weather.notes)])
 
 

@@ -15,7 +15,6 @@ from ..effects.plan_effects import describe_plan, name_effects
 from ..energy import left_out
 from ..energy.counted_area import classify_again, note_other_clearance
 from ..energy.pv_system import ELECTRIC
-from ..light.prepare_scene import build_tree
 from ..rays.hemisphere_rays import is_compiled
 from ..results.compare_runs import CHANGE
 from ..results.exports import RunResults, write_exports
@@ -191,7 +190,7 @@ def trace_city(scene, weather, request, log, folder=None, *, prepared, editable=
                     "finely enough"
                 )
                 request = replace(request, shadow_samples=CELLS)
-            prepared = replace(build_tree(prepared, request), rounds=True)
+            prepared = replace(prepared.build_tree(request), rounds=True)
         # A base that can be edited, or a plain run.
         base = run = None
         if editable:

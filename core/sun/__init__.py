@@ -26,8 +26,4 @@ DOORS = (
     "sun_sampling.weigh_by_year",
     "suns.Suns",
     "suns.TimeAxis",
-    "suns.check_suns",
-    "suns.end_of_days",
-    "suns.interrupted_suns",
-    "suns.progressive_order",
 )

@@ -20,7 +20,7 @@ from .solar_position import (
     solar_position,
     sun_direction,
 )
-from .suns import Suns, TimeAxis, check_suns
+from .suns import Suns, TimeAxis
 from .typical_days import typical_day_suns
 
 SAMPLINGS = ("hourly", "days", "typical-days", "sky-grid")
@@ -173,7 +173,7 @@ def match_suns(
         With zero weights for lower suns.
     """
     # Which suns are high enough to be represented at all.
-    check_suns(suns)
+    suns.check()
     if suns.sampling.partition(":")[0] not in SAMPLINGS:
         raise InputError(
             "suns",

@@ -44,125 +44,115 @@ class Suns:
     def __len__(self):
         return len(self.direction)
 
+    def check(self):
+        """Refuse suns without direction or weight, or below the horizon.
 
-def check_suns(suns):
-    """Refuse suns without direction or weight, or below the horizon.
+        Raises
+        ------
+        InputError
+        """
+        name = "direction of the suns"
+        check_array(
+            "weight of the suns",
+            self.weight,
+            (len(np.asarray(self.direction)),),
+            least=0,
+            most=1 + UNIT,
+        )
+        direction = check_unit(name, self.direction)
+        # Down to a sine of -1e-6 a sun counts as on the horizon: rounding.
+        if (first := first_true(direction[:, 2] < -1e-6)) is not None:
+            problem = f"row {first} is {direction[first]}, below the horizon"
+            raise InputError(name, problem, "leave out suns below the horizon")
 
-    Parameters
-    ----------
-    suns : Suns
+    @property
+    def end_of_days(self):
+        """Numbers of suns after which tracing can stop: (k,) int, ascending, the last one being
+        their total number.
 
-    Raises
-    ------
-    InputError
-    """
-    name = "direction of the suns"
-    check_array(
-        "weight of the suns",
-        suns.weight,
-        (len(np.asarray(suns.direction)),),
-        least=0,
-        most=1 + UNIT,
-    )
-    direction = check_unit(name, suns.direction)
-    # Down to a sine of -1e-6 a sun counts as on the horizon: rounding.
-    if (first := first_true(direction[:, 2] < -1e-6)) is not None:
-        problem = f"row {first} is {direction[first]}, below the horizon"
-        raise InputError(name, problem, "leave out suns below the horizon")
+        A day is usable only as a whole, and a sky grid only once it fills the sky.
+        """
+        if self.sampling.startswith(BY_DAYS):
+            return np.append(np.flatnonzero(np.diff(self.day)) + 1, len(self))
+        # To interpolate over the whole sky, a sky grid needs 16 directions.
+        first = min(16, len(self)) if self.sampling.startswith("sky-grid") else 1
+        return np.arange(first, len(self) + 1)
 
+    def first(self, count):
+        """The first suns, as if only these had been requested.
 
-def progressive_order(suns):
-    """Put suns into the order in which they are traced.
+        Parameters
+        ----------
+        count : int
+            At least 1.
 
-    Days stay whole. They are lined up from the one with the southernmost sun to the one with the
-    northernmost, each as long as its weight, and visited in steps of the golden ratio: days of
-    large weight come early, and every season is sampled soon. Days of the year, which are
-    interpolated, are lined up by season instead, all of one length. The directions of a sky grid
-    are visited by a low-discrepancy sequence over the sky.
+        Returns
+        -------
+        Suns
+            `sampling` has their own number: of days, directions, or hourly suns. The weights are
+            the given ones, normalised; `match_suns.weigh_by_year` replaces them with the year's.
+        """
+        name = self.sampling.partition(":")[0]
+        number = len(np.unique(self.day[:count])) if self.sampling.startswith(BY_DAYS) else count
+        weight = self.weight[:count]
+        weight = weight / weight.sum() if weight.any() else np.full(count, 1 / count)
+        return Suns(
+            f"{name}:{number}", self.direction[:count], weight, self.day[:count], self.step[:count]
+        )
 
-    Parameters
-    ----------
-    suns : Suns
+    def progressive_order(self):
+        """Put suns into the order in which they are traced.
 
-    Returns
-    -------
-    Suns
+        Days stay whole. They are lined up from the one with the southernmost sun to the one with
+        the northernmost, each as long as its weight, and visited in steps of the golden ratio: days
+        of large weight come early, and every season is sampled soon. Days of the year, which are
+        interpolated, are lined up by season instead, all of one length. The directions of a sky
+        grid are visited by a low-discrepancy sequence over the sky.
 
-    Notes
-    -----
-    After any number of golden-ratio steps around a circle, the gaps have at most three different
-    lengths. In the plane, powers of the plastic number replace the golden ratio.
+        Returns
+        -------
+        Suns
 
-    References
-    ----------
-    M. Roberts (2018), The unreasonable effectiveness of quasirandom sequences: the R-sequences.
-    """
-    if not len(suns):
-        return suns
-    if suns.day[0] < 0:  # a walk through equal areas of the sky
-        count = 4 * len(suns)
-        height, turn = ((0.5 + np.arange(count) / PLASTIC**power) % 1 for power in (1, 2))
-        radius, azimuth = np.sqrt(1 - height**2), 2 * np.pi * turn
-        walk = np.stack([radius * np.sin(azimuth), radius * np.cos(azimuth), height], axis=1)
-        order = pd.unique(np.append(KDTree(suns.direction).query(walk)[1], np.arange(len(suns))))
-    else:
-        # Days with their number of suns, and where they stand on the line: by season, or by how far
-        # south the sun stands, as long as they weigh.
-        _, number, length = np.unique(suns.day, return_inverse=True, return_counts=True)
-        if suns.sampling.startswith("days:"):
-            place, share = np.unique(suns.day) % TROPICAL_YEAR, np.ones(len(length))
-        else:
-            place, share = (
-                np.bincount(number, suns.direction[:, 1]) / length,
-                np.bincount(number, suns.weight),
+        Notes
+        -----
+        After any number of golden-ratio steps around a circle, the gaps have at most three
+        different lengths. In the plane, powers of the plastic number replace the golden ratio.
+
+        References
+        ----------
+        M. Roberts (2018), The unreasonable effectiveness of quasirandom sequences: the R-sequences.
+        """
+        if not len(self):
+            return self
+        if self.day[0] < 0:  # a walk through equal areas of the sky
+            count = 4 * len(self)
+            height, turn = ((0.5 + np.arange(count) / PLASTIC**power) % 1 for power in (1, 2))
+            radius, azimuth = np.sqrt(1 - height**2), 2 * np.pi * turn
+            walk = np.stack([radius * np.sin(azimuth), radius * np.cos(azimuth), height], axis=1)
+            order = pd.unique(
+                np.append(KDTree(self.direction).query(walk)[1], np.arange(len(self)))
             )
-        # Steps of the golden ratio over the line; a day has the rank of the first step into it.
-        line = np.argsort(place, kind="stable")
-        end = np.cumsum(share[line] if share.any() else np.ones(len(line)))
-        # 64 steps a day; suns that are never visited come last.
-        steps = (0.5 + GOLDEN * np.arange(64 * len(line))) % 1 * end[-1]
-        visited = np.minimum(np.searchsorted(end, steps, side="right"), len(line) - 1)
-        rank = np.empty(len(line), int)
-        rank[line[pd.unique(np.append(visited, np.arange(len(line))))]] = np.arange(len(line))
-        order = np.argsort(rank[number], kind="stable")
-    return replace(
-        suns,
-        **{name: getattr(suns, name)[order] for name in ("direction", "weight", "day", "step")},
-    )
-
-
-def end_of_days(suns):
-    """Numbers of suns after which tracing can stop: (k,) int, ascending, the last one being their
-    total number.
-
-    A day is usable only as a whole, and a sky grid only once it fills the sky.
-    """
-    if suns.sampling.startswith(BY_DAYS):
-        return np.append(np.flatnonzero(np.diff(suns.day)) + 1, len(suns))
-    # To interpolate over the whole sky, a sky grid needs 16 directions.
-    first = min(16, len(suns)) if suns.sampling.startswith("sky-grid") else 1
-    return np.arange(first, len(suns) + 1)
-
-
-def interrupted_suns(suns, count):
-    """The first suns, as if only these had been requested.
-
-    Parameters
-    ----------
-    suns : Suns
-    count : int
-        At least 1.
-
-    Returns
-    -------
-    Suns
-        `sampling` has their own number: of days, directions, or hourly suns. The weights are the
-        given ones, normalised; `match_suns.weigh_by_year` replaces them with the year's.
-    """
-    name = suns.sampling.partition(":")[0]
-    number = len(np.unique(suns.day[:count])) if suns.sampling.startswith(BY_DAYS) else count
-    weight = suns.weight[:count]
-    weight = weight / weight.sum() if weight.any() else np.full(count, 1 / count)
-    return Suns(
-        f"{name}:{number}", suns.direction[:count], weight, suns.day[:count], suns.step[:count]
-    )
+        else:
+            # Days with their number of suns, and where they stand on the line: by season, or by how
+            # far south the sun stands, as long as they weigh.
+            _, number, length = np.unique(self.day, return_inverse=True, return_counts=True)
+            if self.sampling.startswith("days:"):
+                place, share = np.unique(self.day) % TROPICAL_YEAR, np.ones(len(length))
+            else:
+                place, share = (
+                    np.bincount(number, self.direction[:, 1]) / length,
+                    np.bincount(number, self.weight),
+                )
+            # Steps of the golden ratio over the line; a day has the rank of the first step into it.
+            line = np.argsort(place, kind="stable")
+            end = np.cumsum(share[line] if share.any() else np.ones(len(line)))
+            # 64 steps a day; suns that are never visited come last.
+            steps = (0.5 + GOLDEN * np.arange(64 * len(line))) % 1 * end[-1]
+            visited = np.minimum(np.searchsorted(end, steps, side="right"), len(line) - 1)
+            rank = np.empty(len(line), int)
+            rank[line[pd.unique(np.append(visited, np.arange(len(line))))]] = np.arange(len(line))
+            order = np.argsort(rank[number], kind="stable")
+        return replace(
+            self,
+            **{name: getattr(self, name)[order] for name in ("direction", "weight", "day", "step")},
+        )

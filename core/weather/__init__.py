@@ -30,8 +30,4 @@ DOORS = (
     "sources.parse_asked",
     "weather.Record",
     "weather.Weather",
-    "weather.check_distance",
-    "weather.darken_hours",
-    "weather.describe_distance",
-    "weather.distance_of_weather",
 )

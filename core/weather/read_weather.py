@@ -15,7 +15,7 @@ from .complete_record import drop_empty_columns, fill_from_climate
 from .formats import read_as, recognise_weather
 from .read_era5 import read_era5
 from .sources import is_source, parse_asked
-from .weather import DAMAGED, change_record, join_records
+from .weather import DAMAGED, join_records
 
 
 @dataclass
@@ -77,9 +77,7 @@ def read_weather(source, latitude, longitude, altitude=0.0, **settings):
         )
     record = join_records(records)
     try:
-        return check_record(
-            change_record(record, reading.time_shift, reading.without), reading.horizon_cut
-        )
+        return check_record(record.change(reading.time_shift, reading.without), reading.horizon_cut)
     except TimesError as error:
         raise _try_cure(record, reading, error) from error
 
@@ -109,7 +107,7 @@ def _try_cure(record, reading, error):
     try:
         if not options or abs(time_shift) > 720 or reading.without not in ("none", without):
             raise InputError(record.source, error.problem, error.cure)
-        check_record(change_record(record, time_shift, without), reading.horizon_cut)
+        check_record(record.change(time_shift, without), reading.horizon_cut)
     except InputError:
         cure = f"{error.cure}; no shift and no column left out mends it"
         return InputError(error.source, error.problem, cure)

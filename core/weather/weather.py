@@ -31,6 +31,29 @@ class Record:
     # column of data -> what the file calls it, or what it follows from
     columns: dict = field(default_factory=dict)
 
+    def change(self, time_shift=0.0, without="none"):
+        """Shift the times and drop a column, as requested, with notes on it.
+
+        Parameters
+        ----------
+        time_shift : float
+            [min] added to the times.
+        without : {"none", "ghi", "dhi", "dni"}
+            Column to drop.
+
+        Returns
+        -------
+        Record
+        """
+        data, notes = self.data, list(self.notes)
+        if without in data:
+            data = data.drop(columns=without)
+            notes.append(f"{without} of the file is not used")
+        if time_shift:
+            data = data.set_axis(data.index + pd.Timedelta(minutes=time_shift), axis=0)
+            notes.append(f"times shifted by {time_shift:+g} min")
+        return replace(self, data=data, notes=notes)
+
 
 @dataclass
 class Weather(Record):
@@ -53,14 +76,67 @@ class Weather(Record):
         """Its intervals and its place: TimeAxis."""
         return TimeAxis(self.data.index, self.interval, self.latitude, self.longitude)
 
+    def check_distance(self, site, allowed=None, suns=None):
+        """Refuse weather from a place too far from the city, or from the latitude of the traced
+        suns.
 
-def darken_hours(weather, dark):
-    """Make it night in some hours, (t,) bool: no irradiance, and the sun at the nadir."""
-    night = {"ghi": 0.0, "dni": 0.0, "dhi": 0.0, "apparent_zenith": 180.0}
-    data = weather.data.assign(
-        **{name: weather.data[name].mask(dark, value) for name, value in night.items()}
-    )
-    return replace(weather, data=data)
+        Parameters
+        ----------
+        site : Site
+            latitude and longitude of the city [°].
+        allowed : float, optional
+            [km] Default 150.
+        suns : Suns, optional
+            Suns of a Transfer, which can be used with any weather of about the same latitude, or of
+            any place if they are a sky grid.
+
+        Raises
+        ------
+        InputError
+        """
+        if suns is not None and suns.sampling.startswith("sky-grid"):
+            return
+        if suns is None:
+            away, words = (
+                self.distance_to(site),
+                f"city ({site.latitude:.2f}°, {site.longitude:.2f}°)",
+            )
+            cure = "give weather of the city's own place"
+        else:
+            # A degree along a meridian has 111.2 km.
+            away, words = (
+                111.2 * abs(self.latitude - site.latitude),
+                f"latitude {site.latitude:.2f}°",
+            )
+            words += " that was traced"
+            cure = "give weather of that latitude, trace --suns sky-grid:N"
+        # Unless the user allows more, the weather lies within 150 km of the city.
+        if away > (150.0 if allowed is None else allowed):
+            problem = (
+                f"its place ({self.latitude:.2f}°, {self.longitude:.2f}°) is {away:,.0f} km from "
+                f"the {words}"
+            )
+            raise InputError(
+                self.label, problem, f"{cure}, or --allow-distance {int(np.ceil(away / 10) * 10)}"
+            )
+
+    def darken(self, dark):
+        """Make it night in some hours, (t,) bool: no irradiance, and the sun at the nadir."""
+        night = {"ghi": 0.0, "dni": 0.0, "dhi": 0.0, "apparent_zenith": 180.0}
+        data = self.data.assign(
+            **{name: self.data[name].mask(dark, value) for name, value in night.items()}
+        )
+        return replace(self, data=data)
+
+    def describe_distance(self, site):
+        """Where the weather comes from as text, "" if it is the city's own place (within 1 km)."""
+        away = self.distance_to(site)
+        return f"from a place {away:,.0f} km away, whose sun is used" if away >= 1 else ""
+
+    def distance_to(self, site):
+        """[km] from the city to the place of the weather, along the ellipsoid."""
+        globe = pyproj.Geod(ellps="WGS84")
+        return globe.inv(site.longitude, site.latitude, self.longitude, self.latitude)[2] / 1000
 
 
 def join_records(records):
@@ -109,31 +185,6 @@ def join_records(records):
         label=", ".join(record.label for record in records),
         notes=[note for record in records for note in record.notes],
     )
-
-
-def change_record(record, time_shift=0.0, without="none"):
-    """Shift the times and drop a column, as requested, with notes on it.
-
-    Parameters
-    ----------
-    record : Record
-    time_shift : float
-        [min] added to the times.
-    without : {"none", "ghi", "dhi", "dni"}
-        Column to drop.
-
-    Returns
-    -------
-    Record
-    """
-    data, notes = record.data, list(record.notes)
-    if without in data:
-        data = data.drop(columns=without)
-        notes.append(f"{without} of the file is not used")
-    if time_shift:
-        data = data.set_axis(data.index + pd.Timedelta(minutes=time_shift), axis=0)
-        notes.append(f"times shifted by {time_shift:+g} min")
-    return replace(record, data=data, notes=notes)
 
 
 DAMAGED = "correct it, or download it again if it is cut"
@@ -186,60 +237,3 @@ def coerce_year(data):
     days = pd.to_datetime(pd.DataFrame({"year": year, "month": times.month, "day": times.day}))
     moved = pd.DatetimeIndex(days).tz_localize(times.tz) + (times - times.normalize())
     return data.set_axis(moved, axis=0).sort_index(kind="stable").tz_convert("UTC"), True
-
-
-def check_distance(weather, site, allowed=None, suns=None):
-    """Refuse weather from a place too far from the city, or from the latitude of the traced suns.
-
-    Parameters
-    ----------
-    weather : Weather
-    site : Site
-        latitude and longitude of the city [°].
-    allowed : float, optional
-        [km] Default 150.
-    suns : Suns, optional
-        Suns of a Transfer, which can be used with any weather of about the same latitude, or of any
-        place if they are a sky grid.
-
-    Raises
-    ------
-    InputError
-    """
-    if suns is not None and suns.sampling.startswith("sky-grid"):
-        return
-    if suns is None:
-        away, words = (
-            distance_of_weather(weather, site),
-            f"city ({site.latitude:.2f}°, {site.longitude:.2f}°)",
-        )
-        cure = "give weather of the city's own place"
-    else:
-        # A degree along a meridian has 111.2 km.
-        away, words = (
-            111.2 * abs(weather.latitude - site.latitude),
-            f"latitude {site.latitude:.2f}°",
-        )
-        words += " that was traced"
-        cure = "give weather of that latitude, trace --suns sky-grid:N"
-    # Unless the user allows more, the weather lies within 150 km of the city.
-    if away > (150.0 if allowed is None else allowed):
-        problem = (
-            f"its place ({weather.latitude:.2f}°, {weather.longitude:.2f}°) is {away:,.0f} km from "
-            f"the {words}"
-        )
-        raise InputError(
-            weather.label, problem, f"{cure}, or --allow-distance {int(np.ceil(away / 10) * 10)}"
-        )
-
-
-def describe_distance(weather, site):
-    """Where the weather comes from as text, "" if it is the city's own place (within 1 km)."""
-    away = distance_of_weather(weather, site)
-    return f"from a place {away:,.0f} km away, whose sun is used" if away >= 1 else ""
-
-
-def distance_of_weather(weather, site):
-    """[km] from the city to the place of the weather, along the ellipsoid."""
-    globe = pyproj.Geod(ellps="WGS84")
-    return globe.inv(site.longitude, site.latitude, weather.longitude, weather.latitude)[2] / 1000

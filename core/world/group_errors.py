@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 from ..energy.standard_errors import join_own, sun_sampling_share
-from ..light.transfer import no_parts, own_diffuse, own_direct, variance_of_mean
+from ..light.transfer import no_parts, variance_of_mean
 from ..settings.errors import InputError
 from .place_hours import MONTHS
 
@@ -68,7 +68,7 @@ def find_group_errors(transfer, environment, rows, traced=()):
     # weights of what a Transfer tells: means over whole surfaces
     of_whole = weight / environment.block.lit_share
     # Variances of direct and diffuse light, their covariance, and of each source.
-    own = [own_direct(transfer)[rows], own_diffuse(transfer)[rows], parts.covariance[rows]]
+    own = [transfer.own_direct[rows], transfer.own_diffuse[rows], parts.covariance[rows]]
     own += [light.standard_error[rows] ** 2 for light in traced]
     discretisation = parts.direct_discretisation[rows], parts.diffuse_discretisation[rows]
     block = environment.block

@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 
-from ...core.city.scene import Site, surface_of_triangles
+from ...core.city.scene import Site
 from .attributes import PREFIX, read_array, write_face_attribute
 from .keys import Key
 from .session import find_city
@@ -29,7 +29,7 @@ def build_meshes(scene, name="City"):
     ground : bpy.types.Object or None
         The triangles that belong to no surface, moved with the city; None where there are none.
     """
-    generated, city = surface_of_triangles(scene) < 0, build_city(scene, name)
+    generated, city = scene.surface_of_triangle < 0, build_city(scene, name)
     if not generated.any():
         return city, None
     city[Key.GROUND] = ground = _build_object("Ground", "ground", scene, generated)

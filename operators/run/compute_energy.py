@@ -31,17 +31,15 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
     @staticmethod
     def work(task, progress):
         """Read the weather and compute the energy."""
-        from ...core.energy.energy import kwp_of_hours
         from ...core.energy.pv_system import build_system
         from ...core.results.write_buildings import sum_buildings
         from ...core.results.write_summary import sum_totals
-        from ...core.weather.weather import describe_distance
 
         session, kept, request = task
         transfer, weather, energy = weigh(session, kept, request, progress)
-        kwp = kwp_of_hours(transfer.surfaces.area, energy)
+        kwp = energy.kwp_of_hours(transfer.surfaces.area)
         told = {
-            "place": describe_distance(weather, transfer.site),
+            "place": weather.describe_distance(transfer.site),
             "whole": sum_totals(transfer, energy, build_system(request)),
         }
         told["buildings"] = sum_buildings(transfer, energy, weather)

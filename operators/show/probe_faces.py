@@ -132,11 +132,11 @@ def describe_surfaces(session, rows):
     list of str
     """
     from ...core.energy.counted_area import REASONS
-    from ...core.energy.energy import exceeded_energy, kwp_of_hours, sum_potential
+    from ...core.energy.energy import exceeded_energy
 
     # What the surfaces are: buildings, kinds, area, and the direction of a single one.
     surfaces, energy = session.transfer.surfaces, session.energy
-    total = sum_potential(rows, surfaces.area, energy)
+    total = energy.sum_potential(rows, surfaces.area)
     names = list(dict.fromkeys(surfaces.building_id[k] for k in rows))
     kinds = list(dict.fromkeys(f"{surfaces.kind[k]} {surfaces.orientation[k]}" for k in rows))
     area = surfaces.area[rows]
@@ -153,7 +153,7 @@ def describe_surfaces(session, rows):
     error = f" ± {energy.full_load_hours_standard_error[rows[0]]:.1f}" if len(rows) == 1 else ""
     # What the ones with modules yield, year by year.
     hours, counted = total["full_load_hours"], rows[energy.counted_area[rows] > 0]
-    kwp = kwp_of_hours(surfaces.area, energy)[counted]
+    kwp = energy.kwp_of_hours(surfaces.area)[counted]
     years = kwp @ energy.full_load_hours_by_year[counted] / 1000
     # Why the others carry none, each reason once.
     reasons = energy.reason[rows].tolist()
@@ -188,18 +188,16 @@ def _chart_surfaces(session, rows):
     rows : (k,) int
         Surfaces. Of more than `MOST` there is no day curve (zeros).
     """
-    from ...core.energy.energy import kwp_of_hours
-    from ...core.light.transfer import take_rows
     from ...core.study import compute_energy
     from ...core.sun.solar_position import local_middle
 
     energy, curves = session.energy, np.zeros((len(CURVES), 24))
     counted = rows[np.isfinite(energy.full_load_hours[rows]) & (energy.counted_area[rows] > 0)]
-    kwp = kwp_of_hours(session.transfer.surfaces.area, energy)[counted]
+    kwp = energy.kwp_of_hours(session.transfer.surfaces.area)[counted]
     months = kwp @ energy.full_load_hours_by_month[counted] / 1000
     # The day curve shows at most 1,000 surfaces.
     if 0 < len(counted) <= 1000:
-        transfer = take_rows(session.transfer, counted)
+        transfer = session.transfer.take(counted)
         request = replace(session.request, series=tuple(transfer.surfaces.surface_id))
         energy = compute_energy(transfer, session.weather, request)
         power = energy.series.capacity_factor @ kwp

@@ -31,7 +31,7 @@ def summarise_energy(item, weather, energy, *, place, whole, buildings):
     weather : core.weather.weather.Weather
     energy : core.energy.energy.Energy
     place : str
-        Where the weather comes from, if from elsewhere (`core.weather.weather.describe_distance`).
+        Where the weather comes from, if from elsewhere (`Weather.describe_distance`).
     whole : dict
         Power, energy and hours of all eligible surfaces and of each kind, of
         `core.results.write_summary.sum_totals`.

@@ -18,7 +18,6 @@ from citypv.core.city.scene import Crowns, Site
 from citypv.core.commands.plain_scenes import join_parts, rectangle
 from citypv.core.settings.request import Request
 from citypv.core.study import compute_energy, read_year, trace_scene
-from citypv.core.weather.weather import darken_hours
 
 REACH = 140.0  # [m] around the sensors, up to which the stand is repeated
 SENSOR = 0.05  # [m] its side
@@ -158,7 +157,7 @@ def predict_light(stand, samples=4096, shadow_samples=4, suns="days:24"):
     )
     weather = read_year(scene.site, request)
     month = (weather.data.index + weather.interval / 2).month
-    weather = darken_hours(weather, ~np.isin(month, NORTHERN))
+    weather = weather.darken(~np.isin(month, NORTHERN))
     transfer = trace_scene(scene, weather, request)
     hours = weather.data
     poa = compute_energy(transfer, weather, request).poa_global_annual.reshape(-1, 2).mean(axis=1)

@@ -24,7 +24,6 @@ from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.settings.progress import CancelledError, Interruption, silent
 from citypv.core.settings.request import Request
 from citypv.core.sun.sun_sampling import choose_suns, match_suns, weigh_by_year
-from citypv.core.sun.suns import end_of_days, interrupted_suns, progressive_order
 
 TRACERS = {"gather": trace_gather, "forward": trace_forward}
 PER_SURFACE = (
@@ -38,7 +37,7 @@ PER_SURFACE = (
 def suns_of(way, start="2021-03-01", days=60):
     """Suns of some days of spring, in the order in which they are traced."""
     times = pd.date_range(start, periods=24 * days, freq="h", tz="UTC")
-    return progressive_order(choose_suns(way, times, HOUR, *BERLIN))
+    return choose_suns(way, times, HOUR, *BERLIN).progressive_order()
 
 
 def cancel_at(stage, share, error=CancelledError):
@@ -79,7 +78,7 @@ def test_kept_suns_are_those_of_the_whole_run(estimator, way, share, on_disk, mo
     assert (
         (share - 0.25) * len(suns) < count <= share * len(suns) + 16
     )  # a block more, when it is told of as done
-    assert count in end_of_days(suns)
+    assert count in suns.end_of_days
     assert part.record.interrupted == {"suns_traced": count, "of": len(suns)}
     np.testing.assert_array_equal(part.suns.direction, suns.direction[:count])
     assert part.suns.weight.sum() == pytest.approx(1)
@@ -91,7 +90,7 @@ def test_kept_suns_are_those_of_the_whole_run(estimator, way, share, on_disk, mo
         np.testing.assert_array_equal(getattr(part, name), getattr(whole, name))
     # The error is that of a run with these suns alone; of a day that was begun the sums hold the
     # first hours as well.
-    alone = trace(estimator, interrupted_suns(suns, count)).direct_annual_standard_error
+    alone = trace(estimator, suns.first(count)).direct_annual_standard_error
     assert alone.max() > 0
     np.testing.assert_allclose(part.direct_annual_standard_error, alone, rtol=0.5, atol=1e-7)
 
@@ -143,7 +142,7 @@ def test_progress_of_suns_grows_to_the_end(scene):
 @pytest.mark.parametrize("way", ["hourly", "days:24", "typical-days:12", "sky-grid:1654"])
 def test_spreading_loses_no_sun_and_splits_no_day(way):
     suns = choose_suns(way, year_of(), HOUR, *BERLIN)
-    spread = progressive_order(suns)
+    spread = suns.progressive_order()
     assert spread.sampling == suns.sampling
     one, other = (
         np.lexsort((part.step, part.day, part.direction[:, 2], part.direction[:, 0]))
@@ -173,11 +172,11 @@ def test_full_load_hours_of_a_part_of_the_suns(berlin, way):
     """Against every hour's sun, on 150 random skylines in the weather of a year."""
     year, skylines = berlin.axis, Horizons(150)
     true = compute_energy(skylines.transfer(choose_suns("hourly", *year)), berlin).full_load_hours
-    spread = progressive_order(choose_suns(way, *year))
+    spread = choose_suns(way, *year).progressive_order()
     for share, (bias, rms) in BOUNDS[way].items():
-        ends = end_of_days(spread)
+        ends = spread.end_of_days
         count = ends[ends <= np.ceil(share * len(spread))][-1]
-        kept = weigh_by_year(interrupted_suns(spread, count), *year)
+        kept = weigh_by_year(spread.first(count), *year)
         assert kept.weight.sum() == pytest.approx(1)
         difference = compute_energy(skylines.transfer(kept), berlin).full_load_hours - true
         assert abs(np.nanmean(difference)) < bias / 100 * np.nanmean(true)
@@ -197,7 +196,7 @@ def test_kept_suns_are_weighed_by_the_year_they_stand_for(berlin):
     match = match_suns(part.suns, *berlin.axis)
     share = np.bincount(match.index[match.weight[:, 0] > 0, 0], minlength=count)
     np.testing.assert_allclose(part.suns.weight, share / share.sum(), atol=1e-9)
-    alone = trace_gather(scene, interrupted_suns(part.suns, count), request, silent)
+    alone = trace_gather(scene, part.suns.first(count), request, silent)
     # Not the same surface by surface: the sums were made with other weights, and four points (two
     # pairs) tell an error roughly. But it is not too small on the whole.
     one, other = part.direct_annual_standard_error, alone.direct_annual_standard_error
@@ -231,7 +230,7 @@ def test_where_days_are_cut_suns_are_kept_up_to_their_ends():
     narrow = sun_blocks.cut_into_blocks(suns, int(sun_blocks.BYTES_PER_BLOCK / 4 / 6))
     assert max(block.stop - block.start for block in narrow) == 6
     kept = {sun_blocks.count_kept(suns, narrow[:number]) for number in range(len(narrow) + 1)}
-    assert kept == {0, *end_of_days(suns).tolist()}
+    assert kept == {0, *suns.end_of_days.tolist()}
     assert sun_blocks.cut_into_blocks(suns_towards([[0, 0, 1]]), 10**9) == [slice(0, 1)]
 
 

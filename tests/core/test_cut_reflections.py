@@ -16,7 +16,6 @@ from citypv.core.accuracy.trace_run import trace_round, trace_run
 from citypv.core.cluster.join_tiles import _largest_of_groups
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
-from citypv.core.light.prepare_scene import build_tree
 from citypv.core.light.solve_radiosity import bound_further
 from citypv.core.sky.sky_models import choose_sky
 from citypv.core.study import prepare_study
@@ -29,7 +28,7 @@ def trace(name, rounds=(), **changes):
     scene, weather, _ = street(name)
     request = replace(REQUEST, **changes)
     prepared = replace(
-        build_tree(prepare_study(scene, weather, request), request), rounds=bool(rounds)
+        prepare_study(scene, weather, request).build_tree(request), rounds=bool(rounds)
     )
     run = trace_run(scene, weather, request, prepared=prepared)
     for size in rounds:

@@ -12,7 +12,7 @@ from weathers import HOUR
 
 from citypv.core.energy import compute_energy as module_under_test
 from citypv.core.energy.compute_energy import compute_building_power, compute_energy
-from citypv.core.energy.energy import exceeded_energy, sum_potential
+from citypv.core.energy.energy import exceeded_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.energy.sum_block import filled_share
 from citypv.core.results.write_buildings import write_buildings
@@ -159,7 +159,7 @@ def test_buildings_sum_up(berlin, tmp_path):
     write_buildings(tmp_path / "buildings.csv", transfer, energy, berlin, monthly=True)
     table = pd.read_csv(tmp_path / "buildings.csv").set_index("building_id")
     assert sorted(table.index) == sorted(set(transfer.surfaces.building_id))
-    total = sum_potential(energy.eligible, transfer.surfaces.area, energy)
+    total = energy.sum_potential(energy.eligible, transfer.surfaces.area)
     for name in ("eligible_area", "module_area", "kwp", "mwh_per_year", "mwh_dc_per_year"):
         assert table[name].sum() == pytest.approx(total[name], rel=1e-4)
     assert total["mwh_per_year"] == pytest.approx(0.9 * total["mwh_dc_per_year"], rel=1e-9)

@@ -21,7 +21,6 @@ from weathers import BERLIN, HOUR, direct_horizontal, plain_table, year_of
 from citypv.core.accuracy.measure_effects import compare_light, measure_effects
 from citypv.core.accuracy.sun_sampling import CityYear
 from citypv.core.effects.plan_effects import describe_plan
-from citypv.core.light.prepare_scene import build_tree
 from citypv.core.settings.request import Request
 from citypv.core.study import compute_energy, prepare_study, read_scene, read_year, trace_scene
 from citypv.core.sun.sun_sampling import choose_suns
@@ -49,7 +48,7 @@ def year(direct=0.0, diffuse=1.0):
 def measure(scene, weather, **settings):
     """Plan with what each effect changes."""
     request = Request(**CHEAP | {"suns": "days:12"} | settings)
-    prepared = build_tree(prepare_study(scene, weather, request), request)
+    prepared = prepare_study(scene, weather, request).build_tree(request)
     measure_effects(CityYear(scene, prepared, weather, request))
     return prepared.plan
 

@@ -15,7 +15,7 @@ from transfers import merge_all
 
 from citypv.core.accuracy.trace_run import trace_round, trace_run
 from citypv.core.light.merge_transfers import MOST_REPLICATES, merge_replicates, seed_of_round
-from citypv.core.light.prepare_scene import build_tree, prepare_scene, reseed
+from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.rounds import add_round
 from citypv.core.light.trace_gather import trace_gather, trace_light
 from citypv.core.light.transfer import variance_of_mean
@@ -32,7 +32,7 @@ ROUNDS = 4
 @cache
 def prepared_houses():
     scene, suns = scene_and_suns(ANYWHERE)
-    return scene, suns, build_tree(prepare_scene(scene, REQUEST), REQUEST)
+    return scene, suns, prepare_scene(scene, REQUEST).build_tree(REQUEST)
 
 
 @cache
@@ -40,7 +40,7 @@ def traced(seed, index):
     scene, suns, prepared = prepared_houses()
     own = seed_of_round(seed, index)
     return trace_gather(
-        scene, suns, replace(REQUEST, seed=own), silent, prepared=reseed(prepared, own)
+        scene, suns, replace(REQUEST, seed=own), silent, prepared=prepared.reseed(own)
     )
 
 
@@ -58,7 +58,7 @@ def test_the_first_round_is_an_ordinary_run_and_others_have_numbers_of_their_own
     alone = trace_gather(scene, suns, replace(REQUEST, seed=5), silent)
     assert np.array_equal(alone.diffuse_relative, traced(5, 0).diffuse_relative)
     assert np.array_equal(alone.visible_share, traced(5, 0).visible_share)
-    keys = [reseed(prepared, seed_of_round(5, index)).patches.key for index in range(20)]
+    keys = [prepared.reseed(seed_of_round(5, index)).patches.key for index in range(20)]
     assert len(np.unique(np.concatenate(keys))) == 20 * len(keys[0])
     seeds = {seed_of_round(seed, index) for seed in range(50) for index in range(50)}
     assert len(seeds) == 2500
@@ -127,7 +127,7 @@ DOUBLING, RUNS = (1, 2), 10  # rounds after the first: four times its samples
 
 def prepared_as(seed):
     scene, suns, prepared = prepared_houses()
-    return scene, suns, replace(reseed(prepared, seed), rounds=True)
+    return scene, suns, replace(prepared.reseed(seed), rounds=True)
 
 
 @cache
@@ -211,7 +211,7 @@ def test_both_states_of_trees_go_on(bounces):
     request = replace(REQUEST, max_bounces=bounces, weather=["clear-sky"], suns="days:2")
     weather = read_year(scene.site, request)
     prepared = replace(
-        build_tree(prepare_scene(scene, request, weather=weather), request), rounds=True
+        prepare_scene(scene, request, weather=weather).build_tree(request), rounds=True
     )
     run = trace_run(scene, weather, request, prepared=prepared)
     known = trace_scene(scene, weather, replace(request, samples=1024, shadow_samples=64, seed=9))

@@ -7,7 +7,7 @@ import pytest
 from small_city import house, surface, write_gml
 
 from citypv.core.cluster.part_of_city import BACKS, PartOfCity, keep_patches
-from citypv.core.light.prepare_scene import build_tree, prepare_scene
+from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.patches.materials import MaterialSpec
 from citypv.core.photons.specular_light import trace_hybrid
 from citypv.core.settings.progress import silent
@@ -36,7 +36,7 @@ def city(tmp_path_factory):
         [write_gml(tmp_path_factory.mktemp("city") / "city.gml", houses, thin)], REQUEST
     )
     weather = read_year(scene.site, REQUEST)
-    prepared = build_tree(prepare_scene(scene, REQUEST, weather=weather), REQUEST)
+    prepared = prepare_scene(scene, REQUEST, weather=weather).build_tree(REQUEST)
     assert (
         scene.sheet.any()
         and (prepared.scene.triangle_surface < 0).any()

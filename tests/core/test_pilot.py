@@ -8,7 +8,7 @@ from small_city import write_small_city
 from citypv.core.accuracy.cost_curve import PricedCity
 from citypv.core.accuracy.pilot import count_patches, run_pilot
 from citypv.core.accuracy.sun_sampling import CityYear
-from citypv.core.light.prepare_scene import build_tree, prepare_scene
+from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.settings.request import Request
 from citypv.core.study import read_scene, read_year, trace_scene
 
@@ -19,7 +19,7 @@ def city(tmp_path_factory):
     request = Request(weather="clear-sky", threads=1)
     scene = read_scene([write_small_city(tmp_path_factory.mktemp("city") / "small.gml")], request)
     weather = read_year(scene.site, request)
-    prepared = build_tree(prepare_scene(scene, request, weather=weather), request)
+    prepared = prepare_scene(scene, request, weather=weather).build_tree(request)
     return CityYear(scene, prepared, weather, request)
 
 

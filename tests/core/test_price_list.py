@@ -13,7 +13,6 @@ from small_city import house, write_gml
 from citypv.__main__ import main
 from citypv.core.accuracy.sun_sampling import compare_hours
 from citypv.core.accuracy.yield_errors import split_errors
-from citypv.core.light.prepare_scene import build_tree
 from citypv.core.settings.request import Request
 from citypv.core.study import (
     compute_energy,
@@ -30,7 +29,7 @@ def trace_city(city, **settings):
     request = Request(weather="clear-sky", threads=1, **settings)
     scene = read_scene([city], request)
     weather = read_year(scene.site, request)
-    prepared = build_tree(prepare_study(scene, weather, request), request)
+    prepared = prepare_study(scene, weather, request).build_tree(request)
     started = time.process_time()
     transfer = trace_scene(scene, weather, request, prepared=prepared)
     seconds = time.process_time() - started

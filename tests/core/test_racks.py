@@ -8,7 +8,6 @@ from test_triangulate import vectors
 
 from citypv.core.city.place_rows import THICKNESS
 from citypv.core.city.racks import Racks, city_with_racks, parse_racks
-from citypv.core.city.scene import surface_of_triangles
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
 from citypv.core.study import make_scene
@@ -41,19 +40,19 @@ def test_the_roof_itself_is_untouched():
     for name in ("triangles", "triangle_surface", "footprint", "closure"):
         np.testing.assert_array_equal(getattr(racked, name)[:count], getattr(plain, name))
     assert racked.surfaces.kind[0] == "flat" and racked.surfaces.area[0] == plain.surfaces.area[0]
-    assert plain.racks is None and (surface_of_triangles(plain) == plain.triangle_surface).all()
+    assert plain.racks is None and (plain.surface_of_triangle == plain.triangle_surface).all()
 
 
 def test_slabs_are_closed_and_as_thick_as_modules():
     scene = scene_with("tilt=25,azimuth=160", rectangle(40, 12), patch_size=3.0)
     for row in rows_of(scene):
-        own = scene.triangles[surface_of_triangles(scene) == row]
+        own = scene.triangles[scene.surface_of_triangle == row]
         edges = np.concatenate([own[:, [0, 1]], own[:, [1, 2]], own[:, [2, 0]]])
         assert {tuple(edge) for edge in edges} == {tuple(edge[::-1]) for edge in edges}
         first, size = scene.vertices[own[:, 0]], vectors(scene.vertices, own)
         volume = np.einsum("ij,ij->", first - first[0], size) / 3
         assert volume == pytest.approx(THICKNESS * scene.surfaces.area[row], rel=1e-4)
-        front = scene.triangle_surface[surface_of_triangles(scene) == row] == row
+        front = scene.triangle_surface[scene.surface_of_triangle == row] == row
         assert np.linalg.norm(size[front], axis=1).sum() == pytest.approx(
             scene.surfaces.area[row], rel=1e-4
         )

@@ -20,7 +20,6 @@ from citypv.core.city.build_scene import build_scene
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.energy.standard_errors import errors_of_energy, noise_of_mean
-from citypv.core.light.prepare_scene import build_tree, reseed
 from citypv.core.settings.request import Request
 from citypv.core.study import prepare_study, read_year
 
@@ -49,13 +48,13 @@ def street(name):
     )
     scene = build_scene(city, latitude=50.0, longitude=10.0)
     weather = read_year(scene.site, REQUEST)
-    return scene, weather, build_tree(prepare_study(scene, weather, REQUEST), REQUEST)
+    return scene, weather, prepare_study(scene, weather, REQUEST).build_tree(REQUEST)
 
 
 def run_of(name, request, sizes=()):
     """Transfer after rounds of some sizes, and its Energy."""
     scene, weather, prepared = street(name)
-    prepared = replace(reseed(prepared, request.seed), rounds=bool(sizes))
+    prepared = replace(prepared.reseed(request.seed), rounds=bool(sizes))
     run = trace_run(scene, weather, request, prepared=prepared)
     for size in sizes:
         run = trace_round(run, size)

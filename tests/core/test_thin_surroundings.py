@@ -8,7 +8,7 @@ from small_city import house, write_gml
 
 from citypv.core.cluster.thin_surroundings import draw_members, thin_surroundings
 from citypv.core.cluster.tiles import assign_tiles, box_pieces, prepare_whole, surround, take_part
-from citypv.core.light.prepare_scene import build_tree, prepare_scene
+from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.rays.random_numbers import mix
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
@@ -42,7 +42,7 @@ def tile(tmp_path_factory):
     rows = squares["002_002"]
     tile = surround("", rows, pieces, REQUEST.ground_albedo)
     cut, known, _ = take_part(whole, pieces, tile)
-    prepared = build_tree(prepare_scene(cut, REQUEST, suns=suns), REQUEST)
+    prepared = prepare_scene(cut, REQUEST, suns=suns).build_tree(REQUEST)
     own = np.searchsorted(known, rows)
     return SimpleNamespace(
         whole=scene, weather=weather, suns=suns, rows=rows, cut=cut, own=own, prepared=prepared

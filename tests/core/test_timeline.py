@@ -13,7 +13,6 @@ from transfers import Horizons, unshaded_transfer
 from weathers import HOUR
 
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.energy.energy import sum_potential
 from citypv.core.energy.pv_system import dc_system
 from citypv.core.energy.timeline import (
     build_timeline,
@@ -106,7 +105,7 @@ def test_the_months_add_up_to_the_year(berlin):
     )
     energy = compute_energy(transfer, berlin, system)
     timeline = build_timeline(transfer, berlin, energy)
-    whole = sum_potential(energy.eligible, transfer.surfaces.area, energy)
+    whole = energy.sum_potential(energy.eligible, transfer.surfaces.area)
     assert timeline.energy_by_month.sum() == pytest.approx(whole["mwh_per_year"], rel=1e-9)
     noon = 5 * 24 + 12
     np.testing.assert_allclose(

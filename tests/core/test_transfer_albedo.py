@@ -8,7 +8,6 @@ import xarray as xr
 from scenes import join, strip, suns_towards
 
 from citypv.core.light.trace_gather import trace_gather
-from citypv.core.light.transfer import take_rows
 from citypv.core.patches.materials import MaterialSpec
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.results.transfer_file import SUMS, read_transfer, write_transfer
@@ -51,7 +50,7 @@ def test_albedo_and_material_of_every_surface(tmp_path):
         ("--albedo-file", "tile"): (2, pytest.approx(200)),
         ("--albedo", ""): (2, pytest.approx(160)),
     }
-    part = take_rows(transfer, np.array([2, 0]))
+    part = transfer.take(np.array([2, 0]))
     assert (part.albedo.tolist(), part.material) == ([0.6, 0.31], ["mirror", "Backstein"])
 
 

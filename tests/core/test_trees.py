@@ -21,7 +21,7 @@ from citypv.core.accuracy.measure_effects import shares_of_effects
 from citypv.core.city.canopy import Canopy
 from citypv.core.city.foliage import parse_months
 from citypv.core.energy.pv_system import build_system
-from citypv.core.light.prepare_scene import build_tree, prepare_scene
+from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.sun_sampling_error import trace_sun_samples
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.results.transfer_file import read_transfer, write_transfer
@@ -220,7 +220,7 @@ def test_the_check_of_suns_sees_the_trees_of_its_plan():
     """Also where a plan without trees has used the tree of triangles since."""
     scene, request = wall_and_tree(), Request(samples=16, shadow_samples=16)
     scene.surfaces.eligible = np.ones(len(scene.surfaces), bool)
-    prepared = build_tree(prepare_scene(scene, request), request)
+    prepared = prepare_scene(scene, request).build_tree(request)
     transfer = trace_gather(scene, SUNS, request, silent, prepared=prepared)
     treeless = replace(prepared, plan=replace(prepared.plan, foliage=None))
     found = []

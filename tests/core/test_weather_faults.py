@@ -21,7 +21,6 @@ from citypv.core.weather.check_faults import (
 )
 from citypv.core.weather.formats import recognise_weather
 from citypv.core.weather.read_weather import check_record, read_file
-from citypv.core.weather.weather import change_record
 
 RECORDS = {
     "New York": DATA / "USA_NY_New.York-CentralPark_TMY3.epw.gz",
@@ -135,7 +134,7 @@ def test_no_shift_mends_summer_time(name, shift):
     summer_time(record.data)
     with pytest.raises(InputError, match=r"summer time; .*--time-shift cannot mend it"):
         # all checks, of which that of a shift comes later
-        check_record(change_record(record, shift))
+        check_record(record.change(shift))
 
 
 def test_a_day_or_two_of_zeros_are_noted():

@@ -17,7 +17,6 @@ from citypv.core.settings.request import Request
 from citypv.core.sun.solar_position import sun_direction
 from citypv.core.sun.sun_sampling import match_suns
 from citypv.core.weather.read_weather import read_weather
-from citypv.core.weather.weather import check_distance, distance_of_weather
 
 
 def near_berlin(folder, longitude):
@@ -37,12 +36,12 @@ def test_distance_is_that_of_the_ellipsoid():
     site = three_houses().site
     # One degree of latitude at 52.5° N is 111.27 km (WGS 84).
     weather.latitude, weather.longitude = site.latitude + 1.0, site.longitude
-    assert distance_of_weather(weather, site) == pytest.approx(111.27, abs=0.03)
-    check_distance(weather, site)
+    assert weather.distance_to(site) == pytest.approx(111.27, abs=0.03)
+    weather.check_distance(site)
     weather.latitude = site.latitude + 1.5
     with pytest.raises(InputError, match=r"167 km.*--allow-distance 170"):
-        check_distance(weather, site)
-    check_distance(weather, site, 170.0)
+        weather.check_distance(site)
+    weather.check_distance(site, 170.0)
 
 
 @pytest.mark.parametrize("degrees", [1.4, 1.9, -3.3, 20.0, -70.0])
@@ -51,11 +50,11 @@ def test_the_distance_that_a_refusal_names_is_enough_and_ten_less_is_not(degrees
     site = three_houses().site
     weather.latitude, weather.longitude = site.latitude + degrees, site.longitude
     with pytest.raises(InputError) as refusal:
-        check_distance(weather, site)
+        weather.check_distance(site)
     allowed = float(re.search(r"--allow-distance (\d+)", refusal.value.cure)[1])
-    check_distance(weather, site, allowed)
+    weather.check_distance(site, allowed)
     with pytest.raises(InputError):
-        check_distance(weather, site, allowed - 10)
+        weather.check_distance(site, allowed - 10)
 
 
 @pytest.mark.slow

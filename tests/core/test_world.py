@@ -19,7 +19,6 @@ from citypv.core.settings.request import Request
 from citypv.core.sky.horizon import STEPS, TerrainHorizon
 from citypv.core.sun.sky_grid import match_triangles, sky_grid_suns, triangulate_sky
 from citypv.core.sun.sun_sampling import choose_suns
-from citypv.core.sun.suns import interrupted_suns
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.compute_world import compute_world
 from citypv.core.world.environment import build_environment, unshaded_transfer
@@ -240,9 +239,7 @@ def test_other_suns_than_a_sky_grid_are_refused_with_what_to_run():
     whole, flat = (Horizons(9).transfer(sky_grid_suns(16)) for _ in range(2))
     flat.surfaces.eligible[:] = False
     days = Horizons(9).transfer(choose_suns("days:2", year_of(), HOUR, 52.5, 13.4))
-    part = Horizons(9).transfer(
-        replace(interrupted_suns(sky_grid_suns(100), 40), sampling="sky-grid:100")
-    )
+    part = Horizons(9).transfer(replace(sky_grid_suns(100).first(40), sampling="sky-grid:100"))
     for transfer, words in (
         (days, r"days:2, which holds for one latitude only; .*--suns sky-grid"),
         (part, "40 directions"),

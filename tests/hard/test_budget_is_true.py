@@ -19,7 +19,7 @@ from citypv.core.accuracy.trace_run import trace_round, trace_run
 from citypv.core.accuracy.yield_errors import find_lit, split_errors
 from citypv.core.city.split_edges import refine_triangles
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.light.prepare_scene import build_tree, prepare_scene
+from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
@@ -150,7 +150,7 @@ def test_random_settings_and_suns_on_four_scenes_hold():
 def refined(scene, request):
     """Transfer after rounds up to a target."""
     start = replace(
-        build_tree(prepare_scene(scene, request, suns=choose("days:6")), request), rounds=True
+        prepare_scene(scene, request, suns=choose("days:6")).build_tree(request), rounds=True
     )
     first = trace_run(scene, year(), request, prepared=start)
     energy = compute_energy(first.transfer, year(), threads=1)
