@@ -17,7 +17,6 @@ import pandas as pd
 if __package__ in (None, ""):
     sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from citypv.core.city.city import take_polygons
 from citypv.core.city.edit_city import Change, edit_city
 from citypv.core.light.change_light import trace_change
 from citypv.core.light.editable_city import prepare_decided, trace_editable
@@ -44,7 +43,7 @@ def draw_change(city, generator):
     """
     name = generator.choice(list(dict.fromkeys(city.building_id)))
     east, north = generator.uniform(-10, 10, 2)
-    twice = take_polygons(city, np.array(city.building_id) == name)
+    twice = city.take(np.array(city.building_id) == name)
     twice = edit_city(twice, Change(moved={name: (25 + east, north)}))
     return [
         Change(removed=[name]),

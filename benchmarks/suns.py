@@ -27,7 +27,7 @@ import numpy as np
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.shadow_points import points_above
 from citypv.core.light.sun_visibility import SunWatch, sun_visibility
-from citypv.core.patches.patches import patches_of_scene, take_patches
+from citypv.core.patches.patches import patches_of_scene
 from citypv.core.patches.read_albedo import albedo_of_triangles
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.settings.request import Request
@@ -139,7 +139,7 @@ class Looker:
                 len(own), min(count, np.count_nonzero(share)), replace=False, p=share / share.sum()
             )
         )
-        self.patches, self.surfaces = take_patches(patches, self.chosen), own[self.chosen]
+        self.patches, self.surfaces = patches.take(self.chosen), own[self.chosen]
         self.ray_scene = RayScene(scene.vertices, scene.triangles)
 
     def energy(self, way):

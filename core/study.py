@@ -22,7 +22,6 @@ from .city.edge_distance import measure_edge_distance
 from .city.edited_scene import edit_scene
 from .city.foliage import parse_months
 from .city.racks import lay_racks, parse_racks
-from .city.transform_crs import grid_of
 from .effects.table import check_effects
 from .energy.compute_energy import compute_energy as compute_surface_energy
 from .energy.pv_system import build_system
@@ -143,7 +142,7 @@ def make_scene(city, request, report_share=silent):
     if request.site_of:
         site, lattice = place_of_results(request.site_of)
         away = np.linalg.norm(np.median(city.points, axis=0)[:2] - site.origin[:2])
-        if grid_of(site) != grid_of(city) or away > ELSEWHERE:
+        if site.grid != city.grid or away > ELSEWHERE:
             problem = "its city is in another reference system"
             raise InputError(Path(request.site_of) / "summary.json", problem, "leave out --site-of")
     if request.site_of and request.latitude is not None:

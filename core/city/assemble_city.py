@@ -10,7 +10,7 @@ import numpy as np
 from ..settings.errors import InputError
 from ..settings.progress import silent
 from .choose_levels import choose_levels, commonest_reason
-from .city import City, ImportReport, free_name, number_names, starts_of, take_polygons
+from .city import City, ImportReport, free_name, number_names, starts_of
 from .judge_turning import judge_turning
 from .orient_shells import orient_shells, turn_over
 from .polygons import clean_rings, measure_polygons
@@ -75,7 +75,7 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
     city, sources = _flatten(contents, chosen, crs, report)
     report_share(0.35)
     city = repair_polygons(city, sources, report)
-    city = take_polygons(city, find_strays(city, report))
+    city = city.take(find_strays(city, report))
     report_share(0.65)
     if not len(city):
         problem = f"no building has a usable polygon: {commonest_reason(report)}"

@@ -18,7 +18,6 @@ from ..settings.progress import report_part, silent
 from .check_geometry import check_parts, check_patch_size
 from .city import City
 from .find_feet import FOOTPRINT_STEP, find_feet
-from .locate_site import MICROMETRE, bring_to_grid, bring_to_origin
 from .plan_geometry import (
     COINCIDENT,
     draw_triangles,
@@ -30,7 +29,8 @@ from .plan_geometry import (
     unique_pairs,
 )
 from .polygons import drop_unused
-from .scene import Site, Surfaces
+from .scene import Surfaces
+from .site import MICROMETRE, Site
 from .slope_filter import draw_lines, highest_foot
 from .triangulate_feet import drop_on_triangles, triangulate_feet, triangulate_plan
 
@@ -48,7 +48,7 @@ class Lattice(NamedTuple):
 
     def place(self, eastings_northings):
         """Points of the grid, (k, 2) float64 [m], in the scene's frame: (k, 2) float64 [m]."""
-        return bring_to_origin(np.pad(eastings_northings, ((0, 0), (0, 1))), self.site)[:, :2]
+        return self.site.from_files(np.pad(eastings_northings, ((0, 0), (0, 1))))[:, :2]
 
     def draw_rim(self):
         """Points on the rim, one step apart, the corners among them: (r, 2) float64 [m] in the
@@ -90,7 +90,7 @@ def lay_lattice(points, feet, reach, patch_size, site, *, kept=None):
     Lattice
     """
     # On the grid of the files, so that an edit of the city leaves the squares where they are.
-    places = bring_to_grid(points, site)[:, :2].round(MILLIMETRE)
+    places = site.to_files(points)[:, :2].round(MILLIMETRE)
     low, high = places.min(axis=0), places.max(axis=0)
     if kept is not None and (low >= kept.low).all() and (high <= kept.high).all():
         return kept

@@ -18,9 +18,10 @@ from .find_sheets import find_sheets
 from .find_twins import find_twins
 from .grid_cells import split_into_cells
 from .lay_ground import lay_ground
-from .locate_site import bring_to_origin, locate_site, note_outside_use
+from .locate_site import locate_site, note_outside_use
 from .polygons import measure_polygons, merge_vertices, normals_of, triangulate
-from .scene import Scene, Site, Surfaces
+from .scene import Scene, Surfaces
+from .site import Site
 from .split_edges import refine_triangles
 from .terrain import Terrain
 
@@ -114,7 +115,7 @@ def build_scene(
         there = locate_site(city.plane or city.crs, origin, latitude, longitude, source=source)
         site = Site(*there[:2], origin[2], there[2], city.crs, origin, city.axes, city.plane)
     # Surfaces with their kinds and orientation, then triangles no longer than a patch.
-    points = bring_to_origin(city.points, site)
+    points = site.from_files(city.points)
     surfaces = _describe(city, points, whole_area, options.sectors)
     shape = points, city.ring_start, city.polygon_start
     report_share(0.05)
@@ -137,7 +138,7 @@ def build_scene(
     lay_part = partial(report_part, report_share, CUT, GROUNDED)
     scene, floating = lay_ground(scene, placed, ground, options, patch_size, report_share=lay_part)
     report_share(GROUNDED)
-    scene.trees = build_crowns(city.trees, report, lambda places: bring_to_origin(places, site))
+    scene.trees = build_crowns(city.trees, report, site.from_files)
     scene.footprint &= ~find_hanging(scene, floating)
     scene.sheet = find_sheets(scene, partial(report_part, report_share, GROUNDED, 1.0))
     _note_sheets(scene)

@@ -19,7 +19,7 @@ from .build_ground import (
     under_buildings,
 )
 from .check_geometry import check_patch_size, check_terrain
-from .locate_site import AS_IN_FILES, bring_to_grid
+from .locate_site import AS_IN_FILES
 from .polygons import drop_unused
 from .slope_filter import draw_lines
 from .terrain import HORIZON, NEAR, measure_heights, nearest_heights
@@ -95,9 +95,7 @@ def _spread(foot_points, feet, terrain, near):
     """Ground points with heights; gaps are interpolated, with a note."""
     # The lattice is widened as far as the terrain reaches, up to the horizon, in its own steps.
     foot_places, site = foot_points[:, :2], near.site
-    grid_points = bring_to_grid(np.concatenate([layer.points for layer in terrain.layers]), site)[
-        :, :2
-    ]
+    grid_points = site.to_files(np.concatenate([layer.points for layer in terrain.layers]))[:, :2]
     low = np.ceil(np.maximum(grid_points.min(axis=0), near.low - HORIZON) / near.step) * near.step
     high = (
         np.floor(np.minimum(grid_points.max(axis=0), near.high + HORIZON) / near.step) * near.step
@@ -119,7 +117,7 @@ def _spread(foot_points, feet, terrain, near):
             terrain.source, problem, "give terrain that covers the city, in its system and unit"
         )
     # Gaps far from the buildings stay gaps: points there are left out, but the rim.
-    on_grid = bring_to_grid(np.pad(places, ((0, 0), (0, 1))), site)[:, :2]
+    on_grid = site.to_files(np.pad(places, ((0, 0), (0, 1))))[:, :2]
     inside = ((on_grid >= near.low - JOINED) & (on_grid <= near.high + JOINED)).all(axis=1)
     # spread_points ends with them
     rim = np.arange(len(places)) >= len(places) - len(far.draw_rim())

@@ -14,6 +14,7 @@ from itertools import count
 import numpy as np
 
 from ..settings.errors import list_some
+from .transform_crs import Grid
 
 LISTS = ("surface_id", "building_id", "thematic", "lod", "material", "part")  # columns of a City
 
@@ -91,6 +92,11 @@ class City:
         return len(self.surface_id)
 
     @property
+    def grid(self):
+        """The system of the files, and the plane of the points: Grid."""
+        return Grid(self.crs, self.axes, self.plane)
+
+    @property
     def shape(self):
         """Points, starts of rings, and starts of polygons: arguments of all that measures
         polygons.
@@ -108,21 +114,30 @@ class City:
             self.points[self.ring_start[r] : self.ring_start[r + 1]] for r in range(first, last)
         ]
 
+    def take(self, kept):
+        """Some polygons of a city, (n,) bool: City."""
+        if np.all(kept):
+            return self
+        points, ring_start, polygon_start = _take_shape(*self.shape, kept)
+        shape = {"points": points, "ring_start": ring_start, "polygon_start": polygon_start}
+        return replace(self, **shape, **self.take_lists(np.flatnonzero(kept)))
 
-def take_rows(city, rows):
-    """The lists of a City for some polygons, (k,) int, as keywords of `replace`."""
-    return {
-        name: getattr(city, name) and [getattr(city, name)[row] for row in rows] for name in LISTS
-    }
+    def append_shape(self, points, ring_start, polygon_start):
+        """Points and rings of a city followed by others, as keywords of `replace`."""
+        return {
+            "points": np.concatenate([self.points, points]),
+            "ring_start": np.append(self.ring_start, self.ring_start[-1] + ring_start[1:]),
+            "polygon_start": np.append(
+                self.polygon_start, self.polygon_start[-1] + polygon_start[1:]
+            ),
+        }
 
-
-def take_polygons(city, kept):
-    """Some polygons of a city, (n,) bool: City."""
-    if np.all(kept):
-        return city
-    points, ring_start, polygon_start = _take_shape(*city.shape, kept)
-    shape = {"points": points, "ring_start": ring_start, "polygon_start": polygon_start}
-    return replace(city, **shape, **take_rows(city, np.flatnonzero(kept)))
+    def take_lists(self, rows):
+        """The lists of a City for some polygons, (k,) int, as keywords of `replace`."""
+        return {
+            name: getattr(self, name) and [getattr(self, name)[row] for row in rows]
+            for name in LISTS
+        }
 
 
 def _take_shape(points, ring_start, polygon_start, kept):
@@ -135,15 +150,6 @@ def _take_shape(points, ring_start, polygon_start, kept):
 def starts_of(counts):
     """Start index of each of consecutive pieces, and the end of the last one, (n + 1,) int64."""
     return np.concatenate([[0], np.cumsum(counts, dtype=np.int64)]).astype(np.int64)
-
-
-def append_shape(city, points, ring_start, polygon_start):
-    """Points and rings of a city followed by others, as keywords of `replace`."""
-    return {
-        "points": np.concatenate([city.points, points]),
-        "ring_start": np.append(city.ring_start, city.ring_start[-1] + ring_start[1:]),
-        "polygon_start": np.append(city.polygon_start, city.polygon_start[-1] + polygon_start[1:]),
-    }
 
 
 def number_names(names):

@@ -10,19 +10,10 @@ import shapely
 from scipy.spatial import ConvexHull, QhullError
 
 from .polygons import edges_of, merge_vertices, normals_of, triangulate
-from .scene import Crowns
+from .scene import Crowns, volumes_below
 
 CROWN_BASE = 0.25  # of its height
 FLAT = 0.1  # [m] shapes that are lower have no volume
-
-
-def volume_of_crowns(crowns):
-    """Volume inside each crown: (k,) float64 [m³]."""
-    leaves = crowns.triangles[~crowns.trunk]
-    middle = crowns.vertices.mean(axis=0)
-    return np.bincount(
-        crowns.tree[~crowns.trunk], _volumes_below(crowns.vertices - middle, leaves), len(crowns)
-    )
 
 
 @dataclass
@@ -133,7 +124,7 @@ def _build_shape(tree, vertices, triangles, report):
         return None
     trunk = _find_trunk(vertices, triangles, tree.trunk_diameter)
     size = (
-        _volumes_below(vertices - vertices.mean(axis=0), triangles).sum()
+        volumes_below(vertices - vertices.mean(axis=0), triangles).sum()
         if _is_closed(triangles)
         else 0.0
     )
@@ -227,14 +218,6 @@ def _is_steep(vertices, triangles):
     return np.abs(normal[:, 2]) < np.cos(np.radians(60.0)) * np.linalg.norm(normal, axis=1)
 
 
-def _volumes_below(vertices, triangles):
-    """Volumes between triangles and the origin, (t,) float64 [m³]; the triangles of a closed body
-    add up to its own volume.
-    """
-    a, b, c = np.moveaxis(vertices[triangles], 1, 0)
-    return np.einsum("ti,ti->t", a, np.cross(b, c)) / 6
-
-
 def _hull_of(vertices, triangles):
     """Convex hull of the corners of triangles: (t, 3) int facing outwards, or None if it
     is flat.
@@ -275,7 +258,7 @@ def unit_sphere(subdivisions=3):
         triangles = np.concatenate([np.column_stack(part) for part in parts])
         vertices = np.concatenate([vertices, vertices[edges].mean(axis=1)])
         vertices /= np.linalg.norm(vertices, axis=1, keepdims=True)
-    return vertices * (4 / 3 * np.pi / _volumes_below(vertices, triangles).sum()) ** (
+    return vertices * (4 / 3 * np.pi / volumes_below(vertices, triangles).sum()) ** (
         1 / 3
     ), triangles
 

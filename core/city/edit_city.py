@@ -5,14 +5,12 @@ raised.
 import copy
 from collections.abc import Collection
 from dataclasses import dataclass, field, replace
-from functools import partial
 
 import numpy as np
 
 from ..settings.errors import InputError
-from .city import LISTS, append_shape, free_name, take_polygons
-from .locate_site import bring_to_grid, turn_to_true_north
-from .transform_crs import grid_of
+from .city import LISTS, free_name
+from .site import turn_to_true_north
 
 
 @dataclass(frozen=True)
@@ -81,7 +79,7 @@ def edit_city(city, change, convergence=0.0):
     left = replace(
         city, points=points, trees=[tree for tree in moved if tree.name not in change.removed]
     )
-    left = take_polygons(left, ~np.isin(buildings, list(change.removed)))
+    left = left.take(~np.isin(buildings, list(change.removed)))
     for other in change.added:
         left = join_cities(left, other)
     if not len(left):
@@ -126,20 +124,10 @@ def _height_above_foot(points, above, foot):
     return round(min(heights, default=highest - lowest), 3)
 
 
-def system_of(city):
-    """System of the files of a city, order of coordinates, and plane, as `place_local`
-    takes them.
-    """
-    return city.crs, city.axes, city.plane
-
-
-def place_local(city, site, crs, axes="xy", plane=None):
-    """A city in metres from a site's origin, true east and north, in the system of its
-    files: City.
-    """
-    move = partial(bring_to_grid, site=site)
-    trees = [_move_tree(tree, move) for tree in city.trees]
-    return replace(city, points=move(city.points), trees=trees, crs=crs, axes=axes, plane=plane)
+def place_local(city, site, grid):
+    """A city in metres from a site's origin, true east and north, in the system of a Grid: City."""
+    trees = [_move_tree(tree, site.to_files) for tree in city.trees]
+    return replace(city, points=site.to_files(city.points), trees=trees, **vars(grid))
 
 
 def _move_tree(tree, move):
@@ -159,7 +147,7 @@ def join_cities(one, other):
     InputError
         They are in different systems.
     """
-    if other.crs is not None and grid_of(other) != grid_of(one):
+    if other.crs is not None and other.grid != one.grid:
         problem = f"it is in {other.crs}, the city in {one.crs}"
         raise InputError("added buildings", problem, "give them in the system of the city")
     lists = {
@@ -174,7 +162,7 @@ def join_cities(one, other):
         lists[name][len(one) :] = _rename(lists[name][len(one) :], lists[name][: len(one)])
     names = _rename([tree.name for tree in other.trees], [tree.name for tree in one.trees])
     added = [replace(tree, name=name) for tree, name in zip(other.trees, names, strict=True)]
-    trees, shape = [*one.trees, *added], append_shape(one, *other.shape)
+    trees, shape = [*one.trees, *added], one.append_shape(*other.shape)
     return replace(one, colours=other.colours | one.colours, trees=trees, **shape, **lists)
 
 

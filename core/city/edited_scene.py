@@ -18,14 +18,13 @@ from ..rays.random_numbers import mix
 from ..settings.errors import InputError
 from .build_scene import DRAWN_TWICE, SceneOptions, build_scene
 from .change_boxes import boxes_around, touch_boxes
-from .city import take_polygons, whole_of_cell
+from .city import whole_of_cell
 from .classify import classify
 from .crowns import build_crowns
 from .edited_ground import cut_ground, find_floating_new
 from .find_ground import find_hanging
 from .find_sheets import faces_of_scene, find_judged, judge_faces
 from .find_twins import COMMON, find_twins
-from .locate_site import bring_to_origin
 from .polygons import measure_polygons, polygon_bounds
 from .racks import RACK, lay_racks, parse_racks, roof_of_rack
 from .scene import Scene
@@ -87,7 +86,7 @@ def edit_scene(scene, rows, before, after, request):
     site, first = scene.site, len(scene.triangles)
     added = None
     if len(new):
-        part = replace(take_polygons(after, kept < 0), trees=[], terrain=None)
+        part = replace(after.take(kept < 0), trees=[], terrain=None)
         options = SceneOptions(grid_size=request.grid_size, sectors=request.sectors, site=site)
         added = build_scene(part, ground="none", patch_size=request.patch_size, options=options)
         edited = _append_scene(edited, added)
@@ -208,13 +207,13 @@ def _change_trees(scene, before, after):
         trees = [tree for tree in one.trees if _name_tree(tree) not in other]
         report = copy.deepcopy(scene.report)
         crowns = (
-            build_crowns(trees, report, lambda places: bring_to_origin(places, scene.site))
+            build_crowns(trees, report, scene.site.from_files)
             if trees
             else None
         )
         changed_triangles += [crowns.vertices[crowns.triangles]] if crowns is not None else []
     scene.trees = build_crowns(
-        after.trees, scene.report, lambda places: bring_to_origin(places, scene.site)
+        after.trees, scene.report, scene.site.from_files
     )
     return np.concatenate(changed_triangles)
 
@@ -284,14 +283,14 @@ def _find_twins(scene, order, after, solids, sectors):
     follow.
     """
     boxes = boxes_around(solids)
-    local = replace(after, points=bring_to_origin(after.points, scene.site))
+    local = replace(after, points=scene.site.from_files(after.points))
     low, high = polygon_bounds(*local.shape)
     near, asked = np.zeros((2, len(after)), bool)
     # Polygons near the change are asked; those a bit further off may be their twins.
     for box in boxes:
         near |= ((low - 4 * COMMON <= box[1]) & (high + 4 * COMMON >= box[0])).all(axis=1)
         asked |= ((low - COMMON <= box[1]) & (high + COMMON >= box[0])).all(axis=1)
-    part = take_polygons(local, near)
+    part = local.take(near)
     if not asked.any():
         return
     area, normal = measure_polygons(*part.shape)

@@ -10,8 +10,7 @@ from shapely.geometry.polygon import orient
 
 from ..settings.errors import InputError
 from .check_geometry import check_city
-from .city import starts_of, take_rows
-from .locate_site import bring_to_origin
+from .city import starts_of
 from .polygons import measure_polygons, plane_axes
 
 
@@ -62,7 +61,7 @@ def split_into_cells(city, grid_size):
         city,
         points=np.concatenate(rings),
         **shape,
-        **take_rows(city, parent) | {"surface_id": names},
+        **city.take_lists(parent) | {"surface_id": names},
     )
     return split, np.array(parent, np.int64)
 
@@ -133,5 +132,5 @@ def outline_surfaces(city, surfaces, site):
     """
     start = np.full(len(surfaces) + 1, city.polygon_start[-1], np.int32)
     start[: len(city) + 1] = city.polygon_start
-    points = bring_to_origin(city.points, site).astype(np.float32)
+    points = site.from_files(city.points).astype(np.float32)
     return Outlines(points, np.asarray(city.ring_start, np.int32), start)

@@ -13,7 +13,6 @@ from .build_terrain import build_terrain
 from .check_geometry import check_terrain
 from .find_feet import find_feet
 from .find_ground import find_ground, height_below, upward_areas
-from .locate_site import bring_to_origin
 from .polygons import drop_unused, polygon_bounds
 from .terrain import HORIZON, NEAR, Layer, measure_heights, nearest_heights
 
@@ -55,8 +54,7 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
     chosen = options.terrain or (placed.city.terrain if ground == "auto" else None)
     if chosen is not None:
         layers = [
-            Layer(bring_to_origin(layer.points, scene.site), layer.triangles)
-            for layer in chosen.layers
+            Layer(scene.site.from_files(layer.points), layer.triangles) for layer in chosen.layers
         ]
         moved = replace(chosen, layers=layers)
         check_terrain(moved)
@@ -171,7 +169,7 @@ def show_terrain(scene, terrain):
     count = sum(len(layer.triangles) for layer in terrain.layers)
     scene.report.notes.append(f"Terrain of the file: {count:,} triangles.")
     for layer in terrain.layers:
-        points = bring_to_origin(layer.points, scene.site)
+        points = scene.site.from_files(layer.points)
         near = (
             ((points[:, :2] >= low) & (points[:, :2] <= high))
             .all(axis=1)[layer.triangles]

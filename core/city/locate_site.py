@@ -8,11 +8,10 @@ from true north.
 import math
 
 import numpy as np
-import pyproj
 
 from ..settings.errors import InputError
 from .axis_order import MARGIN
-from .scene import Site
+from .site import Site
 from .transform_crs import find_globe_places, plane_of
 
 
@@ -118,77 +117,4 @@ def note_outside_use(crs, latitude, longitude):
     return [f"{place} the area of use of {crs} ({plane_of(crs)[0].name}). {cure}"]
 
 
-MICROMETRE = 6  # decimals of a metre
 AS_IN_FILES = Site(None, None, 0.0, 0.0, None, (0.0, 0.0, 0.0))
-
-
-def bring_to_origin(points, site):
-    """Points of the files in the scene's frame.
-
-    What large coordinates leave behind the micrometre is rounding: the same city is the same scene
-    anywhere.
-
-    Parameters
-    ----------
-    points : array, (m, 3) float64 [m]
-    site : Site
-
-    Returns
-    -------
-    array, (m, 3) float64 [m]
-    """
-    return np.round(
-        turn_to_true_north(points - np.array(site.origin), site.convergence), MICROMETRE
-    )
-
-
-def bring_to_grid(points, site):
-    """Points of the scene's frame in the coordinates of the files: the inverse of
-    `bring_to_origin`.
-    """
-    return turn_to_true_north(points, -site.convergence) + np.array(site.origin)
-
-
-def find_on_earth(points, site):
-    """Latitudes and longitudes of points of the scene's frame, (m, 3) float64 [m].
-
-    By the reference system or, where the city has none or was set up elsewhere, by its own place
-    and north.
-
-    Returns
-    -------
-    latitude, longitude : array, (m,) float64 [°]
-        NaN where the place is not known.
-    """
-    if site.latitude is None or site.longitude is None:
-        return np.full((2, len(points)), np.nan)
-    if site.crs is not None:
-        plane, _ = plane_of(site.plane or site.crs)
-        own = np.array(find_globe_places(np.array([site.origin])[:, :2], plane))
-        if np.allclose(own[:, 0], [site.latitude, site.longitude], rtol=0, atol=1e-6):
-            globe_places = np.array(find_globe_places(bring_to_grid(points, site)[:, :2], plane))
-            return np.where(np.isfinite(globe_places), globe_places, np.nan)
-    ways = np.full((4, len(points)), [[site.longitude], [site.latitude], [0.0], [0.0]])
-    ways[2:] = (
-        np.degrees(np.arctan2(points[:, 0], points[:, 1])),
-        np.hypot(points[:, 0], points[:, 1]),
-    )
-    # As lists: pyproj tries to make a number of an array with one point, and NumPy below 2.4 warns
-    # of it.
-    longitude, latitude, _ = pyproj.Geod(ellps="WGS84").fwd(*ways.tolist())
-    return np.array([latitude, longitude])
-
-
-def turn_to_true_north(points, convergence):
-    """Turn grid coordinates so that y points to true north.
-
-    A direction of grid azimuth a has true azimuth a + convergence.
-
-    Parameters
-    ----------
-    points : array, (…, 3) float64 [m]
-    convergence : float [°]
-    """
-    sine, cosine = math.sin(math.radians(convergence)), math.cos(math.radians(convergence))
-    x, y, z = points[..., 0], points[..., 1], points[..., 2]
-    return np.stack([cosine * x + sine * y, cosine * y - sine * x, z], axis=-1)

@@ -13,13 +13,13 @@ import shapely
 
 from ..settings.errors import InputError, count_of
 from .build_scene import DRAWN_TWICE
-from .city import append_shape, whole_of_cell
+from .city import whole_of_cell
 from .classify import classify, measure_tilt
-from .locate_site import MICROMETRE, bring_to_grid, bring_to_origin
 from .place_rows import THICKNESS, frame_roof, free_area, place_rows
 from .plan_geometry import draw_triangles
 from .polygons import measure_polygons
 from .scene import Surfaces
+from .site import MICROMETRE
 from .split_edges import refine_triangles
 
 RACK = "rack"  # the kind
@@ -163,7 +163,7 @@ def lay_racks(scene, city, racks, patch_size=None, sectors="8"):
     InputError
         See `frame_roof`.
     """
-    local = replace(city, points=bring_to_origin(city.points, scene.site))
+    local = replace(city, points=scene.site.from_files(city.points))
     roofs = _find_flat_roofs(scene, local, racks.area)
     corners = np.asarray(scene.vertices, float)[scene.triangles]
     obstacles = corners, shapely.STRtree(draw_triangles(corners))
@@ -291,7 +291,7 @@ def city_with_racks(city, scene):
     if scene.racks is None or not len(scene.racks):
         return city
     first, count = len(city), len(scene.racks)
-    corners = bring_to_grid(scene.racks.reshape(-1, 3), scene.site)
+    corners = scene.site.to_files(scene.racks.reshape(-1, 3))
     names = scene.surfaces.surface_id[first:]
     lod = dict(zip(map(whole_of_cell, city.surface_id), city.lod or [], strict=False))
     return replace(
@@ -302,5 +302,5 @@ def city_with_racks(city, scene):
         lod=[*city.lod, *(lod.get(roof_of_rack(name), "") for name in names)] if city.lod else None,
         material=[*city.material, *[""] * count] if city.material else None,
         part=[*city.part, *[""] * count] if city.part else None,
-        **append_shape(city, corners, 4 * np.arange(count + 1), np.arange(count + 1)),
+        **city.append_shape(corners, 4 * np.arange(count + 1), np.arange(count + 1)),
     )

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from .city import number_names, starts_of, take_polygons
+from .city import number_names, starts_of
 from .polygons import measure_polygons, measure_rings, plane_axes, polygon_bounds
 from .tangled_rings import FEWEST_CORNERS, MOST_CROSSINGS, is_tangled
 from .unite_holes import unite_holes
@@ -30,12 +30,12 @@ def repair_polygons(city, sources, report):
     City
     """
     untangled = _find_untangled(city, report)
-    city, sources = take_polygons(city, untangled), np.array(sources)[untangled]
+    city, sources = city.take(untangled), np.array(sources)[untangled]
     city, rows = unite_holes(_exchange_rings(_drop_holes(city, report), report), report)
     usable = _find_usable(city, report)
-    city, sources = take_polygons(city, usable), sources[rows[usable]]
-    city = take_polygons(city, _find_first_geometry(city, sources, report))
-    city = take_polygons(city, _find_singles(city, report))
+    city, sources = city.take(usable), sources[rows[usable]]
+    city = city.take(_find_first_geometry(city, sources, report))
+    city = city.take(_find_singles(city, report))
     _note_bent(city, report)
     return city
 

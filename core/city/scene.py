@@ -10,6 +10,7 @@ import numpy as np
 
 from ..settings.errors import check_array, check_triangles
 from .city import ImportReport
+from .site import Site
 
 
 @dataclass
@@ -31,21 +32,14 @@ class Crowns:
     def __len__(self):
         return len(self.names)
 
-
-@dataclass
-class Site:
-    """Location of the scene on Earth."""
-
-    latitude: float | None  # [°]
-    longitude: float | None  # [°]
-    altitude: float  # [m]
-    convergence: (
-        float  # [°] azimuth of grid north from true north; the scene is already rotated by it
-    )
-    crs: str | None  # of the files
-    origin: tuple  # (3,) [m] the scene's origin in the plane below
-    axes: str = "xy"  # order of coordinates in the files, of `transform_crs.Grid`
-    plane: str | None = None  # system in true metres, of `transform_crs.Grid`; None: the files' own
+    @property
+    def volume(self):
+        """Volume inside each crown: (k,) float64 [m³]."""
+        leaves = self.triangles[~self.trunk]
+        middle = self.vertices.mean(axis=0)
+        return np.bincount(
+            self.tree[~self.trunk], volumes_below(self.vertices - middle, leaves), len(self)
+        )
 
 
 @dataclass
@@ -227,3 +221,11 @@ class Scene:
 
 
 OWN, NEAR, FAR = 0, 1, 2  # surroundings have no results
+
+
+def volumes_below(vertices, triangles):
+    """Volumes between triangles and the origin, (t,) float64 [m³]; the triangles of a closed body
+    add up to its own volume.
+    """
+    a, b, c = np.moveaxis(vertices[triangles], 1, 0)
+    return np.einsum("ti,ti->t", a, np.cross(b, c)) / 6

@@ -198,11 +198,6 @@ class Grid:
         return np.column_stack([places if axes == "xy" else places[:, ::-1], points[:, 2] / factor])
 
 
-def grid_of(place):
-    """Grid of a City or a Site."""
-    return Grid(place.crs, place.axes, place.plane)
-
-
 def choose_plane(crs, axes, points, source=None):
     """The plane in true metres for points of files.
 

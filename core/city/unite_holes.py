@@ -9,7 +9,7 @@ import shapely
 from scipy.spatial import cKDTree
 from shapely.geometry.polygon import orient
 
-from .city import free_name, starts_of, take_rows
+from .city import free_name, starts_of
 from .polygons import measure_polygons, measure_rings, plane_axes
 
 
@@ -50,7 +50,7 @@ def unite_holes(city, report):
     ]
     rows = np.repeat(every, list(map(len, drawn)))
     drawn = [polygon for pieces in drawn for polygon in pieces]
-    taken, lists = dict.fromkeys(city.surface_id, 1), take_rows(city, rows)
+    taken, lists = dict.fromkeys(city.surface_id, 1), city.take_lists(rows)
     # The first piece keeps the name, further ones get a number.
     for place in np.flatnonzero(np.diff(rows, prepend=-1) == 0):
         lists["surface_id"][place] = free_name(lists["surface_id"][place], taken)

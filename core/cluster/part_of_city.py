@@ -17,7 +17,6 @@ from numba import njit
 from ..city.scene import Scene
 from ..light.prepare_scene import PreparedScene
 from ..light.transfer import take_fields
-from ..patches.patches import take_patches
 
 BACKS = 2  # rows for backs: of others, and of the ground from below
 
@@ -122,7 +121,7 @@ def keep_patches(scene, prepared, members, reported=()):
     owner = prepared.scene.triangle_surface
     surfaces = np.union1d(owner[rows][owner[rows] >= 0], np.asarray(reported, int))
     taken = np.concatenate([rows, np.zeros(BACKS, int)])
-    patches = _add_backs(take_patches(prepared.patches, taken), len(rows))
+    patches = _add_backs(prepared.patches.take(taken), len(rows))
     own = np.full(len(taken), -1, np.int32)
     own[: len(rows)] = np.where(owner[rows] >= 0, np.searchsorted(surfaces, owner[rows]), -1)
     # Fields of triangles, patches and plan, each for these rows only.

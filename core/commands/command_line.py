@@ -256,11 +256,10 @@ def _run_inspect(options):
 
 def _run_effects(options):
     """`citypv effects`."""
-    from ..effects.plan_effects import describe_plan
     from .show import list_effects
 
     plan = list_effects(options.city, read_request(options), TerminalProgress(lasting=False))
-    _print_found(options, [asdict(effect) for effect in plan.effects], describe_plan(plan))
+    _print_found(options, [asdict(effect) for effect in plan.effects], plan.describe())
 
 
 def _run_accuracy(options):

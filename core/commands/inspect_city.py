@@ -7,7 +7,6 @@ import pandas as pd
 
 from ..accuracy.sun_sampling import name_groups
 from ..city import transform_crs
-from ..city.crowns import volume_of_crowns
 from ..patches.materials import describe_finish, named_material
 from ..results.list_findings import list_findings
 from ..settings.errors import list_some, show_number
@@ -49,7 +48,7 @@ def inspect_city(paths, request, progress=silent):
             "height": [
                 round(float(of(crowns.height)), 2) for of in (np.min, np.mean, np.max)
             ],  # [m]
-            "crown_volume": round(float(volume_of_crowns(crowns).sum()), 1),  # [m³]
+            "crown_volume": round(float(crowns.volume.sum()), 1),  # [m³]
         }
     names = np.array(surfaces.material or [""] * len(surfaces), dtype=object)
     # Area of each material, and how it would reflect.
@@ -90,7 +89,7 @@ def _describe_reading(city, scene):
     """
     site, scale = scene.site, [1.0, 1.0]
     if site.crs is not None and not transform_crs.plane_of(site.crs)[0].is_geographic:
-        middle = transform_crs.grid_of(site).to_files(np.array([site.origin]), "xy")[0, :2]
+        middle = site.grid.to_files(np.array([site.origin]), "xy")[0, :2]
         measured = transform_crs.measure_steps(transform_crs.plane_of(site.crs)[0], middle, "xy")[0]
         scale = [round(float(value), 5) if np.isfinite(value) else None for value in measured]
     levels = scene.report.lods_chosen

@@ -3,7 +3,8 @@
 import numpy as np
 
 from ..city.classify import classify, measure_tilt
-from ..city.scene import Scene, Site, Surfaces
+from ..city.scene import Scene, Surfaces
+from ..city.site import Site
 
 
 def rectangle(start, along, across, strips=1):

@@ -13,8 +13,8 @@ import numpy as np
 
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.errors import show_number
-from ..sky.horizon import UP, first_light, is_above, light_behind, lost_sky, sum_direct, sunlit_year
-from ..sky.sky_models import RAYS_SHARE, choose_share, split_sky
+from ..sky.horizon import UP, is_above, sunlit_year
+from ..sky.sky_models import RAYS_SHARE, split_sky
 from ..sun.solar_position import MINIMUM_ELEVATION, sun_direction
 from ..sun.sun_sampling import match_suns
 from .closed_form import ground_view_of_tilt, sky_view_of_tilt
@@ -42,7 +42,7 @@ def decide_terrain(inputs):
         low = f"no higher than the {MINIMUM_ELEVATION:g}° below which no sun is traced"
         words = "switched off" if inputs.asked(TERRAIN) is False else low
         bound = _largest_share(
-            inputs, lambda year, normal, albedo: light_behind(year, normal, horizon, albedo)
+            inputs, lambda year, normal, albedo: year.light_behind(normal, horizon, albedo)
         )
         return Effect(TERRAIN, False, "none", f"{words}: it rises to {where}", bound)
     # The horizon of a building lies between the lowest and the highest edge of the corners'
@@ -53,7 +53,7 @@ def decide_terrain(inputs):
     )
 
     def between(year, normal, albedo):
-        low, high = (np.array(light_behind(year, normal, one, albedo)) for one in (lowest, top))
+        low, high = (np.array(year.light_behind(normal, one, albedo)) for one in (lowest, top))
         return np.abs(high - low)
 
     bound = _largest_share(inputs, between, horizon)
@@ -66,12 +66,11 @@ def decide_terrain(inputs):
         reason += f"; corners of the scene see it up to {apart:.1f}° higher or lower"
     inputs.plan.terrain, inputs.plan.hidden_suns = horizon, hidden
     # What it hides of sky and sunlight of level ground, in words.
-    extent = f"hides {lost_sky(UP, horizon)[0]:.1%} of the sky"
+    extent = f"hides {horizon.lost_sky(UP)[0]:.1%} of the sky"
     if inputs.weather is not None:
         year = _year_of(inputs)
         behind, whole = (
-            sum_direct(year, UP, some)[0]
-            for some in (~is_above(horizon, year.towards), slice(None))
+            year.sum_direct(UP, some)[0] for some in (~is_above(horizon, year.towards), slice(None))
         )
         extent += f" and {behind / max(whole, 1e-9):.1%} of the sunlight of level ground"
     return Effect(TERRAIN, True, extent, reason, bound)
@@ -149,9 +148,9 @@ def _largest_share(inputs, change, behind=None):
         return None
     year, albedo, surfaces = _year_of(inputs), inputs.request.ground_albedo, inputs.scene.surfaces
     normal = np.concatenate([UP, _planes_of(surfaces, counted_surfaces(surfaces))])
-    light = first_light(year, normal)
+    light = year.first_light(normal)
     if behind is not None:
-        light = light - light_behind(year, normal, behind, albedo)[0]
+        light = light - year.light_behind(normal, behind, albedo)[0]
     return float(np.max(change(year, normal, albedo) / np.maximum(light, 1e-9)))
 
 
@@ -284,7 +283,7 @@ def decide_perez(inputs):
             # Rays of a replicate, as a power of two no larger: further rounds go on in such steps.
             rays = 1 << max(inputs.request.samples // HEMISPHERE_REPLICATES, 1).bit_length() - 1
             inputs.plan.rays_share = min(
-                choose_share(split_sky(inputs.weather, PEREZ)), max(RAYS_SHARE, rays)
+                split_sky(inputs.weather, PEREZ).rays_share(), max(RAYS_SHARE, rays)
             )
         extent = (
             f"dome, circumsolar light and horizon, one horizon ray for {inputs.plan.rays_share} of "
@@ -349,6 +348,6 @@ def change_unshaded(weather, normal, ground_albedo):
     years = [sunlit_year(weather, split_sky(weather, sky)) for sky in ("isotropic", PEREZ)]
     reflected = ground_albedo * (1 - normal[:, 2]) / 2
     isotropic, perez = (
-        first_light(year, normal) + reflected * first_light(year, UP) for year in years
+        year.first_light(normal) + reflected * year.first_light(UP) for year in years
     )
     return np.divide(perez - isotropic, isotropic, out=np.zeros(len(normal)), where=isotropic > 0)

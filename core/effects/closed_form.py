@@ -10,7 +10,6 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from ..settings.errors import UNIT, check_array
-from ..sky.horizon import lost_sky
 
 
 def find_unobstructed(patches, vertices, *, normal_steps=1e6):
@@ -57,7 +56,8 @@ def find_unobstructed(patches, vertices, *, normal_steps=1e6):
 
 
 def sky_view_of_tilt(normal, horizon=None):
-    """Sky view factor of an unobstructed surface: (1 + cos tilt)/2, without what a horizon hides.   # Eq 6
+    """Sky view factor of an unobstructed surface: (1 + cos tilt)/2, without what a horizon hides.
+    # Eq 6
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def sky_view_of_tilt(normal, horizon=None):
     horizon : Horizon, optional
     """
     whole = (1 + check_array("normal", normal, ("n", 3), least=-1 - UNIT, most=1 + UNIT)[:, 2]) / 2
-    return whole if horizon is None else np.maximum(whole - lost_sky(normal, horizon), 0)
+    return whole if horizon is None else np.maximum(whole - horizon.lost_sky(normal), 0)
 
 
 def ground_view_of_tilt(normal, horizon=None):
@@ -73,4 +73,4 @@ def ground_view_of_tilt(normal, horizon=None):
     # Eq 7
     """
     whole = (1 - check_array("normal", normal, ("n", 3), least=-1 - UNIT, most=1 + UNIT)[:, 2]) / 2
-    return whole if horizon is None else whole + lost_sky(normal, horizon)
+    return whole if horizon is None else whole + horizon.lost_sky(normal)

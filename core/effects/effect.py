@@ -2,6 +2,7 @@
 from.
 """
 
+import math
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 
@@ -12,6 +13,8 @@ from ..city.scene import Scene
 from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches
 from ..patches.read_albedo import TriangleBrdfs
+from ..settings.errors import show_number
+from ..settings.progress import describe_duration
 from ..settings.request import Request
 from ..sky.horizon import TerrainHorizon
 from ..sky.read_horizon import read_horizon
@@ -87,6 +90,69 @@ class TracePlan:
         """
         return ~(directions[:, None] == self.hidden_suns).all(axis=2).any(axis=1)
 
+    def judge(self, measured):
+        """Effects after a run, with an outcome where the run itself knows what was left out.
+
+        Light falls by the same factor from reflection to reflection, so that the last one tells
+        what lies beyond.
+
+        Parameters
+        ----------
+        measured : Measured
+
+        Returns
+        -------
+        list of dict
+            Fields of Effect by name.
+        """
+        hidden = (
+            1 - np.cos(np.arctan2(1.0, self.reach))
+        ) / 2  # of the sky, from where the far ground begins
+        left_out = {
+            "receivers": measured.passed_on,
+            "far-ground": float(measured.far_ground * hidden),
+        }
+        if measured.beyond is not None:
+            left_out["reflections"] = measured.beyond
+        elif self.max_bounces and measured.last_bounce < 1:
+            factor = measured.last_bounce ** (1 / self.max_bounces)
+            left_out["reflections"] = measured.last_bounce * factor / (1 - factor)
+        for effect in self.effects:
+            outcome = 0.0 if effect.bound == 0 else left_out.get(effect.key) if effect.on else None
+            holds = None if None in (outcome, effect.bound) else bool(outcome <= effect.bound)
+            effect.outcome = None if outcome is None else {"left_out": outcome, "holds": holds}
+        return [asdict(effect) for effect in self.effects]
+
+    def names(self):
+        """What is simulated and what is not, in one line; `describe` says why."""
+        on, off = (
+            ", ".join(effect.key for effect in self.effects if effect.on == wanted)
+            for wanted in (True, False)
+        )
+        return f"Simulated: {on}; not called for: {off or 'none'} (--verbose tells why)"
+
+    def describe(self):
+        """The plan and its notes in lines of text."""
+        lines = []
+        for effect in self.effects:
+            words = [describe_bound(effect.bound, effect.on)]
+            if effect.share is not None:
+                # [%] no error is told as 0.00
+                error = math.ceil(1e4 * (effect.share_standard_error or 0)) / 100
+                doubt = f" ± {error:.2f}" if error else ""
+                words.append(
+                    f"contributes {show_number(100 * effect.share, 2, plus=True)}{doubt} % of full "
+                    "load hours"
+                )
+            if effect.seconds is not None:
+                verb = "takes" if effect.seconds >= 0 else "saves"
+                words.append(f"{verb} {describe_duration(abs(effect.seconds))}")
+            state = "on " if effect.on else "off"
+            lines.append(
+                f"{effect.key:<15} {state}  {effect.extent}: {effect.reason} ({'; '.join(words)})"
+            )
+        return lines + self.notes
+
 
 @dataclass
 class Inputs:
@@ -156,36 +222,8 @@ class Measured:
     beyond: float | None = None
 
 
-def judge_effects(plan, measured):
-    """Effects after a run, with an outcome where the run itself knows what was left out.
-
-    Light falls by the same factor from reflection to reflection, so that the last one tells what
-    lies beyond.
-
-    Parameters
-    ----------
-    plan : TracePlan
-    measured : Measured
-
-    Returns
-    -------
-    list of dict
-        Fields of Effect by name.
-    """
-    hidden = (
-        1 - np.cos(np.arctan2(1.0, plan.reach))
-    ) / 2  # of the sky, from where the far ground begins
-    left_out = {
-        "receivers": measured.passed_on,
-        "far-ground": float(measured.far_ground * hidden),
-    }
-    if measured.beyond is not None:
-        left_out["reflections"] = measured.beyond
-    elif plan.max_bounces and measured.last_bounce < 1:
-        factor = measured.last_bounce ** (1 / plan.max_bounces)
-        left_out["reflections"] = measured.last_bounce * factor / (1 - factor)
-    for effect in plan.effects:
-        outcome = 0.0 if effect.bound == 0 else left_out.get(effect.key) if effect.on else None
-        holds = None if None in (outcome, effect.bound) else bool(outcome <= effect.bound)
-        effect.outcome = None if outcome is None else {"left_out": outcome, "holds": holds}
-    return [asdict(effect) for effect in plan.effects]
+def describe_bound(bound, on):
+    """What is left out at most, a share of light or None, in words."""
+    if bound is None:
+        return f"{'its error' if on else 'how much light this changes'} is not known before the run"
+    return f"leaves out at most {100 * bound:.2f} %" if bound else "leaves out nothing"

@@ -5,7 +5,6 @@ Rules of effects that are on where there is something for them stand here: `tree
 three of the modules. What these change is measured, not estimated.
 """
 
-import math
 from functools import partial
 
 import numpy as np
@@ -14,8 +13,7 @@ from ..city.foliage import choose_foliage
 from ..patches.brdfs import Lambertian
 from ..patches.materials import describe_brdf
 from ..patches.read_albedo import brdfs_of_triangles
-from ..settings.errors import show_number
-from ..settings.progress import describe_duration, silent
+from ..settings.progress import silent
 from .beyond_scene import decide_far_ground, decide_perez, decide_terrain
 from .effect import Effect, Inputs
 from .rays import decide_rays, decide_receivers, decide_reflections
@@ -142,42 +140,3 @@ def plan_effects(
         progress(PLANNING, done, len(TABLE), "effects")
         inputs.plan.effects.append(RULES[key](inputs))
     return inputs.plan
-
-
-def describe_plan(plan):
-    """The plan and its notes in lines of text."""
-    lines = []
-    for effect in plan.effects:
-        words = [describe_bound(effect.bound, effect.on)]
-        if effect.share is not None:
-            # [%] no error is told as 0.00
-            error = math.ceil(1e4 * (effect.share_standard_error or 0)) / 100
-            doubt = f" ± {error:.2f}" if error else ""
-            words.append(
-                f"contributes {show_number(100 * effect.share, 2, plus=True)}{doubt} % of full "
-                "load hours"
-            )
-        if effect.seconds is not None:
-            verb = "takes" if effect.seconds >= 0 else "saves"
-            words.append(f"{verb} {describe_duration(abs(effect.seconds))}")
-        state = "on " if effect.on else "off"
-        lines.append(
-            f"{effect.key:<15} {state}  {effect.extent}: {effect.reason} ({'; '.join(words)})"
-        )
-    return lines + plan.notes
-
-
-def name_effects(plan):
-    """What is simulated and what is not, in one line; `describe_plan` says why."""
-    on, off = (
-        ", ".join(effect.key for effect in plan.effects if effect.on == wanted)
-        for wanted in (True, False)
-    )
-    return f"Simulated: {on}; not called for: {off or 'none'} (--verbose tells why)"
-
-
-def describe_bound(bound, on):
-    """What is left out at most, a share of light or None, in words."""
-    if bound is None:
-        return f"{'its error' if on else 'how much light this changes'} is not known before the run"
-    return f"leaves out at most {100 * bound:.2f} %" if bound else "leaves out nothing"

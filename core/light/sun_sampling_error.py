@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from ..city.canopy import LeafyScene
-from ..patches.patches import take_patches
 from ..settings.errors import InputError
 from ..settings.request import check_request
 from ..settings.threads import usable_threads
@@ -58,7 +57,7 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
     prepared = prepared or prepare_scene(scene, request)
     patches = prepared.patches
     chosen = _draw_patches(prepared.scene, patches.area, request.seed, count)
-    few = take_patches(patches, chosen)
+    few = patches.take(chosen)
     # Their rays meet the whole city, with the crowns of its trees.
     if prepared.plan.ray_scene:  # with the crowns of this plan: another one may have used it last
         ray_scene = prepared.build_tree(request).plan.ray_scene

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 from scipy import sparse
 
-from ..effects.effect import Measured, judge_effects
+from ..effects.effect import Measured
 from ..patches.read_albedo import materials_of_surfaces
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.errors import InputError
@@ -260,7 +260,7 @@ def make_transfer(found, state, suns, common, left):
     record = TraceRecord(
         **common,
         brightest_albedo=max(brightest, context.request.ground_albedo),
-        effects=judge_effects(context.plan, _measure_outcome(context, traced, state.lights, left)),
+        effects=context.plan.judge(_measure_outcome(context, traced, state.lights, left)),
         standard_error_unknown=ONE_POINT if np.isnan(state.lights[SUNS].error.own).any() else None,
         **shares_of_record(context, state.lights),
     )

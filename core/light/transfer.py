@@ -7,7 +7,8 @@ from dataclasses import asdict, dataclass, field, fields, replace
 import numpy as np
 
 from ..city.grid_cells import Outlines
-from ..city.scene import Site, Surfaces
+from ..city.scene import Surfaces
+from ..city.site import Site
 from ..settings.errors import build_from
 from ..sky.horizon import TerrainHorizon
 from ..sky.horizon_band import SOURCES

@@ -22,7 +22,7 @@ from .cover_cells import (
     settled_cells,
     share_verdicts,
 )
-from .hit_kinds import BACK, DARK, FRONT, SKY, classify_rays, meets_back
+from .hit_kinds import BACK, DARK, FRONT, SKY, classify_rays
 from .inside_test import (
     CONTACT,
     MANY_TURNS,
@@ -256,7 +256,7 @@ def _trace_vote(ray_scene, patches, places, shifts):
     hits = ray_scene.trace_as_drawn(*rays)
     hits = HitPlaces(*(part.reshape(u.shape) for part in hits))
     gone, upwards = hits.triangle < 0, directions[..., 2] > 0
-    return hits, meets_back(patches, hits.triangle, directions), gone & upwards, gone & ~upwards
+    return hits, patches.meets_back(hits.triangle, directions), gone & upwards, gone & ~upwards
 
 
 def lie_in_earth(ray_scene, patches, points):

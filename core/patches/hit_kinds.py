@@ -32,28 +32,6 @@ def classify_rays(hit, directions, facing, fate):
             fate[patch, ray] = BACK if along > 0 else FRONT
 
 
-def meets_back(patches, hit, directions):
-    """Whether rays hit the back of a patch: they go along its normal, or it is a footprint. Sheets
-    have no back.
-
-    Parameters
-    ----------
-    hit : (c, rays) int32
-        -1 where nothing is hit.
-    directions : (c, rays, 3) float32
-
-    Returns
-    -------
-    (c, rays) bool
-    """
-    facing = patches.facing[hit]
-    along = directions[..., 0] * facing[..., 0]
-    along += directions[..., 1] * facing[..., 1]
-    along += directions[..., 2] * facing[..., 2]
-    along += facing[..., 3]
-    return (along > 0) & (hit >= 0) & (patches.other_side[hit] < 0)
-
-
 def stop_in_crowns(ray_scene, patches, rays, places, wanted):
     """Rays stopped by the leaves or the trunks between their origin and what they hit.
 

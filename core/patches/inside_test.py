@@ -3,9 +3,10 @@ gap or a court.
 
 ┌──────────────┐ roof          No ray from the wall w reaches the sky, and half of them meet the
                                front of the house
-│  ┌────┐      │               inside, not a back. What a ray reaches without crossing a face is inside if the place
-│  │    │ ←─ w │               is; so rays go on from fronts until they meet a back or leave. In a court they leave.
-└──┴────┴──────┘               In a closed room, all of fronts, they never do: no light gets there.
+│  ┌────┐      │               inside, not a back. What a ray reaches without crossing a face is
+inside if the place │  │    │ ←─ w │               is; so rays go on from fronts until they meet a
+back or leave. In a court they leave. └──┴────┴──────┘               In a closed room, all of
+fronts, they never do: no light gets there.
 
 By the cosine a ray would leave a deep gap after as many turns as the square of its depth over its
 width. Whether rays can leave does not depend on the law of their directions, so they go on by one
@@ -17,7 +18,6 @@ from numba import njit
 
 from ..rays.hemisphere_rays import rays_from_patches
 from ..rays.random_numbers import GOLDEN, mix, uniform_of
-from .hit_kinds import meets_back
 
 RAYS = 8  # from each point
 STRAY_RAYS = 1  # of them that may reach the sky through a hole from inside an open shell
@@ -98,7 +98,7 @@ def follow(ray_scene, patches, rays, ends, *, owner, ahead=0, turns=TURNS):
         met, b1, b2 = ray_scene.trace_places(origins, directions)
         # Ended at a back or outside: counted for its point; the others go on, but not for points in
         # the open.
-        back = meets_back(patches, met[:, None], directions[:, None])[:, 0]
+        back = patches.meets_back(met[:, None], directions[:, None])[:, 0]
         gone, upwards = met < 0, directions[:, 2] > 0
         for number, which in enumerate((back, gone & upwards, gone & ~upwards)):
             ends[number] += np.bincount(point[which], minlength=ends.shape[1])

@@ -11,7 +11,6 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from ..city.find_ground import find_ground, find_resting_floors
-from ..city.locate_site import bring_to_grid
 from ..rays import random_numbers
 from ..settings.errors import check_array, check_seed
 
@@ -46,12 +45,32 @@ class Patches:
     def __len__(self):
         return len(self.corner)
 
+    def take(self, chosen):
+        """Some rows of the patches."""
+        return Patches(
+            **{field.name: getattr(self, field.name)[chosen] for field in fields(Patches)}
+        )
 
-def take_patches(patches, chosen):
-    """Some rows of the patches."""
-    return Patches(
-        **{field.name: getattr(patches, field.name)[chosen] for field in fields(Patches)}
-    )
+    def meets_back(self, hit, directions):
+        """Whether rays hit the back of a patch: they go along its normal, or it is a footprint.
+        Sheets have no back.
+
+        Parameters
+        ----------
+        hit : (c, rays) int32
+            -1 where nothing is hit.
+        directions : (c, rays, 3) float32
+
+        Returns
+        -------
+        (c, rays) bool
+        """
+        facing = self.facing[hit]
+        along = directions[..., 0] * facing[..., 0]
+        along += directions[..., 1] * facing[..., 1]
+        along += directions[..., 2] * facing[..., 2]
+        along += facing[..., 3]
+        return (along > 0) & (hit >= 0) & (self.other_side[hit] < 0)
 
 
 def patches_of_scene(scene, albedo, seed):
@@ -195,9 +214,7 @@ def number_triangles(scene):
     corners = np.asarray(scene.vertices, float)[scene.triangles[rows]]
     # Places are rounded to centimetres, and moved off the ties that middles of corners in
     # millimetres have.
-    cells = np.round(bring_to_grid(corners.mean(axis=1), scene.site) / 0.01 + 0.0123).astype(
-        np.int64
-    )
+    cells = np.round(scene.site.to_files(corners.mean(axis=1)) / 0.01 + 0.0123).astype(np.int64)
     # Random numbers repeat after squares of 10 m × 2¹⁰.
     cells[:, :2] %= 1_024_000  # so a city moved by whole squares of the ground stays the same
     cells[surface[rows] < 0, 2] = 0  # ground has one height at a place

@@ -14,7 +14,7 @@ import numpy as np
 from ..patches.cover_cells import unpack_cells
 from ..patches.facing_scene import FacingScene
 from ..patches.find_covered import lie_in_earth
-from ..patches.hit_kinds import meets_back, stop_in_crowns
+from ..patches.hit_kinds import stop_in_crowns
 from ..patches.patches import Patches
 from ..patches.read_albedo import TriangleBrdfs
 from ..rays.hemisphere_rays import CELL_DIVISIONS, points_of_patches
@@ -163,7 +163,7 @@ def meet_fronts(target, photons, tally, source=None):
         photons, places = photons.take(~stopped), places.take(~stopped)
     hit, b1, b2 = places
     missed = hit < 0
-    back = meets_back(patches, hit, photons.directions)
+    back = patches.meets_back(hit, photons.directions)
     # At the first hit some slip past an edge by rounding, and count as hits of the back.
     if source is not None:
         back |= _slip_past_edges(target, places, photons.directions, ~missed & ~back)

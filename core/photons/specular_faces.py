@@ -2,9 +2,12 @@
 such reflection.
 
        sun
-         ↘  shadow ray      Every path with a reflection at a mirror, a glossy face or glass has a first one. Photons
-    ●     ↘                 start there: at points of these faces that see the sun, or with a ray that looks for what
-  ↗ wall   ▌ mirror         the face receives from the sky, the far ground and other faces. From the reflection on they
+         ↘  shadow ray      Every path with a reflection at a mirror, a glossy face or glass has a
+         first one. Photons
+    ●     ↘                 start there: at points of these faces that see the sun, or with a ray
+    that looks for what
+  ↗ wall   ▌ mirror         the face receives from the sky, the far ground and other faces. From the
+  reflection on they
 ↗    ↙ ↙ ↙ ▌                are followed as any photons are.
 """
 
@@ -12,7 +15,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..patches.hit_kinds import meets_back
 from ..rays import sample_points
 from ..rays.hemisphere_rays import CELL_DIVISIONS
 from ..rays.ray_scene import HitPlaces
@@ -129,7 +131,7 @@ def photons_of_surroundings(target, faces, batch, is_sky):
     hits = target.ray_scene.trace_places(origins, directions)
     met = hits.triangle
     origin = np.where(met >= 0, met, np.where(is_sky(directions), SKY, FAR_GROUND))
-    origin[(met >= 0) & (meets_back(patches, met, directions) | ~patches.receives[met])] = NOTHING
+    origin[(met >= 0) & (patches.meets_back(met, directions) | ~patches.receives[met])] = NOTHING
     origin[target.covered[places[0], sample_points.cell_of_point(*places[1:], CELL_DIVISIONS)]] = (
         NOTHING
     )

@@ -13,7 +13,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from ..effects.effect import Measured, judge_effects
+from ..effects.effect import Measured
 from ..effects.rays import count_surely
 from ..light import measure_cover, sun_matrix
 from ..light.prepare_scene import check_tracing, prepare_scene
@@ -158,7 +158,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
         },
         record=TraceRecord(
             request=request.as_dict(),
-            effects=judge_effects(plan, measured),
+            effects=plan.judge(measured),
             max_bounces=bounces,
             brightest_albedo=max(float(patches.albedo.max(initial=0)), request.ground_albedo),
             patches=len(patches),

@@ -11,7 +11,7 @@ from ..city.city import Relief
 from ..city.name_crs import choose_crs
 from ..city.polygons import triangulate
 from ..city.terrain import Layer, Terrain
-from ..city.transform_crs import UNITS, Grid, grid_of, plane_of
+from ..city.transform_crs import UNITS, Grid, plane_of
 from ..settings.errors import InputError
 from .collect_polygons import read_numbers
 from .collect_shapes import find_fault, read_lod, read_rings
@@ -228,7 +228,7 @@ def place_layer(layer, system, city, unit, path):
         A place has no counterpart in the city's system.
     """
     crs, axes = system
-    own = grid_of(city)
+    own = city.grid
     if own.crs is None or crs is None:
         # A city in the plane of its files has metres; the unit tells how long the terrain's are.
         points = layer.points * unit if own.plane is None else own.to_plane(layer.points)

@@ -13,8 +13,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
-from ..city.locate_site import bring_to_grid
-from ..city.scene import Site
+from ..city.site import Site
 from ..energy.paying import SIDES
 from ..settings.errors import InputError, count_of, show_number
 from ..settings.request import declared_settings, option_of
@@ -265,7 +264,7 @@ def _shapes_of(results):
     """
     outlines, faces = results.outlines, results.faces
     place = results.summary["input"]["site"]
-    points = bring_to_grid(outlines.points.astype(float), Site(**place))
+    points = Site(**place).to_files(outlines.points.astype(float))
     first = outlines.ring_start[outlines.surface_start[:-1]]
     last = outlines.ring_start[
         np.minimum(outlines.surface_start[:-1] + 1, len(outlines.ring_start) - 1)

@@ -20,7 +20,8 @@ import numpy as np
 
 from ..city.build_ground import Lattice
 from ..city.city import City, ImportReport, Polygon, Tree
-from ..city.scene import Crowns, Scene, Site, Surfaces
+from ..city.scene import Crowns, Scene, Surfaces
+from ..city.site import Site
 from ..city.terrain import Layer, Terrain
 from ..light.annual_light import Annual
 from ..light.compact_city import compact_city

@@ -11,9 +11,8 @@ import numpy as np
 import pandas as pd
 import pyproj
 
-from ..city.locate_site import bring_to_grid
 from ..city.polygons import triangulate
-from ..city.scene import Site
+from ..city.site import Site
 from ..city.transform_crs import plane_of
 from ..settings.errors import InputError
 from .read_results import FACE_NUMBERS, FACE_TEXTS, check_columns, count_faces, read_summary
@@ -153,7 +152,7 @@ def _bring_to_frame(points, site, frame):
         globe = pyproj.Transformer.from_crs(
             plane_of(site.plane or site.crs)[0].to_3d(), GLOBE, always_xy=True
         )
-        there = np.column_stack(globe.transform(*bring_to_grid(points, site).T))
+        there = np.column_stack(globe.transform(*site.to_files(points).T))
     if not np.isfinite(there).all():
         own = frame_of(site.latitude, site.longitude)
         there = (points + np.array([0.0, 0.0, site.origin[2]])) @ own[:3, :3] + own[3, :3]

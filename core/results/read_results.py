@@ -14,7 +14,7 @@ import pandas as pd
 from ..city.build_ground import Lattice
 from ..city.classify import ORIENTATIONS
 from ..city.grid_cells import Outlines
-from ..city.scene import Site
+from ..city.site import Site
 from ..energy.counted_area import CHOSEN, REASONS
 from ..energy.pv_system import KINDS
 from ..read.open_netcdf import refuse_links

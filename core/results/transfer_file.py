@@ -18,7 +18,8 @@ import h5py
 import numpy as np
 
 from ..city.grid_cells import Outlines
-from ..city.scene import Site, Surfaces
+from ..city.scene import Surfaces
+from ..city.site import Site
 from ..light.sun_matrix import row_blocks
 from ..light.transfer import ErrorParts, SourceLight, Transfer, record_of_dict
 from ..read.open_netcdf import check_hdf5
@@ -392,8 +393,8 @@ def _check_sums(path, stored):
 
 
 def read_fields(file, owner, *, needed=False):
-    """What an open file, or variables by name, have of an owner, by field; empty if it lacks any of it and that
-    is not `needed`.
+    """What an open file, or variables by name, have of an owner, by field; empty if it lacks any of
+    it and that is not `needed`.
     """
     names = {field: name for name, (whose, field, *_) in VARIABLES.items() if whose == owner}
     if not needed and not all(name in file for name in names.values()):

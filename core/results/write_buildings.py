@@ -5,8 +5,6 @@ errors and poor years.
 import numpy as np
 import pandas as pd
 
-from ..city.locate_site import bring_to_grid, find_on_earth
-from ..city.transform_crs import grid_of
 from ..energy.energy import exceeded_energy
 from ..energy.standard_errors import add_errors, errors_of_energy
 from .columns import name_months, write_table
@@ -121,6 +119,6 @@ def _find_middles(transfer, building, count):
         np.maximum.at(high, owner, transfer.outlines.points)
     with np.errstate(invalid="ignore"):
         middles, site = (low + high) / 2, transfer.site
-        places = grid_of(site).to_files(bring_to_grid(middles, site), "xy")[:, :2]
+        places = site.grid.to_files(site.to_files(middles), "xy")[:, :2]
     places[~np.isfinite(places)] = np.nan
-    return np.column_stack([places, *find_on_earth(middles, site)])
+    return np.column_stack([places, *site.find_on_earth(middles)])

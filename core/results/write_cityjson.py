@@ -11,7 +11,7 @@ import pyproj
 
 from ..city.city import free_name
 from ..city.classify import find_footprints
-from ..city.transform_crs import grid_of, plane_of
+from ..city.transform_crs import plane_of
 from ..settings.progress import silent
 from .cityjson_surroundings import list_objects, list_points
 from .columns import TABLED, column_values
@@ -55,7 +55,7 @@ def write_cityjson(path, run, progress=silent, *, further_decimals=6):
     stage = "writing city.city.json"
     city, _, transfer, energy, weather = run
     # Coordinates stay as in the files: their system, their units, their order.
-    points = grid_of(city).to_files(np.concatenate([city.points, list_points(city)]))
+    points = city.grid.to_files(np.concatenate([city.points, list_points(city)]))
     # Vertices are whole steps from the lowest corner, `translate`: this is a whole number of a unit
     # or, where a unit is 111 km long, of a thousandth. A step has as few decimals as the span lets.
     coarse = np.array([1e3, 1e3, 1.0]) if _in_degrees(city.crs) else np.ones(3)

@@ -16,7 +16,6 @@ import pandas as pd
 import pyproj
 import shapely
 
-from ..city.transform_crs import grid_of
 from ..settings.progress import silent
 from .columns import TABLED, column_values
 from .write_buildings import sum_buildings
@@ -54,7 +53,7 @@ def write_geopackage(path, run, progress=silent):
     city, _, transfer, energy, weather = run
     Path(path).unlink(missing_ok=True)
     # Coordinates stay in the files' system, easting or longitude first as the format wants.
-    city = replace(city, points=grid_of(city).to_files(city.points, "xy"))
+    city = replace(city, points=city.grid.to_files(city.points, "xy"))
     # Polygons of the surfaces; tables of surfaces and buildings, with the SQL type of each column.
     shapes = np.array(
         [shapely.Polygon(rings[0], rings[1:]) for rings in map(city.rings, range(len(city)))],

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from ..city.transform_crs import grid_of
 from ..settings.progress import silent
 from .colour_map import GROUND, choose_range, linear_light, srgb_colour
 from .glb import (
@@ -76,7 +75,7 @@ def write_gltf(path, run, progress=silent):
         "weather": weather.label,
         "colour_map": COLOUR_MAP,
         **dict(zip(("low", "high"), level, strict=True)),
-        "origin": grid_of(scene.site).to_files(np.array([scene.site.origin]), "xy")[0].tolist(),
+        "origin": scene.site.grid.to_files(np.array([scene.site.origin]), "xy")[0].tolist(),
         "north": "true north is -z",
         **{
             name: getattr(scene.site, name)

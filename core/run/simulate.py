@@ -11,7 +11,6 @@ from ..accuracy.rounds_to_target import CELLS
 from ..accuracy.trace_run import trace_run, weigh_kept_suns
 from ..cluster import run_tasks
 from ..cluster.trace_tiles import check_cluster_settings, plan_tiles, trace_tiles
-from ..effects.plan_effects import describe_plan, name_effects
 from ..energy import left_out
 from ..energy.counted_area import classify_again, note_other_clearance
 from ..energy.pv_system import ELECTRIC
@@ -107,8 +106,8 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
             prepared = plan_tiles(scene, weather, request, cluster, log.write)
         else:
             prepared = study.prepare_study(scene, weather, request)
-        log.write(name_effects(prepared.plan))
-        log.detail("\n".join(f"  {line}" for line in describe_plan(prepared.plan)))
+        log.write(prepared.plan.names())
+        log.detail("\n".join(f"  {line}" for line in prepared.plan.describe()))
         log.write(
             "Tracing"
             if (timed := is_compiled())

@@ -11,7 +11,7 @@ import pandas as pd
 from .. import study
 from ..city.axis_order import PlaceHints
 from ..city.edge_distance import measure_edge_distance
-from ..city.edit_city import Change, edit_city, place_local, system_of
+from ..city.edit_city import Change, edit_city, place_local
 from ..city.written_scene import written_scene
 from ..energy.left_out import describe_gone
 from ..light.change_light import trace_change
@@ -200,7 +200,7 @@ def _read_change(wish, kept):
             [path], unit=conventions[0], up=conventions[1], orient=request.orient, hints=hints
         )
         if wish.local:
-            city = place_local(city, kept.scene.site, *system_of(kept.city))
+            city = place_local(city, kept.scene.site, kept.city.grid)
         _check_distance(path, city, kept.city)
         added.append(city)
     return Change(wish.remove, wish.move, wish.raised, tuple(added))

@@ -53,21 +53,60 @@ class TerrainHorizon:
         """Azimuths of the elevations [°]: (STEPS,)."""
         return np.arange(len(self.elevation)) * (360.0 / len(self.elevation))
 
+    def elevation_at(self, azimuth):
+        """Elevation angle of the horizon, linear between its stored azimuths.
 
-def elevation_at(horizon, azimuth):
-    """Elevation angle of the horizon, linear between its stored azimuths.
+        Parameters
+        ----------
+        azimuth : array_like [°]
+            Clockwise from true north.
 
-    Parameters
-    ----------
-    horizon : TerrainHorizon
-    azimuth : array_like [°]
-        Clockwise from true north.
+        Returns
+        -------
+        numpy.ndarray [°]
+        """
+        return np.interp(np.asarray(azimuth, float), self.azimuth, self.elevation, period=360.0)
 
-    Returns
-    -------
-    numpy.ndarray [°]
-    """
-    return np.interp(np.asarray(azimuth, float), horizon.azimuth, horizon.elevation, period=360.0)
+    def lost_sky(self, normal):
+        """Cosine-weighted share of the hemisphere of unobstructed surfaces between the horizontal
+        and the horizon.
+
+        For each azimuth the integral over elevation is exact: with c the component of the normal
+        along that azimuth, ∫ (c cos e + n_z sin e) cos e de = c (e/2 + sin 2e / 4) + n_z sin² e /
+        2. A horizon of equal height h takes sin² h from a level surface, and (h + sin h cos h)/π, h
+        in radians, from a wall.
+
+        Parameters
+        ----------
+        normal : array_like, (n, 3)
+            Unit vectors.
+
+        Returns
+        -------
+        numpy.ndarray, (n,)
+            What (1 + cos tilt)/2 loses, and the view of the ground gains.
+        """
+        normal = check_array("normal", normal, ("n", 3), least=-1 - UNIT, most=1 + UNIT)
+        # For each azimuth the sky between level and terrain, cut where the surface's own plane cuts
+        # it.
+        turn, height = np.radians(self.azimuth), np.radians(self.elevation)
+
+        def lose(normal):
+            along = normal[:, :1] * np.sin(turn) + normal[:, 1:2] * np.cos(turn)  # (n, STEPS)
+            up = np.broadcast_to(normal[:, 2:], along.shape)
+            # Where the surface's own plane rises or falls across the sky, it is the limit.
+            plane = np.arctan2(np.abs(along), np.abs(up))
+            low = np.where((along < 0) & (up > 0), plane, 0.0)
+            high = np.where((along > 0) & (up < 0), np.minimum(height, plane), height)
+            faces = (high > low) & ((along > 0) | (up > 0))
+            # The integral of the docstring between elevations low and high, for the part along the
+            # azimuth and the upward part of the normal.
+            share = along * (high - low + (np.sin(2 * high) - np.sin(2 * low)) / 2) / 2
+            share += up * (np.sin(high) ** 2 - np.sin(low) ** 2) / 2
+            # da/π = 2/STEPS
+            return np.maximum(np.where(faces, share, 0.0), 0).sum(axis=1) * 2 / len(turn)
+
+        return by_normal(lose, normal, 9)
 
 
 def is_above(horizon, direction):
@@ -90,7 +129,7 @@ def is_above(horizon, direction):
     # azimuth, elevation  of the direction [°], to be held against the terrain's there.
     azimuth = np.degrees(np.arctan2(direction[:, 0], direction[:, 1]))
     elevation = np.degrees(np.arcsin(np.clip(direction[:, 2], -1, 1)))
-    return elevation >= elevation_at(horizon, azimuth)
+    return elevation >= horizon.elevation_at(azimuth)
 
 
 def without_hidden(suns, horizon):
@@ -283,48 +322,6 @@ def _raise_horizon(heights, lines, extent, eye_of, steepest, known):  # noqa: PL
 UP = np.array([[0.0, 0.0, 1.0]])
 
 
-def lost_sky(normal, horizon):
-    """Cosine-weighted share of the hemisphere of unobstructed surfaces between the horizontal and
-    the horizon.
-
-    For each azimuth the integral over elevation is exact: with c the component of the normal along
-    that azimuth, ∫ (c cos e + n_z sin e) cos e de = c (e/2 + sin 2e / 4) + n_z sin² e / 2. A
-    horizon of equal height h takes sin² h from a level surface, and (h + sin h cos h)/π, h in
-    radians, from a wall.
-
-    Parameters
-    ----------
-    normal : array_like, (n, 3)
-        Unit vectors.
-    horizon : TerrainHorizon
-
-    Returns
-    -------
-    numpy.ndarray, (n,)
-        What (1 + cos tilt)/2 loses, and the view of the ground gains.
-    """
-    normal = check_array("normal", normal, ("n", 3), least=-1 - UNIT, most=1 + UNIT)
-    # For each azimuth the sky between level and terrain, cut where the surface's own plane cuts it.
-    turn, height = np.radians(horizon.azimuth), np.radians(horizon.elevation)
-
-    def lose(normal):
-        along = normal[:, :1] * np.sin(turn) + normal[:, 1:2] * np.cos(turn)  # (n, STEPS)
-        up = np.broadcast_to(normal[:, 2:], along.shape)
-        # Where the surface's own plane rises or falls across the sky, it is the limit.
-        plane = np.arctan2(np.abs(along), np.abs(up))
-        low = np.where((along < 0) & (up > 0), plane, 0.0)
-        high = np.where((along > 0) & (up < 0), np.minimum(height, plane), height)
-        faces = (high > low) & ((along > 0) | (up > 0))
-        # The integral of the docstring between elevations low and high, for the part along the
-        # azimuth and the upward part of the normal.
-        share = along * (high - low + (np.sin(2 * high) - np.sin(2 * low)) / 2) / 2
-        share += up * (np.sin(high) ** 2 - np.sin(low) ** 2) / 2
-        # da/π = 2/STEPS
-        return np.maximum(np.where(faces, share, 0.0), 0).sum(axis=1) * 2 / len(turn)
-
-    return by_normal(lose, normal, 9)
-
-
 @dataclass
 class _SunlitYear:
     """Sums over a year: what light there is, and from where."""
@@ -334,6 +331,59 @@ class _SunlitYear:
     direct: np.ndarray
     dome: float  # [Wm⁻²] summed over all intervals
     sources: dict  # name -> float [Wm⁻²], the same by each traced source, in its unit
+
+    def first_light(self, normal):
+        """Light of sun and sky on unobstructed surfaces, without reflections: (k,) float64 [Wm⁻²],
+        summed over the year.
+
+        Parameters
+        ----------
+        normal : (k, 3) float64
+        """
+        of_sources = sum(
+            light * SOURCES[name].unshaded(normal) for name, light in self.sources.items()
+        )
+        return (
+            self.dome * (1 + normal[:, 2]) / 2 + of_sources + self.sum_direct(normal, slice(None))
+        )
+
+    def light_behind(self, normal, horizon, ground_albedo):
+        """What a horizon takes from unobstructed surfaces, and what they gain where terrain is
+        brighter than the sky.
+
+        Parameters
+        ----------
+        normal : (k, 3) float64
+        horizon : TerrainHorizon
+        ground_albedo : float
+            Of the terrain.
+
+        Returns
+        -------
+        lost, gained : (k,) float64 [Wm⁻²]
+            Summed over the year.
+        """
+        # The sun behind terrain is lost to surfaces; the ground that they see loses it too, and
+        # reflects less.
+        hidden = ~is_above(horizon, self.towards)
+        dark = float(self.sum_direct(UP, hidden)[0])  # what the open ground loses of the sun
+        lit = float(self.sum_direct(UP, ~hidden)[0]) + self.dome
+        # Terrain takes the place of the sky in the same directions: what hides one hides the other.
+        of_sky = [horizon.lost_sky(normal) * (self.dome - ground_albedo * lit)]
+        for name, light in self.sources.items():
+            source = SOURCES[name]
+            of_sky.append(light * source.unshaded(normal) * (1 - source.seen(normal, horizon)))
+        # Lost are the sun's direct light, and what the darker ground would have reflected; (1 -
+        # n_z)/2 is the view of the ground from an unobstructed surface.
+        lost = self.sum_direct(normal, hidden) + ground_albedo * (1 - normal[:, 2]) / 2 * dark
+        return lost + np.maximum(of_sky, 0).sum(axis=0), np.maximum(np.negative(of_sky), 0).sum(
+            axis=0
+        )
+
+    def sum_direct(self, normal, members):
+        """Direct light of some intervals on unobstructed surfaces: (k,) float64 [Wm⁻²]."""
+        direct, towards = self.direct[members], self.towards[members]
+        return np.array([direct @ np.maximum(towards @ one, 0) for one in normal])
 
 
 def sunlit_year(weather, parts):
@@ -348,55 +398,3 @@ def sunlit_year(weather, parts):
     )
     sources = {name: float(light.sum()) for name, light in parts.sources.items()}
     return _SunlitYear(towards, direct[lit], float(parts.dome.sum()), sources)
-
-
-def first_light(year, normal):
-    """Light of sun and sky on unobstructed surfaces, without reflections: (k,) float64 [Wm⁻²],
-    summed over the year.
-
-    Parameters
-    ----------
-    year : SunlitYear
-    normal : (k, 3) float64
-    """
-    of_sources = sum(light * SOURCES[name].unshaded(normal) for name, light in year.sources.items())
-    return year.dome * (1 + normal[:, 2]) / 2 + of_sources + sum_direct(year, normal, slice(None))
-
-
-def light_behind(year, normal, horizon, ground_albedo):
-    """What a horizon takes from unobstructed surfaces, and what they gain where terrain is brighter
-    than the sky.
-
-    Parameters
-    ----------
-    year : SunlitYear
-    normal : (k, 3) float64
-    horizon : TerrainHorizon
-    ground_albedo : float
-        Of the terrain.
-
-    Returns
-    -------
-    lost, gained : (k,) float64 [Wm⁻²]
-        Summed over the year.
-    """
-    # The sun behind terrain is lost to surfaces; the ground that they see loses it too, and
-    # reflects less.
-    hidden = ~is_above(horizon, year.towards)
-    dark = float(sum_direct(year, UP, hidden)[0])  # what the open ground loses of the sun
-    lit = float(sum_direct(year, UP, ~hidden)[0]) + year.dome
-    # Terrain takes the place of the sky in the same directions: what hides one hides the other.
-    of_sky = [lost_sky(normal, horizon) * (year.dome - ground_albedo * lit)]
-    for name, light in year.sources.items():
-        source = SOURCES[name]
-        of_sky.append(light * source.unshaded(normal) * (1 - source.seen(normal, horizon)))
-    # Lost are the sun's direct light, and what the darker ground would have reflected; (1 - n_z)/2
-    # is the view of the ground from an unobstructed surface.
-    lost = sum_direct(year, normal, hidden) + ground_albedo * (1 - normal[:, 2]) / 2 * dark
-    return lost + np.maximum(of_sky, 0).sum(axis=0), np.maximum(np.negative(of_sky), 0).sum(axis=0)
-
-
-def sum_direct(year, normal, members):
-    """Direct light of some intervals on unobstructed surfaces: (k,) float64 [Wm⁻²]."""
-    direct, towards = year.direct[members], year.towards[members]
-    return np.array([direct @ np.maximum(towards @ one, 0) for one in normal])

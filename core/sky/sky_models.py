@@ -49,6 +49,27 @@ class SkyParts:
         # A horizon that is never darker than the dome has a cap beyond all rays.
         return np.array([float((dome / less).min(initial=1e6)) for dome, less in dark])
 
+    def rays_share(self):
+        """Hemisphere rays for each ray towards the horizon, so that its noise hardly adds to the
+        dome's.
+
+        As many rays find light that is H/D of the dome's with (H/D)² of its variance, a share of
+        them with that many times more.
+
+        Returns
+        -------
+        int
+            A power of two.
+        """
+        # ratio  H/D, light of the horizon over light of the dome [–].
+        dome, share = float(self.dome.sum()), RAYS_SHARE
+        ratio = float(np.abs(self.of_sources).sum()) / dome if dome > 0 else 1.0
+        # A horizon that gives next to nothing has a ray for 16 of the hemisphere; the horizon's
+        # noise may add a tenth to the variance of the dome's light.
+        while 2 * share <= 16 and 2 * share * ratio**2 <= 0.1:
+            share *= 2
+        return share
+
 
 def split_sky(weather, model, *, small_tilt=1.0):
     """Light of the sky in each interval of a weather.
@@ -130,30 +151,3 @@ def choose_sky(request, transfer):
     if asked is None:
         return model_traced(transfer.sources) if request.sky == "auto" else request.sky
     return "perez" if asked else "isotropic"
-
-
-def choose_share(parts):
-    """Hemisphere rays for each ray towards the horizon, so that its noise hardly adds to the
-    dome's.
-
-    As many rays find light that is H/D of the dome's with (H/D)² of its variance, a share of them
-    with that many times more.
-
-    Parameters
-    ----------
-    parts : SkyParts
-        Of a year.
-
-    Returns
-    -------
-    int
-        A power of two.
-    """
-    # ratio  H/D, light of the horizon over light of the dome [–].
-    dome, share = float(parts.dome.sum()), RAYS_SHARE
-    ratio = float(np.abs(parts.of_sources).sum()) / dome if dome > 0 else 1.0
-    # A horizon that gives next to nothing has a ray for 16 of the hemisphere; the horizon's noise
-    # may add a tenth to the variance of the dome's light.
-    while 2 * share <= 16 and 2 * share * ratio**2 <= 0.1:
-        share *= 2
-    return share

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from ..city.classify import PAPER
-from ..city.scene import Site, Surfaces
+from ..city.scene import Surfaces
+from ..city.site import Site
 from ..effects.closed_form import ground_view_of_tilt, sky_view_of_tilt
 from ..energy import counted_area
 from ..energy.check_inputs import check_sky, check_transfer

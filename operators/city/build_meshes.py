@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 
-from ...core.city.scene import Site
+from ...core.city.site import Site
 from .attributes import PREFIX, read_array, write_face_attribute
 from .keys import Key
 from .session import find_city

@@ -106,7 +106,7 @@ def show_kinds(context, before, session, findings, seen=None):
     seen : Seen, optional
         What the city was read from, if from what is seen.
     """
-    from ...core.city.locate_site import turn_to_true_north
+    from ...core.city.site import turn_to_true_north
 
     # New meshes of the scene stand where the old ones stood, though its origin may have moved.
     scene, (old, old_ground) = session.scene, find_own_city(context.scene, before)

@@ -176,13 +176,12 @@ def _make_object(city, session, building):
     Its faces are the polygons, or triangles of those with holes; they know the ids. Its origin is
     on its foot.
     """
-    from ...core.city.locate_site import bring_to_origin
 
     imported = session.imported
     rows = [row for row, name in enumerate(imported.building_id) if name == building]
     corners, faces, number = [], [], []
     for place, row in enumerate(rows):
-        rings = [bring_to_origin(ring, session.scene.site) for ring in imported.rings(row)]
+        rings = [session.scene.site.from_files(ring) for ring in imported.rings(row)]
         triangles = (
             tessellate_polygon([ring.tolist() for ring in rings])
             if len(rings) > 1

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from mathutils import Matrix
 
-from ...core.city.city import FileContent, Polygon, take_polygons, whole_of_cell
+from ...core.city.city import FileContent, Polygon, whole_of_cell
 from ...core.settings.errors import InputError
 from ..city import attributes, city_design
 from ..city.build_meshes import site_of
@@ -37,7 +37,7 @@ class _EditedCity:
         """The city: the files' with what was edited in its own mesh, and with all else: City or
         None, City.
         """
-        from ...core.city.edit_city import Change, edit_city, join_cities, place_local, system_of
+        from ...core.city.edit_city import Change, edit_city, join_cities, place_local
         from ...core.city.join_contents import join_contents
 
         # Without files: what stands in the scene is all of it.
@@ -48,10 +48,10 @@ class _EditedCity:
         imported = self.imported
         if self.reshaped is not None:
             broken, content = self.reshaped
-            imported = left = take_polygons(imported, ~np.isin(imported.surface_id, list(broken)))
+            imported = left = imported.take(~np.isin(imported.surface_id, list(broken)))
             if content.polygons:
                 added = place_local(
-                    join_contents([content], orient="as-drawn"), self.site, *system_of(left)
+                    join_contents([content], orient="as-drawn"), self.site, left.grid
                 )
                 imported = join_cities(left, added)
                 # they are parts of buildings that are there
@@ -63,7 +63,7 @@ class _EditedCity:
                 place_local(
                     join_contents([self.content], orient=self.orient),
                     self.site,
-                    *system_of(imported),
+                    imported.grid,
                 ),
             )
         gone = self.removed & {*imported.building_id}

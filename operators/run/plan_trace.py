@@ -111,7 +111,7 @@ def keep_plan(city, decisions):
     decisions : list of dict
         Of `core.effects.effect.Effect.as_dict`.
     """
-    from ...core.effects.plan_effects import describe_bound
+    from ...core.effects.effect import describe_bound
 
     plan = {}
     for one in decisions:

@@ -102,7 +102,6 @@ def _read_state(item, city):
     shapes : (k, 7) float64 [m]
         Of `core.results.compare_runs.match_shapes`.
     """
-    from ...core.city.locate_site import bring_to_grid
     from ...core.results.compare_runs import tell_yields
 
     # Surfaces by number, with the faces of each.
@@ -125,7 +124,7 @@ def _read_state(item, city):
         for name in ("center", "normal")
     )
     site = build_meshes.site_of(item if Key.ORIGIN in item else city)
-    shapes = np.column_stack([bring_to_grid(middle, site), np.sqrt(np.bincount(own, area)), normal])
+    shapes = np.column_stack([site.to_files(middle), np.sqrt(np.bincount(own, area)), normal])
     # Yield of each with its error, for those that carry modules.
     hours, error = (
         attributes.read_face_attribute(mesh, name)[first]

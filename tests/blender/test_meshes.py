@@ -8,7 +8,6 @@ import pytest
 from steps import add_box, add_mesh, here, refuse, run, session_here
 
 from citypv.core.city.build_scene import build_scene
-from citypv.core.city.crowns import volume_of_crowns
 from citypv.core.city.join_contents import join_contents
 from citypv.core.settings.errors import InputError
 from citypv.operators.city.attributes import read_face_attribute
@@ -195,4 +194,4 @@ def test_marked_meshes_are_trees(addon):
     assert [
         name for name, evergreen in zip(crowns.names, crowns.evergreen, strict=True) if evergreen
     ] == ["Lime"]
-    np.testing.assert_allclose(volume_of_crowns(crowns), 480.0, rtol=1e-5)
+    np.testing.assert_allclose(crowns.volume, 480.0, rtol=1e-5)

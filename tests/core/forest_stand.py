@@ -14,7 +14,8 @@ import shapely.affinity
 
 from citypv.core.city.crowns import cylinder, unit_sphere
 from citypv.core.city.foliage import NORTHERN
-from citypv.core.city.scene import Crowns, Site
+from citypv.core.city.scene import Crowns
+from citypv.core.city.site import Site
 from citypv.core.commands.plain_scenes import join_parts, rectangle
 from citypv.core.settings.request import Request
 from citypv.core.study import compute_energy, read_year, trace_scene

@@ -3,7 +3,8 @@
 import numpy as np
 
 from citypv.core.city.classify import classify
-from citypv.core.city.scene import Scene, Site, Surfaces
+from citypv.core.city.scene import Scene, Surfaces
+from citypv.core.city.site import Site
 from citypv.core.commands.plain_scenes import rectangle
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.light.trace_hemisphere import trace_rows

@@ -12,7 +12,6 @@ from pyproj.enums import PJType
 from sheds import CLOSED, check_shed, stand, write_shed
 
 from citypv.core.city.name_crs import name_crs
-from citypv.core.city.transform_crs import grid_of
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
 from citypv.core.study import read_buildings
@@ -64,7 +63,7 @@ def test_a_shed_stands_where_it_stands(tmp_path, crs, latitude, longitude, order
     assert scene.site.crs == crs
     text, degrees = path.read_text(), pyproj.CRS(crs).is_geographic
     first = np.array(text.split("<gml:posList>")[1].split()[:3], float)
-    back = grid_of(city).to_files(city.points)
+    back = city.grid.to_files(city.points)
     assert np.abs(back - first).max(axis=1).min() < (1e-8 if degrees else 1e-3)
 
 

@@ -16,7 +16,6 @@ from transfers import unshaded_transfer
 
 from citypv.core.accuracy.measure_effects import shares_of_effects, state_shares
 from citypv.core.effects.beyond_scene import measure_reach, shade_at_edge
-from citypv.core.effects.plan_effects import describe_plan
 from citypv.core.effects.rays import GROUP_LIMIT, MOST_BOUNCES, WHOLE_LIMIT, count_surely
 from citypv.core.energy import compute_energy as energy_under_test
 from citypv.core.energy.compute_energy import compute_energy
@@ -274,7 +273,7 @@ def test_a_retired_key_is_taken_with_one_note():
     lights = []
     for effects in ({}, {"reflectors": False}, {"reflectors": True}):
         prepared = prepare_scene(scene, Request(samples=64, threads=1, effects=effects))
-        notes.append([line for line in describe_plan(prepared.plan) if "reflectors" in line])
+        notes.append([line for line in prepared.plan.describe() if "reflectors" in line])
         lights.append(
             run_gather(scene, SUNS, samples=64, threads=1, effects=effects).diffuse_relative
         )

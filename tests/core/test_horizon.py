@@ -26,7 +26,7 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
-from citypv.core.sky.horizon import STEPS, TerrainHorizon, elevation_at, is_above, lost_sky
+from citypv.core.sky.horizon import STEPS, TerrainHorizon, is_above
 from citypv.core.sky.read_horizon import read_horizon_table
 from citypv.core.sun.sun_sampling import hourly_suns
 from citypv.core.weather.read_weather import read_weather
@@ -61,15 +61,15 @@ def test_a_level_surface_keeps_the_cosine_squared_of_the_sky():
     level, south = np.array([[0, 0, 1.0]]), np.array([[0, -1.0, 0]])
     for height in (2.0, 10.0, 30.0):
         angle = np.radians(height)
-        assert 1 - lost_sky(level, uniform(height)) == pytest.approx(np.cos(angle) ** 2, abs=1e-12)
+        assert 1 - uniform(height).lost_sky(level) == pytest.approx(np.cos(angle) ** 2, abs=1e-12)
         wall = (angle + np.sin(angle) * np.cos(angle)) / np.pi
-        assert lost_sky(south, uniform(height)) == pytest.approx(wall, abs=1e-5)
+        assert uniform(height).lost_sky(south) == pytest.approx(wall, abs=1e-5)
     # A quarter in the east and one in the west; a south wall sees half of each, at the flat end of
     # its cosine.
     angle = np.radians(15)
-    assert lost_sky(level, valley(15)) == pytest.approx(np.sin(angle) ** 2 / 2, abs=1e-3)
+    assert valley(15).lost_sky(level) == pytest.approx(np.sin(angle) ** 2 / 2, abs=1e-3)
     part = (angle + np.sin(angle) * np.cos(angle)) * (1 - np.sin(np.radians(45))) / np.pi
-    assert lost_sky(south, valley(15)) == pytest.approx(part, abs=2e-4)
+    assert valley(15).lost_sky(south) == pytest.approx(part, abs=2e-4)
 
 
 @pytest.mark.slow
@@ -83,7 +83,7 @@ def test_lost_sky_of_any_slope_is_what_random_rays_lose():
     hidden = ~is_above(horizon, rays) & (rays[:, 2] > 0)
     share = 4 * np.maximum(rays @ normal.T, 0) * hidden[:, None]  # uniform over the sphere
     assert_mean(
-        share.mean(axis=0), share.std(axis=0) / np.sqrt(len(rays)), lost_sky(normal, horizon)
+        share.mean(axis=0), share.std(axis=0) / np.sqrt(len(rays)), horizon.lost_sky(normal)
     )
 
 
@@ -113,7 +113,7 @@ def test_estimators_lose_the_sky_behind_a_ridge(slopes, tmp_path, estimator, sha
     settings["samples"] = 1 << (17 if estimator == "forward" else 12)
     found = RUNS.get(estimator, run_gather)(slopes, suns_towards([[0, -0.6, 0.8]]), **settings)
     upward = slopes.surfaces.normal[:, 2]
-    lost = lost_sky(slopes.surfaces.normal, horizon)
+    lost = horizon.lost_sky(slopes.surfaces.normal)
     sky, ground = (1 + upward) / 2 - lost, (1 - upward) / 2 + lost
     error = found.diffuse_relative_standard_error
     assert (error < 0.02).all() and (lost > 0.01).all()
@@ -234,8 +234,8 @@ def test_formats_of_angles(tmp_path):
     for name, text in texts.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
         horizon = read_horizon_table(tmp_path / name)
-        assert elevation_at(horizon, azimuth) == pytest.approx(height, abs=1e-3), name
-        assert elevation_at(horizon, 356.25) == pytest.approx(
+        assert horizon.elevation_at(azimuth) == pytest.approx(height, abs=1e-3), name
+        assert horizon.elevation_at(356.25) == pytest.approx(
             (height[-1] + height[0]) / 2, abs=1e-3
         ), name
 

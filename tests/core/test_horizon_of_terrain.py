@@ -18,7 +18,7 @@ from citypv.core.read.read_heights import HeightGrid, read_heights
 from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
-from citypv.core.sky.horizon import STEPS, elevation_at, height_at, horizon_of_terrain
+from citypv.core.sky.horizon import STEPS, height_at, horizon_of_terrain
 from citypv.core.sky.read_horizon import read_horizon
 from citypv.core.study import read_year
 from citypv.core.sun.sun_sampling import hourly_suns
@@ -38,7 +38,7 @@ def test_horizon_is_that_of_all_posts(place):
         read_heights(DEM, place, 50e3), place, np.full(STEPS, 1000.0), 50e3
     )
     edges, azimuth = Edges(DEM, *place, 1000.0), np.arange(0, 360, 4.0)
-    difference = elevation_at(horizon, azimuth) - [edges.elevation(one) for one in azimuth]
+    difference = horizon.elevation_at(azimuth) - [edges.elevation(one) for one in azimuth]
     assert horizon.elevation.max() > 2
     assert np.sqrt((difference**2).mean()) < 0.03 and np.abs(difference).max() < 0.15
 

@@ -20,7 +20,6 @@ from weathers import BERLIN, HOUR, direct_horizontal, plain_table, year_of
 
 from citypv.core.accuracy.measure_effects import compare_light, measure_effects
 from citypv.core.accuracy.sun_sampling import CityYear
-from citypv.core.effects.plan_effects import describe_plan
 from citypv.core.settings.request import Request
 from citypv.core.study import compute_energy, prepare_study, read_scene, read_year, trace_scene
 from citypv.core.sun.sun_sampling import choose_suns
@@ -124,7 +123,7 @@ def test_light_that_a_layer_of_leaves_takes(on):
     )
     assert plan["trees"].share == pytest.approx(share_of_light(2 * expn(3, DEPTH), 1.0), rel=0.03)
     assert plan["trees"].on == on and plan["trees"].bound is None
-    (line,) = (one for one in describe_plan(plan) if one.startswith("trees"))
+    (line,) = (one for one in plan.describe() if one.startswith("trees"))
     assert "not known before the run; contributes −" in line and " ± " in line
 
 

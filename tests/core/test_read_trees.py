@@ -13,8 +13,7 @@ from small_city import write_gml
 from thorough import mark_cases
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
-from citypv.core.city.crowns import CROWN_BASE, cylinder, unit_sphere, volume_of_crowns
-from citypv.core.city.locate_site import bring_to_origin
+from citypv.core.city.crowns import CROWN_BASE, cylinder, unit_sphere
 from citypv.core.commands.command_line import main
 from citypv.core.read.read_city import read_city
 from citypv.core.settings.errors import InputError
@@ -80,12 +79,12 @@ def test_trees_of_berlin_stand_where_their_attributes_say(tmp_path):
         ]
         for k in "XYZ"
     ]
-    places = bring_to_origin(np.array(told, float).T, scene.site)
+    places = scene.site.from_files(np.array(told, float).T)
     for number, place in enumerate(places):
         own = crowns.vertices[crowns.triangles[crowns.tree == number]].reshape(-1, 3)
         assert np.linalg.norm((own.min(axis=0) + own.max(axis=0))[:2] / 2 - place[:2]) < 0.2
         assert own[:, 2].min() == pytest.approx(place[2], abs=0.1)
-    assert (volume_of_crowns(crowns) > 0).all() and crowns.trunk.any()
+    assert (crowns.volume > 0).all() and crowns.trunk.any()
 
 
 def test_a_tree_of_which_only_numbers_are_given(tmp_path):
@@ -95,7 +94,7 @@ def test_a_tree_of_which_only_numbers_are_given(tmp_path):
     )
     numbers += f"{DENSITY.format(0.7)}<veg:crownDiameter>6</veg:crownDiameter>{POINT}"
     crowns = read_gml(tmp_path, tree(numbers))
-    assert volume_of_crowns(crowns) == pytest.approx(np.pi / 6 * 6**2 * 12 * (1 - CROWN_BASE))
+    assert crowns.volume == pytest.approx(np.pi / 6 * 6**2 * 12 * (1 - CROWN_BASE))
     assert crowns.height == 12 and crowns.trunk.sum() == 16 and crowns.evergreen.all()
     assert crowns.area_density == pytest.approx(0.7)
 
@@ -110,10 +109,10 @@ def test_a_closed_shape_is_a_crown_and_crossed_pictures_are_in_a_hull(tmp_path):
         crowns = read_gml(
             tmp_path, tree(f"<veg:lod2Geometry>{surfaces(*faces)}</veg:lod2Geometry>")
         )
-        assert volume_of_crowns(crowns) == pytest.approx(20, rel=1e-4) and not crowns.trunk.any()
+        assert crowns.volume == pytest.approx(20, rel=1e-4) and not crowns.trunk.any()
     crossed = [(low[0], low[2], high[2], high[0]), (low[1], low[3], high[3], high[1])]
     crowns = read_gml(tmp_path, tree(f"<veg:lod2Geometry>{surfaces(*crossed)}</veg:lod2Geometry>"))
-    assert volume_of_crowns(crowns) == pytest.approx(20, rel=1e-4)
+    assert crowns.volume == pytest.approx(20, rel=1e-4)
 
 
 @pytest.mark.slow
@@ -123,10 +122,7 @@ def test_the_lowest_faces_of_a_round_crown_are_no_trunk(tmp_path):
     vertices = np.array([390020, 5810000, 14]) + 10 * sphere
     faces = [[tuple(point) for point in vertices[triangle]] for triangle in triangles]
     crowns = read_gml(tmp_path, tree(f"<veg:lod3Geometry>{surfaces(*faces)}</veg:lod3Geometry>"))
-    assert (
-        volume_of_crowns(crowns) == pytest.approx(4 / 3 * np.pi * 1000, rel=1e-3)
-        and not crowns.trunk.any()
-    )
+    assert crowns.volume == pytest.approx(4 / 3 * np.pi * 1000, rel=1e-3) and not crowns.trunk.any()
     stem = cylinder(np.array([390020, 5810000, 1.0]), 0.3, 5)
     faces += [[tuple(point) for point in stem[0][triangle]] for triangle in stem[1]]
     crowns = read_gml(tmp_path, tree(f"<veg:lod3Geometry>{surfaces(*faces)}</veg:lod3Geometry>"))
@@ -139,7 +135,7 @@ def test_an_area_of_plants_is_raised_by_its_height(tmp_path):
     crowns = read_gml(
         tmp_path, tree(f"<veg:averageHeight uom='m'>3</veg:averageHeight>{shape}", "PlantCover")
     )
-    assert volume_of_crowns(crowns) == pytest.approx(120, rel=1e-4)
+    assert crowns.volume == pytest.approx(120, rel=1e-4)
 
 
 def terraces(step, wall):
@@ -179,7 +175,7 @@ def test_plants_with_walls_around_them_are_a_body(tmp_path):
     plants = tree(
         f"<veg:lod1MultiSurface>{surfaces(*terraces(0, 4))}</veg:lod1MultiSurface>", "PlantCover"
     )
-    assert volume_of_crowns(read_gml(tmp_path, plants)) == pytest.approx(800, rel=1e-4)
+    assert read_gml(tmp_path, plants).volume == pytest.approx(800, rel=1e-4)
 
 
 SIZE = "<veg:height uom='{}'>{}</veg:height>"
@@ -261,9 +257,7 @@ def test_trees_of_cityjson_by_template_by_solid_and_by_numbers(tmp_path):
     city = read(tmp_path, model(objects, **{"geometry-templates": templates}))
     crowns = build_scene(city, latitude=50, longitude=8).trees
     expected = {"lime": 8 * 24, "yew": 8, "ash": np.pi / 6 * 16 * 6, "hedge": 8}
-    assert dict(zip(crowns.names, volume_of_crowns(crowns), strict=True)) == pytest.approx(
-        expected, rel=1e-4
-    )
+    assert dict(zip(crowns.names, crowns.volume, strict=True)) == pytest.approx(expected, rel=1e-4)
     assert crowns.evergreen.tolist() == [False, True, False, False] and crowns.area_density[1] == 2
     assert city.report.building_count == 1 and len(city) == 6
 

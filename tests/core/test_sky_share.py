@@ -16,7 +16,7 @@ from citypv.core.effects.beyond_scene import bound_change
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.settings.request import Request
-from citypv.core.sky.sky_models import SkyParts, choose_share
+from citypv.core.sky.sky_models import SkyParts
 from citypv.core.study import prepare_study, read_year, trace_scene
 from citypv.core.sun.sun_sampling import choose_suns
 
@@ -105,6 +105,6 @@ def test_rays_towards_a_source_follow_its_light():
     dome = np.full(10, 100.0)
     for light, share in ((50.0, 4), (12.0, 4), (10.0, 8), (-10.0, 8), (5.0, 16), (0.1, 16)):
         assert (
-            choose_share(SkyParts(dome, 0 * dome, 0 * dome, {"horizon": 0 * dome + light})) == share
+            SkyParts(dome, 0 * dome, 0 * dome, {"horizon": 0 * dome + light}).rays_share() == share
         )
-    assert choose_share(SkyParts(0 * dome, 0 * dome, 0 * dome, {"horizon": dome})) == 4
+    assert SkyParts(0 * dome, 0 * dome, 0 * dome, {"horizon": dome}).rays_share() == 4

@@ -11,7 +11,6 @@ from cities import box, heights_below, make_city
 from test_triangulate import vectors
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
-from citypv.core.city.locate_site import bring_to_origin
 from citypv.core.city.terrain import measure_heights
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.read.read_terrain import read_terrain
@@ -68,7 +67,7 @@ def ground(scene):
 
 def heights_of_scene(scene, places):
     """Height of a scene's ground [m] at places of the files' system."""
-    local = bring_to_origin(np.pad(places, ((0, 0), (0, 1))), scene.site)[:, :2]
+    local = scene.site.from_files(np.pad(places, ((0, 0), (0, 1))))[:, :2]
     return heights_below(scene.vertices, ground(scene), local) + scene.site.origin[2]
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from citypv.core.city.build_scene import merge_vertices
-from citypv.core.city.locate_site import turn_to_true_north
 from citypv.core.city.polygons import measure_polygons, triangulate
+from citypv.core.city.site import turn_to_true_north
 from citypv.core.city.split_edges import refine_triangles
 
 

@@ -20,6 +20,7 @@ import citypv
 from citypv.__main__ import main
 from citypv.core.city.city import Tree
 from citypv.core.city.edit_city import Change, edit_city, place_local
+from citypv.core.city.transform_crs import Grid
 from citypv.core.commands.command_line import build_parser
 from citypv.core.results.rays_file import encode, read_rays
 from citypv.core.results.transfer_file import read_transfer
@@ -327,7 +328,7 @@ def test_local_trees_and_buildings_stand_by_the_origin(folder):
     tree = Tree("t", "made", 1, place=np.array([30.0, 40.0, 0.0]), height=9.0)
     city = make_city(box("new", 30, 40, 5, 5, 0, 9))
     city.trees = [tree]
-    placed = place_local(city, site, "EPSG:25833")
+    placed = place_local(city, site, Grid("EPSG:25833"))
     turn = np.radians(site.convergence)
     east = 30 * np.cos(turn) - 40 * np.sin(turn), 30 * np.sin(turn) + 40 * np.cos(turn)
     expected = np.array(site.origin) + np.array([*east, 0.0])

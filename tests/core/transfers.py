@@ -5,7 +5,8 @@ from functools import reduce
 
 import numpy as np
 
-from citypv.core.city.scene import Site, Surfaces
+from citypv.core.city.scene import Surfaces
+from citypv.core.city.site import Site
 from citypv.core.light.merge_transfers import merge_rounds
 from citypv.core.light.transfer import TraceRecord, Transfer
 

@@ -7,7 +7,6 @@ import numpy as np
 from scenes import suns_towards
 
 from citypv.core.city.build_scene import build_scene
-from citypv.core.city.city import take_polygons
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.read.read_city import read_city
 
@@ -42,7 +41,7 @@ def middle_of(city, half):
         [np.bincount(index[of_point], city.points[:, axis]) / count for axis in (0, 1)], axis=1
     )
     away = np.abs(middle - np.median(middle, axis=0)).max(axis=1)
-    return take_polygons(city, (away < half)[index])
+    return city.take((away < half)[index])
 
 
 def lies_alone(scene):

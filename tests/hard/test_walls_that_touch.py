@@ -20,7 +20,6 @@ from citypv.core.light.measure_cover import find_cover
 from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.trace_all import prepare_gather
 from citypv.core.patches.find_covered import lie_in_earth
-from citypv.core.patches.hit_kinds import meets_back
 from citypv.core.photons.follow_photons import leave_patches
 from citypv.core.rays.sample_points import cell_of_point, cosine_direction
 from citypv.core.settings.progress import silent
@@ -74,7 +73,7 @@ def follow_some(tracing, covered, chosen, generator):
         if bounce < BOUNCES:
             seen = np.bincount(root[far[~below]], weight[far[~below]], count)
             light[bounce + 1] += seen[:, None] * lit_ground
-        going = (hit >= 0) & ~meets_back(patches, hit, directions) & patches.receives[hit]
+        going = (hit >= 0) & ~patches.meets_back(hit, directions) & patches.receives[hit]
         root, place = root[going], (hit[going], b1[going], b2[going])
         weight = weight[going] * patches.albedo[place[0]]
     return light
