@@ -10,7 +10,6 @@ DOORS = (
     "axis_order.order_axes",
     "build_ground.Lattice",
     "build_ground.SHORTEST_REACH",
-    "build_ground.choose_reach",
     "build_scene.SceneOptions",
     "build_scene.build_scene",
     "canopy.LeafyScene",

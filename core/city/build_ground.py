@@ -158,26 +158,7 @@ def spread_points(foot_places, footprints, lattice):
 
 DEFAULT_PATCH = 10.0  # [m]
 SPREAD, TRIANGULATED = 0.45, 0.8  # shares of the time that are over then
-REACH = 3.0  # [building heights] least extent of the ground beyond the city's edge
 SHORTEST_REACH = 30.0  # [m]
-
-
-def choose_reach(ground_albedo):
-    """Extent of the generated ground beyond the city for which its edge costs less than 0.1 % of
-    the light.
-
-    Ground further away is taken as unshaded. At its edge, r building heights away, a row of
-    buildings hides (1 - cos β)/2 ≈ 1/(4 r²) of its sky, with tan β = 1/r, and the light that it
-    passes on grows with its albedo: the same error needs a reach in proportion to the root of the
-    albedo.
-
-    Returns
-    -------
-    float
-        [building heights]
-    """
-    # Where the ground absorbs nothing, it reaches eight building heights.
-    return max(REACH, 8.0 * ground_albedo**0.5)
 
 
 class PlacedCity(NamedTuple):
@@ -191,7 +172,7 @@ class PlacedCity(NamedTuple):
 
 
 def build_ground(
-    placed, patch_size=None, *, reach=REACH, lattice=None, ground_height=None, report_share=silent
+    placed, patch_size=None, *, reach=3.0, lattice=None, ground_height=None, report_share=silent
 ):
     """TIN that meets the foot of every wall, with courtyards and passages, coarser with distance.
 
@@ -210,7 +191,7 @@ def build_ground(
     patch_size : float, optional
         [m] Distance of ground points near the buildings.
     reach : float
-        Least extent beyond the city [building heights], of `choose_reach`.
+        Least extent beyond the city [building heights], of `Scene.ground_reach`.
     lattice : Lattice, optional
         Of the city before an edit: taken if all of this one lies on it.
     ground_height : callable, optional

@@ -38,7 +38,7 @@ class SceneOptions:
     terrain: Terrain | None = None
     # [m] side of the cells that large polygons are split into, rows ``id#k``
     grid_size: float | None = None
-    # the brighter the ground, the further it extends beyond the city: `choose_reach`
+    # the brighter the ground, the further it extends beyond the city: `Scene.ground_reach`
     ground_albedo: float = 0.25
     sectors: str = "8"  # of `classify`
     site: Site | None = (
@@ -129,7 +129,10 @@ def build_scene(
     footprint = under[triangle_surface]
     closure = (np.array(surfaces.thematic) == "ClosureSurface")[triangle_surface]
     carriers = triangles.astype(np.int32), triangle_surface.astype(np.int32), footprint, closure
-    scene = Scene(vertices, *carriers, surfaces, site, report, city.colours)
+    scene = Scene(
+        *(vertices, *carriers, surfaces, site, report, city.colours),
+        ground_albedo=options.ground_albedo,
+    )
     _name_ground(scene)
     # Ground under it, with trees; footprints that hang and faces without thickness get light from
     # both sides.

@@ -10,7 +10,6 @@ from scipy.spatial import ConvexHull, Delaunay, cKDTree
 from ..settings.errors import InputError, check_array, count_of
 from .build_ground import (
     DEFAULT_PATCH,
-    REACH,
     cut_feet,
     faces_up,
     lay_lattice,
@@ -40,7 +39,7 @@ class Ground:
     notes: list  # sentences for the report
 
 
-def build_terrain(feet, points, terrain, patch_size=None, reach=REACH, *, site=AS_IN_FILES):
+def build_terrain(feet, points, terrain, patch_size=None, reach=3.0, *, site=AS_IN_FILES):
     """Ground from terrain heights, with every wall joined to it.
 
     Parameters
@@ -53,7 +52,7 @@ def build_terrain(feet, points, terrain, patch_size=None, reach=REACH, *, site=A
     patch_size : float, optional
         [m] Distance of ground points near the buildings.
     reach : float
-        Least extent beyond the city [building heights], of `choose_reach`.
+        Least extent beyond the city [building heights], of `Scene.ground_reach`.
     site : Site, optional
         Whose frame the points are in.
 

@@ -206,15 +206,9 @@ def _change_trees(scene, before, after):
     for one, other in ((before, names[1]), (after, names[0])):
         trees = [tree for tree in one.trees if _name_tree(tree) not in other]
         report = copy.deepcopy(scene.report)
-        crowns = (
-            build_crowns(trees, report, scene.site.from_files)
-            if trees
-            else None
-        )
+        crowns = build_crowns(trees, report, scene.site.from_files) if trees else None
         changed_triangles += [crowns.vertices[crowns.triangles]] if crowns is not None else []
-    scene.trees = build_crowns(
-        after.trees, scene.report, scene.site.from_files
-    )
+    scene.trees = build_crowns(after.trees, scene.report, scene.site.from_files)
     return np.concatenate(changed_triangles)
 
 

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from ..settings.errors import list_some
-from .build_ground import build_ground, choose_reach, faces_up, feet_or_corners
+from .build_ground import build_ground, faces_up, feet_or_corners
 from .build_terrain import build_terrain
 from .check_geometry import check_terrain
 from .find_feet import find_feet
@@ -35,7 +35,7 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
     Scene
     (h,) int
     """
-    notes, reach = scene.report.notes, choose_reach(options.ground_albedo)
+    notes, reach = scene.report.notes, scene.ground_reach
     # What becomes of the terrain in the file is said.
     if placed.city.terrain is not None:
         words = (

@@ -124,6 +124,7 @@ class Scene:
     # (t,) int64 among the triangles of its surface; None: counted here
     number: np.ndarray | None = None
     lattice: tuple | None = None  # build_ground.Lattice of generated ground
+    ground_albedo: float = 0.25  # of the open ground around, to the horizon
     terrain_laid: bool = False  # whether the ground without rows in the tables is measured terrain
     # (t,) int8, of a tile: its OWN, NEAR and FAR surroundings; None: not a tile
     halo: np.ndarray | None = None
@@ -189,6 +190,19 @@ class Scene:
             other[backs] = self.back_of[backs]
             other[self.back_of[backs]] = backs
         return other
+
+    @property
+    def ground_reach(self):
+        """Extent of the generated ground beyond the city, in building heights, for which its edge
+        costs less than 0.1 % of the light: float.
+
+        Ground further away is taken as unshaded. At its edge, r building heights away, a row of
+        buildings hides (1 - cos β)/2 ≈ 1/(4 r²) of its sky, with tan β = 1/r, and the light that it
+        passes on grows with its albedo: the same error needs a reach in proportion to the root of
+        the albedo.
+        """
+        # Ground that absorbs nothing reaches eight building heights, dark ground at least three.
+        return max(3.0, 8.0 * self.ground_albedo**0.5)
 
     def corners_of(self, chosen):
         """Corners of some triangles, (t,) bool or (k,) int: (k, 3, 3) float64 [m]."""

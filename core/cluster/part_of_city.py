@@ -16,7 +16,6 @@ from numba import njit
 
 from ..city.scene import Scene
 from ..light.prepare_scene import PreparedScene
-from ..light.transfer import take_fields
 
 BACKS = 2  # rows for backs: of others, and of the ground from below
 
@@ -129,7 +128,7 @@ def keep_patches(scene, prepared, members, reported=()):
         name: getattr(prepared.scene, name)[taken] for name in ("triangles", "footprint", "closure")
     }
     unknown = dict.fromkeys(("sheet", "back_of", "racks", "rack_of_back", "number", "halo"))
-    named = {"triangle_surface": own, "surfaces": take_fields(scene.surfaces, surfaces)}
+    named = {"triangle_surface": own, "surfaces": scene.surfaces.take(surfaces)}
     few = replace(prepared.scene, **of_triangles, **named, **unknown)
     materials = [prepared.materials[k] for k in [*surfaces, -1]]
     # Rays still meet the whole city; a hit is told as the row that stands for it.

@@ -17,10 +17,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..city.build_ground import SHORTEST_REACH, choose_reach
+from ..city.build_ground import SHORTEST_REACH
 from ..city.city import ImportReport
 from ..city.scene import FAR, NEAR, OWN, Crowns
-from ..light.transfer import take_fields
 from ..patches.patches import number_triangles
 from ..sun.solar_position import MINIMUM_ELEVATION
 
@@ -120,7 +119,7 @@ def assign_tiles(scene, size):
     return list(zip(names, np.split(order, ends[:-1]), strict=True))
 
 
-def surround(name, rows, pieces, ground_albedo):
+def surround(name, rows, pieces, ground_reach):
     """A tile with what lies around it.
 
     Parameters
@@ -128,10 +127,9 @@ def surround(name, rows, pieces, ground_albedo):
     name : str
     rows : (m,) int
     pieces : Pieces
-    ground_albedo : float
-        The brighter the ground, the wider the near surroundings: by
-        `city.build_ground.choose_reach`, in heights of the tile's own surfaces, from the lowest to
-        the highest point.
+    ground_reach : float
+        Of the whole scene: how far the near surroundings reach, in heights of the tile's own
+        surfaces, from the lowest to the highest point.
 
     Returns
     -------
@@ -143,7 +141,7 @@ def surround(name, rows, pieces, ground_albedo):
         around[rows] = OWN
         return _Tile(name, rows, (np.zeros(3), np.zeros(3)), around, 0.0, 0.0, 0.0)
     low, high = pieces.low[real].min(axis=0), pieces.high[real].max(axis=0)
-    reach = max(choose_reach(ground_albedo) * float(high[2] - low[2]), SHORTEST_REACH)
+    reach = max(ground_reach * float(high[2] - low[2]), SHORTEST_REACH)
     near = gap(pieces.low, pieces.high, low, high) <= reach
     lowest = min(float(pieces.low[near, 2].min()), float(low[2]))
     box = low - reach, high + reach
@@ -206,7 +204,7 @@ def take_part(scene, pieces, tile):
     rows = np.flatnonzero(tile.around[:count] > LEFT_OUT)
     place = np.full(count + 1, -1, np.int32)  # the generated ground's -1 takes the last
     place[rows] = np.arange(len(rows), dtype=np.int32)
-    surfaces = take_fields(scene.surfaces, rows)
+    surfaces = scene.surfaces.take(rows)
     surfaces.eligible &= np.isin(rows, tile.rows)  # only its own
     # What every scene has of each triangle, and what some have.
     of_triangles = {

@@ -93,7 +93,7 @@ def plan_tiles(scene, weather, request, settings, tell):
     materials, whole = name_brdfs(scene, request), prepare_whole(scene)
     pieces = box_pieces(whole)
     name, rows = max(assign_tiles(whole, settings.tile), key=lambda square: len(square[1]))
-    tile = surround(name, rows, pieces, request.ground_albedo)
+    tile = surround(name, rows, pieces, scene.ground_reach)
     part, rows, _ = take_part(whole, pieces, tile)
     tell(f"  (decided for tile {name}, which has most surfaces)")
     of_part = [materials[row] for row in rows.tolist()] + materials[-1:]
@@ -199,7 +199,7 @@ def make_tasks(scene, squares, inputs, folder, lists):
     fullest = int(np.argmax([eligible[rows].sum() for _, rows in squares]))
     # A tile after the other: its part of the city, its materials, and which surfaces are its own.
     for index, (name, rows) in enumerate(squares):
-        tile = surround(name, rows, pieces, request.ground_albedo)
+        tile = surround(name, rows, pieces, scene.ground_reach)
         part, taken, complete = take_part(scene, pieces, tile)
         materials = [prepared.materials[row] for row in [*taken.tolist(), -1]]
         inner = tile.box[0][:2], tile.box[1][:2]

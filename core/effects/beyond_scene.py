@@ -146,7 +146,7 @@ def _largest_share(inputs, change, behind=None):
     """
     if inputs.weather is None:
         return None
-    year, albedo, surfaces = _year_of(inputs), inputs.request.ground_albedo, inputs.scene.surfaces
+    year, albedo, surfaces = _year_of(inputs), inputs.scene.ground_albedo, inputs.scene.surfaces
     normal = np.concatenate([UP, _planes_of(surfaces, counted_surfaces(surfaces))])
     light = year.first_light(normal)
     if behind is not None:
@@ -188,7 +188,7 @@ def decide_far_ground(inputs):
         # one: of an even sky.
         surfaces = inputs.scene.surfaces
         normal = np.asarray(surfaces.normal, float)[counted_surfaces(surfaces)]
-        reflected = inputs.request.ground_albedo * ground_view_of_tilt(normal, inputs.terrain)
+        reflected = inputs.scene.ground_albedo * ground_view_of_tilt(normal, inputs.terrain)
         light = np.maximum(reflected + sky_view_of_tilt(normal, inputs.terrain), 1e-9)
         bound = max(bound, float((reflected / light).max())) * max(
             shade_at_edge(plan.reach, inputs.suns)
@@ -268,7 +268,7 @@ def decide_perez(inputs):
     change, words = np.zeros(0), ""
     if inputs.weather is not None and counted.any():
         change = change_unshaded(
-            inputs.weather, _planes_of(surfaces, counted), inputs.request.ground_albedo
+            inputs.weather, _planes_of(surfaces, counted), inputs.scene.ground_albedo
         )
         low, high = (show_number(100 * one, 1, plus=True) for one in (change.min(), change.max()))
         words = f"; it changes unshaded ones by {low} to {high} %"

@@ -107,7 +107,7 @@ def decide_reflections(inputs):
     """How many bounces: as asked, or None: until the solver finds that next to no light is left."""
     request = inputs.request
     # beyond the scene
-    ground = request.ground_albedo if inputs.asked("far-ground", request.far_ground) else 0.0
+    ground = inputs.scene.ground_albedo if inputs.asked("far-ground", request.far_ground) else 0.0
     brightest = max(float(inputs.patches.albedo.max(initial=0)), ground)
     count = request.max_bounces
     if brightest == 0 and not inputs.asked(REFLECTIONS):

@@ -65,6 +65,5 @@ DOORS = (
     "transfer.no_parts",
     "transfer.note_interruption",
     "transfer.record_of_dict",
-    "transfer.take_fields",
     "transfer.variance_of_mean",
 )

@@ -89,7 +89,7 @@ def sum_suns(context, traced, watch, by_point, suns):
         rows = np.flatnonzero(context.left_out)
         by_point[rows] = np.where(watch.points.find_dark(rows), 0, by_point[rows])
     variance = variance_of_points([by_point], context.dark_share(traced), unshaded)
-    albedo = context.request.ground_albedo if context.plan.far_ground else 0.0
+    albedo = context.ground_albedo if context.plan.far_ground else 0.0
     return Annual(
         by_point=by_point,
         elements=elements,

@@ -305,7 +305,7 @@ def _add_further(edit, state):
     whole = edit.lights[state]["suns"].by_replicate.mean(axis=1, dtype=float) - direct.annual.light
     whole = context.patch_to_surface @ (whole - direct.annual.lit_ground * far)
     ground = np.outer(context.patch_to_surface @ far, np.maximum(suns.directions[:, 2], 0))
-    ground *= context.request.ground_albedo
+    ground *= context.ground_albedo
     totals = patterns @ suns.weights
 
     def complete(reflected):

@@ -126,7 +126,7 @@ def _bound_all(context, first, far_ground):
     Nothing is brighter than the brightest albedo times the brightest light, (p, r) `first`, or the
     far ground.
     """
-    brightest = max(float(context.patches.albedo.max(initial=0)), context.request.ground_albedo)
+    brightest = max(float(context.patches.albedo.max(initial=0)), context.ground_albedo)
     once = max(brightest * float(first.max(initial=0)), far_ground)
     return 0.0 if once == 0 else once / (1 - brightest) if brightest < 1 else np.inf
 

@@ -60,7 +60,7 @@ def element_factors(context, traced):
     arriving = multiply_starts(
         form_factors, albedo * traced.first[SKY_DOME].element, context.threads
     )
-    arriving += np.float32(context.request.ground_albedo) * traced.element_far_ground
+    arriving += np.float32(context.ground_albedo) * traced.element_far_ground
     total, open_share = arriving.sum(axis=1, keepdims=True), traced.open_share
     # Equally many rays start in each cell; the covered part of a cell re-emits nothing.
     scaled = arriving * np.divide(cells * albedo, total, out=np.zeros_like(total), where=total > 0)

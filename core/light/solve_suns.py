@@ -147,7 +147,7 @@ def light_of_first_days(context, traced, task):
             ) @ weights
             # The first reflection, by the city and by the ground beyond.
             reflected += _first_reflections(context, traced, found, directions) @ weights
-            lit_ground = context.request.ground_albedo * (weights @ height)
+            lit_ground = context.ground_albedo * (weights @ height)
             reflected += np.float32(lit_ground) * traced.far_ground.mean(axis=1)
     return first, reflected
 
@@ -262,7 +262,7 @@ def _solve_block(context, traced, shadows, task, block, *, specular, found):
         if found.once is not None:
             found.once[:, block] = to_surface @ once
     if context.bounces and task.reflects:
-        height = np.maximum(part.directions[:, 2], 0) * np.float32(context.request.ground_albedo)
+        height = np.maximum(part.directions[:, 2], 0) * np.float32(context.ground_albedo)
         far_first = np.outer(traced.far_ground.mean(axis=1), height)
         once += far_first
         reflected = sum_reflections(

@@ -39,6 +39,7 @@ class GatherContext(RayCity):
     plan: TracePlan
     request: Request
     surfaces: Surfaces
+    ground_albedo: float  # of the open ground around the scene
     owner: np.ndarray  # (p,) int, surface of each patch; -1: generated ground
     patch_to_surface: sparse.csr_matrix  # (n, p), averages patches over their surface
     eligible_area: np.ndarray  # (n,) float64 [m²], 0 for surfaces that are not eligible
@@ -115,6 +116,7 @@ def prepare_gather(prepared, request, progress):
         plan=plan,
         request=request,
         surfaces=scene.surfaces,
+        ground_albedo=scene.ground_albedo,
         owner=scene.triangle_surface,
         patch_to_surface=area_means(scene.triangle_surface, patches.area, len(scene.surfaces)),
         eligible_area=np.where(scene.surfaces.eligible, scene.surfaces.area, 0.0),

@@ -211,7 +211,7 @@ def solve_skies(context, traced, hook, clock):
     for name, first in traced.first.items():
         if context.bounces:
             report(0)
-        ground_albedo = context.request.ground_albedo if name == SKY_DOME else 0.0
+        ground_albedo = context.ground_albedo if name == SKY_DOME else 0.0
         # A ray towards the sky brings its share of all light; patches in closed form and covered
         # ones sent none.
         sent = (
@@ -259,7 +259,7 @@ def make_transfer(found, state, suns, common, left):
     brightest = float(found.prepared.patches.albedo.max(initial=0))
     record = TraceRecord(
         **common,
-        brightest_albedo=max(brightest, context.request.ground_albedo),
+        brightest_albedo=max(brightest, context.ground_albedo),
         effects=context.plan.judge(_measure_outcome(context, traced, state.lights, left)),
         standard_error_unknown=ONE_POINT if np.isnan(state.lights[SUNS].error.own).any() else None,
         **shares_of_record(context, state.lights),
@@ -277,7 +277,7 @@ def make_transfer(found, state, suns, common, left):
             context.patch_to_surface, share_without_room(context.left_out[:, None], traced.covered)
         )[:, 0],
         clearances=list_clearances(context.request),
-        ground_albedo=context.request.ground_albedo if context.plan.far_ground else 0.0,
+        ground_albedo=context.ground_albedo if context.plan.far_ground else 0.0,
         visible_share=direct.visible_share,
         direct_reflected=direct.reflected,
         terrain=context.plan.terrain,
@@ -380,7 +380,7 @@ def choose_bounces(prepared, context, traced, task):
         factor = np.repeat(whole[:, None], factor.shape[1], axis=1)
     patches = context.patches
     once = multiply_elements(traced.form_factors, patches.albedo[:, None] * sky.element, threads)
-    once += np.float32(context.request.ground_albedo) * traced.far_ground
+    once += np.float32(context.ground_albedo) * traced.far_ground
     columns = [
         (sky.light.mean(axis=1), once.mean(axis=1)),
         light_of_first_days(context, traced, task),
@@ -409,7 +409,7 @@ def _measure_outcome(context, traced, lights, left):
     noise, light = np.sqrt(variance_of_mean(groups @ sky.error.transported)), groups @ sky.mean
     # What the far ground passes on of the sky, and the noise of what surfaces pass on, as shares of
     # the light.
-    far = context.request.ground_albedo * (
+    far = context.ground_albedo * (
         area @ (context.patch_to_surface @ traced.far_ground.mean(axis=1))
     )
     return Measured(

@@ -188,9 +188,9 @@ class Transfer:
         Transfer
         """
         taken = {
-            name: take_fields(getattr(self, name), rows) for name in ("surfaces", "error_parts")
+            name: _take_fields(getattr(self, name), rows) for name in ("surfaces", "error_parts")
         }
-        taken["sources"] = {name: take_fields(light, rows) for name, light in self.sources.items()}
+        taken["sources"] = {name: _take_fields(light, rows) for name, light in self.sources.items()}
         own = {name: value for name, value in vars(self).items() if isinstance(value, np.ndarray)}
         taken |= {name: np.asarray(value[rows]) for name, value in own.items()}
         material = self.material and [self.material[k] for k in rows]
@@ -234,7 +234,7 @@ def variance_of_mean(replicates):
     return replicates.var(axis=-1, ddof=1, dtype=float) / replicates.shape[-1]
 
 
-def take_fields(part, rows):
+def _take_fields(part, rows):
     """Some rows of each field of a dataclass whose fields are arrays or lists with as many; None of
     None.
     """

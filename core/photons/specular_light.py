@@ -4,9 +4,10 @@ beside gather.
 Gather takes such faces as black, and so has all paths without them. The specular pass has all
 others, split at their first reflection at such a face:
 
-    sun ──────────────────────────► face ─► … ─► surface      photons from the faces' sunlit points, sun by sun
-    sky, far ground ──────────────► face ─► … ─► surface  ⎫   photons from the faces, the same for all suns: a matrix S
-    sky, sun ─► … ─► patch (gather) ► face ─► … ─► surface  ⎭   from the radiosity of patches to surfaces
+    sun ──────────────────────────► face ─► … ─► surface      photons from the faces' sunlit points,
+    sun by sun sky, far ground ──────────────► face ─► … ─► surface  ⎫   photons from the faces, the
+    same for all suns: a matrix S sky, sun ─► … ─► patch (gather) ► face ─► … ─► surface  ⎭   from
+    the radiosity of patches to surfaces
 
 After that reflection photons are reflected by any face. No path is counted twice, none is left out.
 """
@@ -84,8 +85,7 @@ class _SpecularLight:
         (r, n) float64
             Weighted sum over the suns.
         """
-        request = self.context.request
-        height = np.maximum(suns.directions[:, 2], 0).astype(float) * request.ground_albedo
+        height = np.maximum(suns.directions[:, 2], 0).astype(float) * self.context.ground_albedo
         # Light of patches and of the far ground under these suns, by the matrix; then each sun
         # itself by photons.
         irradiance = (self.mean @ radiosity) + self.far_ground.mean(axis=0)[:, None] * height
@@ -154,7 +154,7 @@ def _trace_specular(prepared, context, traced, state=0):
     factor = _per_area(target, float(patches.area[faces].sum()), per_replicate)
     matrix = sparse.diags_array(np.tile(factor, REPLICATES)) @ matrix
     far_ground, sky, *parts = matrix[:, len(patches) :].toarray().T.reshape(-1, REPLICATES, count)
-    skies = {SKY_DOME: sky + context.request.ground_albedo * far_ground}
+    skies = {SKY_DOME: sky + context.ground_albedo * far_ground}
     skies |= {
         source.name: source.radiance * part
         for source, part in zip(plan.sources, parts, strict=True)

@@ -80,6 +80,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
     # left out of them.
     prepared = prepared or prepare_scene(scene, request, suns=suns)
     traced, patches, plan = prepared.scene, prepared.patches, prepared.plan
+    ground_albedo = traced.ground_albedo
     patch_to_surface = sun_matrix.area_means(
         traced.triangle_surface, patches.area, len(scene.surfaces)
     )
@@ -95,9 +96,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
     clock.lap("plan, tree and cover")
 
     # Reflections go on until what is left is lost in noise, by the brightest surface.
-    brightest = max(
-        float(patches.albedo.max(initial=0)), request.ground_albedo if plan.far_ground else 0.0
-    )
+    brightest = max(float(patches.albedo.max(initial=0)), ground_albedo if plan.far_ground else 0.0)
     bounces = count_surely(brightest) if plan.max_bounces is None else plan.max_bounces
     # Photons from sky and far ground, then a source for each sun: parallel light that enters the
     # box around the scene through the sides that face it.
@@ -112,19 +111,19 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
     ]
     lit = trace_sources(run, sources, bounces, SUN_STAGE)
     how = {"patch_to_surface": patch_to_surface, "folder": folder}
-    direct = _trace_direct(run, lit, weighed, far, request.ground_albedo, **how)
+    direct = _trace_direct(run, lit, weighed, far, ground_albedo, **how)
     clock.lap("suns")
     # Diffuse light is what the sky gives directly and what the far ground reflects of it; direct
     # light comes from all suns of the year.
-    diffuse = sky.whole + request.ground_albedo * far.whole
-    photons = sky.photon**2 + (request.ground_albedo * far.photon) ** 2
+    diffuse = sky.whole + ground_albedo * far.whole
+    photons = sky.photon**2 + (ground_albedo * far.photon) ** 2
     covered_share = sun_matrix.cover_of_surfaces(patch_to_surface, covered_share)
     annual = direct.annual
     # What the last reflection brought says how much all later ones would, as a geometric series.
     traced = {"sky": sky, "far ground": far, "suns": annual} | parts
     last = max(sky.last_share, annual.last_share)
     beyond = last * brightest / (1 - brightest) if brightest < 1 else None
-    by_ground, whole = request.ground_albedo * float(far.whole.sum()), float(diffuse.sum())
+    by_ground, whole = ground_albedo * float(far.whole.sum()), float(diffuse.sum())
     measured = Measured(last, by_ground / whole if whole > 0 else 0.0, beyond=beyond)
     left_out = measure_cover.share_without_room(target.left_out[:, None], target.covered)
     # Up to rounding, these surfaces are covered completely.
@@ -141,7 +140,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
         left_out=measure_cover.average_room(patch_to_surface, left_out)[:, 0],
         sky_view_factor=np.minimum(sky.first.mean(axis=0), 1),
         far_ground_view_factor=np.minimum(far.first.mean(axis=0), 1),
-        ground_albedo=request.ground_albedo if plan.far_ground else 0.0,
+        ground_albedo=ground_albedo if plan.far_ground else 0.0,
         diffuse_relative=diffuse.mean(axis=0),
         diffuse_relative_standard_error=standard_error(diffuse, photons, unreachable),
         visible_share=direct.visible_share,
@@ -160,7 +159,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
             request=request.as_dict(),
             effects=plan.judge(measured),
             max_bounces=bounces,
-            brightest_albedo=max(float(patches.albedo.max(initial=0)), request.ground_albedo),
+            brightest_albedo=max(float(patches.albedo.max(initial=0)), ground_albedo),
             patches=len(patches),
             threads=run.threads,
             photons_per_source=run.per_replicate * PHOTON_REPLICATES,
