@@ -20,8 +20,8 @@ if __package__ in (None, ""):
 from citypv.core.city.edit_city import Change, edit_city
 from citypv.core.light.change_light import trace_change
 from citypv.core.light.editable_city import prepare_decided, trace_editable
+from citypv.core.light.rays_file import write_rays
 from citypv.core.photons.specular_light import specular_of
-from citypv.core.results.rays_file import write_rays
 from citypv.core.settings.request import Request
 from citypv.core.study import (
     change_scene,

@@ -29,7 +29,7 @@ import pandas as pd
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "core"))
 from browser import Browser, find_chromium
 
-from citypv.core.results.netcdf_file import netcdf_file, write_variables
+from citypv.core.read.netcdf_file import netcdf_file, write_variables
 
 IDS = ("surface_id", "building_id")
 READY = "tiles.visibleTiles.size > 0"

@@ -5,20 +5,14 @@ from a single run. Read first: trace_tiles.py.
 """
 
 DOORS = (
-    "run_tasks.SERIAL",
     "run_tasks.check_cluster",
     "run_tasks.drop_kept",
-    "run_tasks.finish_task",
     "run_tasks.keeping",
     "run_tasks.kept_beside",
-    "run_tasks.open_workers",
-    "run_tasks.read_task",
-    "run_tasks.read_told",
-    "run_tasks.run_tasks",
-    "run_tasks.write_task",
     "trace_part.bound_hours",
     "trace_tiles.ClusterSettings",
     "trace_tiles.check_cluster_settings",
     "trace_tiles.plan_tiles",
     "trace_tiles.trace_tiles",
+    "world_tasks.compute_in_tasks",
 )

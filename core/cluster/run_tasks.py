@@ -48,6 +48,46 @@ class _Workers:
     client: Any
     words: str  # for the user
 
+    def run(self, function, tasks):
+        """Results of tasks in the order in which they end.
+
+        Parameters
+        ----------
+        workers : Workers
+        function : callable
+            Of a module, so that it can be found by its name.
+        tasks : iterable of tuple
+            Arguments, made one after the other while the first tasks run.
+
+        Yields
+        ------
+        object
+
+        Raises
+        ------
+        InputError
+            A task has ended several workers.
+        """
+        if self.client is None:
+            for task in tasks:
+                yield function(*task)
+            return
+        from distributed import KilledWorker, as_completed
+
+        waiting = as_completed(loop=self.client.loop)
+        for task in tasks:
+            waiting.add(self.client.submit(run_plainly, function, *task, pure=False))
+        for future in waiting:
+            try:
+                result = future.result()
+            except KilledWorker as error:
+                problem = f"a task has ended {DEATHS + 1} workers, probably for lack of memory"
+                raise InputError(
+                    "--cluster", problem, "give a smaller --tile or fewer workers"
+                ) from error
+            future.release()
+            yield result
+
 
 def check_cluster(word, *, most_workers=1024):
     """Refuse what names no cluster, one that does not answer, or any without Dask, before anything
@@ -176,47 +216,6 @@ def _open_remote(address, stack):
             )
             raise InputError(f"--cluster {address}", problem, f"install CityPV {__version__} on it")
     return client
-
-
-def run_tasks(workers, function, tasks):
-    """Results of tasks in the order in which they end.
-
-    Parameters
-    ----------
-    workers : Workers
-    function : callable
-        Of a module, so that it can be found by its name.
-    tasks : iterable of tuple
-        Arguments, made one after the other while the first tasks run.
-
-    Yields
-    ------
-    object
-
-    Raises
-    ------
-    InputError
-        A task has ended several workers.
-    """
-    if workers.client is None:
-        for task in tasks:
-            yield function(*task)
-        return
-    from distributed import KilledWorker, as_completed
-
-    waiting = as_completed(loop=workers.client.loop)
-    for task in tasks:
-        waiting.add(workers.client.submit(run_plainly, function, *task, pure=False))
-    for future in waiting:
-        try:
-            result = future.result()
-        except KilledWorker as error:
-            problem = f"a task has ended {DEATHS + 1} workers, probably for lack of memory"
-            raise InputError(
-                "--cluster", problem, "give a smaller --tile or fewer workers"
-            ) from error
-        future.release()
-        yield result
 
 
 def run_plainly(function, *arguments):

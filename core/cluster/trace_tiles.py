@@ -30,7 +30,7 @@ from ..settings.request import option_of
 from ..settings.version import __version__
 from ..study import prepare_study
 from .join_tiles import join_tiles
-from .run_tasks import SERIAL, check_cluster, open_workers, read_told, run_tasks, write_task
+from .run_tasks import SERIAL, check_cluster, open_workers, read_told, write_task
 from .tiles import DEFAULT, assign_tiles, box_pieces, prepare_whole, surround, take_part
 from .trace_part import SHARES, Part, Run, trace_part
 
@@ -143,7 +143,7 @@ def trace_tiles(prepared, weather, request, settings, folder, *, progress=silent
             scene, squares, (prepared, weather, request, settings), folder, (kept, found)
         )
         progress(STAGE, 0, len(squares), STAGE)
-        for done, _ in enumerate(run_tasks(workers, trace_part, tasks), start=1):
+        for done, _ in enumerate(workers.run(trace_part, tasks), start=1):
             progress(STAGE, len(kept) + done, len(squares), STAGE)
     if kept:
         tell(f"{len(kept):,} of them were traced by an earlier run")

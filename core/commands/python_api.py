@@ -61,7 +61,7 @@ class Result:
         """Capacity factors of the groups at each time: xarray.Dataset of timeseries.nc."""
         import xarray
 
-        from ..read.open_netcdf import rename_groups
+        from ..read.netcdf_file import rename_groups
 
         return rename_groups(xarray.load_dataset(self.folder / "timeseries.nc", engine="h5netcdf"))
 

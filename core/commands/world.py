@@ -5,6 +5,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 
 from ..cluster import run_tasks
+from ..cluster.world_tasks import compute_in_tasks
 from ..energy.pv_system import build_system
 from ..results.output_folder import whole_folder
 from ..results.write_summary import peak_memory, versions, write_summary
@@ -16,12 +17,11 @@ from ..study import check_settings
 from ..weather.sources import parse_asked
 from ..world.compute_world import compute_world
 from ..world.environment import read_environments
+from ..world.find_source import MODELS, STATIONS_ONLY, find_source, refuse_settings
 from ..world.group_errors import add_mix, parse_mix
 from ..world.merge_surfaces import merge_surfaces
 from ..world.write_world import write_world
 from .add_options import NOT_FOR_WORLDS
-from .find_source import MODELS, STATIONS_ONLY, find_source, refuse_settings
-from .world_tasks import compute_in_tasks
 
 
 @dataclass

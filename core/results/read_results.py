@@ -17,7 +17,7 @@ from ..city.grid_cells import Outlines
 from ..city.site import Site
 from ..energy.counted_area import CHOSEN, REASONS
 from ..energy.pv_system import KINDS
-from ..read.open_netcdf import refuse_links
+from ..read.netcdf_file import refuse_links
 from ..settings.errors import InputError, id_of_cell, parsing
 from .columns import IDS
 from .surfaces_file import AGAIN, CURE, MONTHLY, check_names, open_surfaces

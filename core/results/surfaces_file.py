@@ -7,9 +7,8 @@ from contextlib import contextmanager
 import h5netcdf
 import numpy as np
 
-from ..read.open_netcdf import refuse_links
+from ..read.netcdf_file import netcdf_file, refuse_links, write_variables
 from ..settings.errors import InputError
-from .netcdf_file import netcdf_file, write_variables
 from .transfer_file import PACKED, describe_fields
 
 NAME = "surfaces.nc"

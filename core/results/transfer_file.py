@@ -22,14 +22,13 @@ from ..city.scene import Surfaces
 from ..city.site import Site
 from ..light.sun_matrix import row_blocks
 from ..light.transfer import ErrorParts, SourceLight, Transfer, record_of_dict
-from ..read.open_netcdf import check_hdf5
+from ..read.netcdf_file import check_hdf5, netcdf_file, read_variables, write_variables
 from ..settings.errors import InputError, blame_file, build_from, parsing
 from ..settings.progress import silent
 from ..sky.horizon import TerrainHorizon
 from ..sky.horizon_band import SOURCES
 from ..sun.suns import Suns
 from .columns import COLUMNS
-from .netcdf_file import netcdf_file, read_variables, write_variables
 from .write_summary import finite
 
 FORMAT = "CityPV transfer 1"

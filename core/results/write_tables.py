@@ -11,10 +11,10 @@ import pandas as pd
 from ..energy.compute_energy import compute_building_power
 from ..energy.counted_area import name_group
 from ..energy.pv_system import build_system
+from ..read.netcdf_file import netcdf_file, write_variables
 from ..settings.system_settings import BUILDINGS
 from ..sun.solar_position import local_middle
 from .columns import TABLED, column_values, name_months, write_table
-from .netcdf_file import netcdf_file, write_variables
 from .surfaces_file import write_surfaces
 from .write_buildings import write_buildings
 

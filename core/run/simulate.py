@@ -14,12 +14,12 @@ from ..cluster.trace_tiles import check_cluster_settings, plan_tiles, trace_tile
 from ..energy import left_out
 from ..energy.counted_area import classify_again, note_other_clearance
 from ..energy.pv_system import ELECTRIC
+from ..light.rays_file import NAME as RAYS
+from ..light.rays_file import write_rays
 from ..rays.hemisphere_rays import is_compiled
 from ..results.compare_runs import CHANGE
 from ..results.exports import RunResults, write_exports
 from ..results.output_folder import ASKED, whole_folder
-from ..results.rays_file import NAME as RAYS
-from ..results.rays_file import write_rays
 from ..results.transfer_file import read_transfer
 from ..settings.errors import InputError
 from ..settings.presets import METHODS

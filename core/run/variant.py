@@ -17,13 +17,13 @@ from ..energy.left_out import describe_gone
 from ..light.change_light import trace_change
 from ..light.editable_city import restore_editable
 from ..light.errors_of_change import errors_of_difference
+from ..light.rays_file import NAME, read_rays, write_rays
 from ..photons.specular_light import specular_of
 from ..read.read_city import read_city
 from ..results.columns import write_table
 from ..results.compare_runs import CHANGE, describe_light, mark_of
 from ..results.exports import RunResults, write_exports
 from ..results.output_folder import ASKED, whole_folder
-from ..results.rays_file import NAME, read_rays, write_rays
 from ..results.transfer_file import read_transfer
 from ..settings.errors import InputError, id_of_cell
 from ..settings.progress import silent

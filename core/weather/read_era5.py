@@ -14,8 +14,8 @@ import numpy as np
 import pandas as pd
 from scipy.io import netcdf_file
 
+from ..read.netcdf_file import open_netcdf
 from ..read.open_input import FREE_BYTES, LARGEST_GAIN
-from ..read.open_netcdf import open_netcdf
 from ..settings.errors import InputError, parsing
 from .grid_point import AXES, name_axes, weigh_lines
 from .weather import Record

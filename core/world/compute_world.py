@@ -51,6 +51,10 @@ class World:
     sky: str  # model of the diffuse sky
     years: float  # that the weather covers
 
+    def columns_of(self, number):
+        """Columns of the groups that an environment has, in their order: (k,) int."""
+        return np.flatnonzero(self.group_count[number])
+
 
 def compute_world(
     environments, source, system, way="exact", *, sky="isotropic", threads=None, progress=silent
@@ -77,7 +81,7 @@ def compute_world(
     """
     # The world without values, tables of power, and places of each environment's groups in it.
     world, model, done = empty_world(environments, source, way, sky), tabulate_power(system), 0
-    own = [find_groups(world, number) for number in range(len(environments))]
+    own = [world.columns_of(number) for number in range(len(environments))]
     # Places in portions: their weather is read and computed in threads.
     computed = map_in_order(
         lambda chunk: [
@@ -138,11 +142,6 @@ def empty_world(environments, source, way, sky):
             one.group_area,
         )
     return world
-
-
-def find_groups(world, number):
-    """Columns of the groups that an environment has, in their order: (k,) int."""
-    return np.flatnonzero(world.group_count[number])
 
 
 def _compute_place(environments, weather, code, system, model, ways):  # noqa: PLR0917

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from ..read.open_netcdf import open_netcdf, rename_groups
+from ..read.netcdf_file import open_netcdf, rename_groups
 from ..results import picture
 from ..results.output_folder import write_whole
 from ..results.picture import DOTS, LINES

@@ -4,8 +4,7 @@ import numpy as np
 import xarray
 
 from ..energy.counted_area import name_group
-from ..read.open_netcdf import ENGINE
-from ..results.netcdf_file import netcdf_file
+from ..read.netcdf_file import ENGINE, netcdf_file
 from ..settings.version import __version__
 from .place_hours import HOURS, MONTHS
 from .sources import MEANINGS

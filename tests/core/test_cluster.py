@@ -407,7 +407,7 @@ def test_only_those_with_the_key_are_let_in(tmp_path, monkeypatch):
         with distributed.LocalCluster(1, security=distributed.Security(), **local) as cluster:
             address = cluster.scheduler_address
             with run_tasks.open_workers(address) as workers:
-                assert list(run_tasks.run_tasks(workers, pow, [(2, 5)])) == [32]
+                assert list(workers.run(pow, [(2, 5)])) == [32]
             wrong = (
                 "does not accept this machine's key, or finds none; see docs/guide/many_machines.md"
             )

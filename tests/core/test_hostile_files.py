@@ -16,9 +16,9 @@ from weathers import ERA5
 
 from citypv.__main__ import main
 from citypv.core.city.build_scene import build_scene
+from citypv.core.read.netcdf_file import open_netcdf, refuse_links
 from citypv.core.read.open_geotiff import open_geotiff, unpack_bits
 from citypv.core.read.open_input import open_input
-from citypv.core.read.open_netcdf import open_netcdf, refuse_links
 from citypv.core.read.open_raster import open_raster, read_posts
 from citypv.core.results.columns import write_table
 from citypv.core.results.read_results import read_table

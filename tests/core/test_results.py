@@ -18,7 +18,7 @@ from transfers import Horizons, unshaded_transfer
 from weathers import ERA5, PVGIS
 
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.read import open_netcdf
+from citypv.core.read import netcdf_file, open_netcdf
 from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.results.write_summary import peak_memory
 from citypv.core.results.write_tables import write_faces, write_groups, write_timeseries
@@ -350,13 +350,13 @@ def test_what_hdf5_cannot_unpack_is_named_with_a_cure(tmp_path, monkeypatch):
     with pytest.raises(
         InputError, match=r"packed\.nc: is compressed by .*zstd.*; type: pip install hdf5plugin"
     ):
-        open_netcdf.open_netcdf(path)
+        netcdf_file.open_netcdf(path)
     with netCDF4.Dataset(tmp_path / "five.nc", "w", format="NETCDF3_64BIT_DATA") as file:
         file.createDimension("x", 1)
     with pytest.raises(
         InputError, match=r"five\.nc: is NetCDF in the format CDF-5.*; type: nccopy -k nc4"
     ):
-        open_netcdf.open_netcdf(tmp_path / "five.nc")
+        netcdf_file.open_netcdf(tmp_path / "five.nc")
 
 
 @pytest.mark.parametrize(
@@ -374,7 +374,7 @@ def test_the_formats_of_netcdf_are_read_alike(form, tmp_path):
         values[:] = np.ma.masked_array([100.0, 101.5, 0.0, 90.0], [False, False, True, False])
         file.createVariable("time", "i4", ("time",))[:] = np.arange(4)
         file["time"].units = "hours since 2017-01-01"
-    with open_netcdf.open_netcdf(path) as dataset:
+    with netcdf_file.open_netcdf(path) as dataset:
         np.testing.assert_array_equal(dataset["ssrd"], [100.0, 101.5, np.nan, 90.0])
         assert (
             dataset["time"].to_numpy() == np.arange("2017-01-01", "2017-01-01T04", dtype="M8[h]")

@@ -22,7 +22,7 @@ from citypv.core.city.city import Tree
 from citypv.core.city.edit_city import Change, edit_city, place_local
 from citypv.core.city.transform_crs import Grid
 from citypv.core.commands.command_line import build_parser
-from citypv.core.results.rays_file import encode, read_rays
+from citypv.core.light.rays_file import encode, read_rays
 from citypv.core.results.transfer_file import read_transfer
 
 FEW = {"weather": "clear-sky", "samples": 64, "shadow_samples": 16, "suns": "days:2", "threads": 1}

@@ -8,8 +8,8 @@ import pytest
 import xarray as xr
 from thorough import mark_cases
 
+from citypv.core.cluster.world_tasks import stamp_files
 from citypv.core.commands.command_line import main
-from citypv.core.commands.world_tasks import stamp_files
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.settings.errors import InputError
 from citypv.core.weather.climate import look_up_altitude

@@ -23,20 +23,19 @@ from ..city.city import City, ImportReport, Polygon, Tree
 from ..city.scene import Crowns, Scene, Surfaces
 from ..city.site import Site
 from ..city.terrain import Layer, Terrain
-from ..light.annual_light import Annual
-from ..light.compact_city import compact_city
-from ..light.editable_city import Decisions
-from ..light.form_factors import FormFactors, Rows
-from ..light.light_errors import LightError
-from ..light.solve_light import Light
-from ..light.solve_suns import SunLight
-from ..light.traced import FirstLight, Traced
-from ..read.open_netcdf import refuse_links
+from ..read.netcdf_file import netcdf_file, refuse_links, write_variables
 from ..settings.errors import InputError, blame_file, build_from, parsing
 from ..settings.request import Request, write_options
 from ..sky.horizon import TerrainHorizon
 from ..sun.suns import Suns
-from .netcdf_file import netcdf_file, write_variables
+from .annual_light import Annual
+from .compact_city import compact_city
+from .editable_city import Decisions
+from .form_factors import FormFactors, Rows
+from .light_errors import LightError
+from .solve_light import Light
+from .solve_suns import SunLight
+from .traced import FirstLight, Traced
 
 NAME, FORMAT = "rays.nc", "CityPV rays, format 4"
 CURE = "give the folder of citypv simulate --editable"

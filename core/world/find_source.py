@@ -6,7 +6,7 @@ from ..settings.errors import InputError
 from ..weather.formats import recognise_weather
 from ..weather.read_era5 import open_era5_grid
 from ..weather.read_weather import read_weather
-from ..world import sources
+from . import sources
 
 MODELS = ("climate", "clear-sky")
 # settings that mean nothing for grids

@@ -15,20 +15,19 @@ from pathlib import Path
 
 import numpy as np
 
-from ..cluster.run_tasks import (
+from ..energy.pv_system import build_system
+from ..settings.version import __version__
+from ..world.compute_world import compute_world, empty_world
+from ..world.find_source import find_source
+from .run_tasks import (
     SERIAL,
     finish_task,
     keeping,
     open_workers,
     read_task,
     read_told,
-    run_tasks,
     write_task,
 )
-from ..energy.pv_system import build_system
-from ..settings.version import __version__
-from ..world.compute_world import compute_world, empty_world, find_groups
-from .find_source import find_source
 
 STAGE = "world"
 # fields of World
@@ -71,11 +70,11 @@ def compute_in_tasks(environments, source, request, settings, cluster, *, folder
         missing = [(*task, threads) for _, task in tasks if read_told(Path(task[-1])) is None]
         before = len(tasks) - len(missing)  # finished by an earlier run
         log.progress(STAGE, 0, len(tasks), "tasks")
-        for done, _ in enumerate(run_tasks(workers, _compute_band, missing), start=before + 1):
+        for done, _ in enumerate(workers.run(_compute_band, missing), start=before + 1):
             log.progress(STAGE, done, len(tasks), "tasks")
         for number, (*_, result) in tasks:
             with np.load(result) as stored:
-                places, own = stored["places"][:, None], find_groups(world, number)
+                places, own = stored["places"][:, None], world.columns_of(number)
                 world.weather[places[:, 0]] = stored["weather"]
                 world.years = float(stored["years"]) if stored["weather"].any() else world.years
                 for name in OF_GROUPS:

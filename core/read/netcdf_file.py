@@ -1,0 +1,255 @@
+"""NetCDF files without the NetCDF library: open those of others, of HDF5 or of the classic format,
+and write and read our own, which keep an error until HDF5 has closed them.
+"""
+
+import errno
+import importlib.util
+import io
+from contextlib import contextmanager
+
+import h5py
+import numpy as np
+
+from ..settings.errors import InputError
+from .open_input import open_input
+
+
+def write_variables(group, variables):
+    """Write variables to a NetCDF file or a group of it. Their dimensions are made, with the
+    lengths they have there.
+
+    Parameters
+    ----------
+    group : h5netcdf.File or h5netcdf.Group
+    variables : dict of str to tuple
+        Dimensions (str or tuple of str), values, and where there are any attributes and options of
+        packing.
+    """
+    sizes = {name: dimension.size for name, dimension in group.dimensions.items()}
+    for dimensions, values, *_ in variables.values():
+        names = (dimensions,) if isinstance(dimensions, str) else dimensions
+        sizes |= dict(zip(names, np.shape(values), strict=True))
+    group.dimensions = sizes
+    for name, (dimensions, values, *more) in variables.items():
+        array = np.asarray(values)
+        details, packing = more[0] if more else {}, more[1] if len(more) > 1 and array.size else {}
+        kind = h5py.string_dtype() if array.dtype.kind in "OU" else array.dtype
+        axes = (dimensions,) if isinstance(dimensions, str) else tuple(dimensions)
+        variable = group.create_variable(name, axes, kind, **packing)
+        variable[...] = array
+        variable.attrs.update(details)
+
+
+def read_variables(place):
+    """Variables and attributes of an open HDF5 file or a group of it, as NetCDF has them, by name.
+
+    Parameters
+    ----------
+    place : h5py.File or h5py.Group
+
+    Returns
+    -------
+    variables : dict of str to numpy.ndarray
+        Texts as objects; dimensions without values of their own are among them, as zeros.
+    attributes : dict of str to value
+    """
+    variables = {}
+    for name, stored in place.items():
+        if isinstance(stored, h5py.Dataset):
+            texts = h5py.check_string_dtype(stored.dtype) is not None
+            variables[name] = np.asarray((stored.asstr() if texts else stored)[...])
+    return variables, {name: _read_attribute(value) for name, value in place.attrs.items()}
+
+
+def _read_attribute(value):
+    """An attribute as it was given: a text, a number, or an array of several."""
+    if isinstance(value, h5py.Empty):
+        return ""
+    if isinstance(value, np.ndarray) and value.size == 1:
+        value = value.ravel()[0]
+    return value.decode() if isinstance(value, bytes) else value
+
+
+@contextmanager
+def netcdf_file(path):
+    """Create a file that HDF5 writes to.
+
+    HDF5 cannot close a file that it could not write in full, and crashes the process at its end. So
+    it is told that all is well, what it writes after the first error is dropped, and the error is
+    raised in the end.
+
+    Parameters
+    ----------
+    path : path-like
+
+    Yields
+    ------
+    binary stream
+
+    Raises
+    ------
+    OSError
+        The system refused to write: the disk is full, for instance.
+    """
+    with _KeptError(path, "w+") as stream:
+        yield stream
+    if stream.error is not None:
+        words = f"cannot be written ({stream.error.strerror}): is the disk full?"
+        raise OSError(stream.error.errno or errno.EIO, words, str(path)) from stream.error
+
+
+class _KeptError(io.FileIO):
+    """An open file that keeps the first error of writing, and from then on drops what is
+    written.
+    """
+
+    error = None
+
+    def readinto(self, buffer):
+        """Read; zeros where the file could not be written."""
+        count = super().readinto(buffer)
+        if self.error is not None and count < len(buffer):
+            buffer[count:] = bytes(len(buffer) - count)
+            return len(buffer)
+        return count
+
+    def write(self, data):
+        """Write all of some bytes."""
+        view = memoryview(data).cast("B")
+        while self.error is None and len(view):
+            try:
+                view = view[super().write(view) :]
+            except OSError as error:
+                self.error = error
+        return len(data)
+
+    def truncate(self, size=None):
+        """Cut or extend the file."""
+        if self.error is None:
+            try:
+                return super().truncate(size)
+            except OSError as error:
+                self.error = error
+        return size
+
+
+ENGINE = "h5netcdf"  # NetCDF 4 is HDF5
+
+
+def open_netcdf(path, **options):
+    """Open a NetCDF file.
+
+    Parameters
+    ----------
+    path : path-like
+    **options
+        Of `xarray.open_dataset`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Not yet read; the caller closes it.
+
+    Raises
+    ------
+    InputError
+        It is compressed by a method, or in a format, that is not read here, or takes values from
+        other files.
+    Exception
+        Not NetCDF, or a damaged file: what `parsing` makes an InputError of.
+    """
+    import xarray  # takes long, and a run without such files needs none of it
+
+    with open_input(path) as stream:
+        start = stream.read(4)
+    if start == b"CDF\x05":
+        raise InputError(
+            path,
+            "is NetCDF in the format CDF-5, which is not read",
+            f"type: nccopy -k nc4 {path} new.nc",
+        )
+    if start in (b"CDF\x01", b"CDF\x02"):
+        return xarray.open_dataset(path, engine="scipy", **options)
+    check_hdf5(path)
+    return xarray.open_dataset(path, engine=ENGINE, **options)
+
+
+def check_hdf5(path):
+    """Refuse an HDF5 file that is compressed by a method that is not read here, or takes values
+    from other files.
+
+    Raises
+    ------
+    InputError
+    Exception
+        As of `open_netcdf`.
+    """
+    # Deflate (zlib), which nearly every file uses, is always there; hdf5plugin brings Zstandard,
+    # Blosc, bzip2, others.
+    if importlib.util.find_spec("hdf5plugin") is not None:
+        import hdf5plugin  # noqa: F401, its import makes its methods known
+    refuse_links(path)
+    with h5py.File(path) as file:
+        plans = [
+            item.id.get_create_plist() for item in file.values() if isinstance(item, h5py.Dataset)
+        ]
+        filters = [
+            plan.get_filter(number) for plan in plans for number in range(plan.get_nfilters())
+        ]
+    names = {code: bytes(name).decode() or f"filter {code}" for code, _, _, name in filters}
+    missing = {name for code, name in names.items() if not h5py.h5z.filter_avail(code)}
+    if missing:
+        problem = (
+            f"is compressed by {', '.join(sorted(missing))}, which is not read without hdf5plugin"
+        )
+        raise InputError(
+            path, problem, f"type: pip install hdf5plugin, or: nccopy -F none {path} new.nc"
+        )
+
+
+def rename_groups(dataset):
+    """A dataset of version 0.2.0, which wrote flat_none and rack_none, with the names flat and
+    rack.
+    """
+    group = dataset["group"]
+    names = [str(name).removesuffix("_none") for name in group.to_numpy()]
+    return dataset.assign_coords(group=("group", np.array(names, dtype=object), group.attrs))
+
+
+def refuse_links(path):
+    """Refuse an HDF5 file that takes values from other files, which whoever made it chooses: by
+    links to them, virtual data sets, or data sets kept outside. Links within the file do no harm.
+
+    Raises
+    ------
+    InputError
+    Exception
+        As of `open_netcdf`.
+    """
+
+    def refuse(name, what):
+        cure = (
+            f"type: h5repack {path} new.nc, or: nccopy {path} new.nc, where you trust it; or ask "
+            "for whole files"
+        )
+        raise InputError(path, f"{name!r} is {what}, which is not followed", cure)
+
+    with h5py.File(path) as file:
+        waiting, seen = [file], set()
+        while waiting:
+            group = waiting.pop()
+            place = h5py.h5o.get_info(group.id).addr
+            if place in seen:
+                continue
+            seen.add(place)
+            for name in group:
+                link = group.get(name, getlink=True)
+                if isinstance(link, h5py.ExternalLink):
+                    refuse(name, f"a link to another file, {link.filename}")
+                item = group.get(name)
+                if isinstance(item, h5py.Group):
+                    waiting.append(item)
+                elif isinstance(item, h5py.Dataset) and item.is_virtual:
+                    refuse(name, "a virtual data set, of values in other files")
+                elif isinstance(item, h5py.Dataset) and item.external:
+                    refuse(name, "kept in another file")
