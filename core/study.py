@@ -76,11 +76,12 @@ def check_tracing(request):
     check_materials(request)
     if request.horizon is not None:
         if request.horizon == request.weather == "pvgis":
-            cure = (
+            raise InputError(
+                "--horizon",
+                "the typical year of PVGIS contains its horizon",
                 "leave --horizon out, or give years, which are without it: --weather "
-                "pvgis:2005-2023"
+                "pvgis:2005-2023",
             )
-            raise InputError("--horizon", "the typical year of PVGIS contains its horizon", cure)
         check_horizon(request.horizon)
 
 
@@ -119,8 +120,11 @@ def make_located_scene(city, request):
     """
     scene = make_scene(city, request)
     if scene.site.latitude is None or scene.site.longitude is None:
-        cure = "give its location with --latitude D --longitude D"
-        raise InputError(city.report.files[0], "names no coordinate reference system", cure)
+        raise InputError(
+            city.report.files[0],
+            "names no coordinate reference system",
+            "give its location with --latitude D --longitude D",
+        )
     return scene
 
 
@@ -143,8 +147,11 @@ def make_scene(city, request, report_share=silent):
         site, lattice = place_of_results(request.site_of)
         away = np.linalg.norm(np.median(city.points, axis=0)[:2] - site.origin[:2])
         if site.grid != city.grid or away > ELSEWHERE:
-            problem = "its city is in another reference system"
-            raise InputError(Path(request.site_of) / "summary.json", problem, "leave out --site-of")
+            raise InputError(
+                Path(request.site_of) / "summary.json",
+                "its city is in another reference system",
+                "leave out --site-of",
+            )
     if request.site_of and request.latitude is not None:
         raise InputError("--site-of", "names a place, as does --latitude", "give one of them")
     # The scene, with racks on its roofs, and the distance of facades from the edge of the city.
@@ -308,6 +315,9 @@ def find_surfaces(surface_id, wanted):
     wanted = [name for name in wanted if name != BUILDINGS]
     unknown = [name for name in wanted if name not in rows]
     if unknown:
-        problem = f"no surface has the id {', '.join(map(repr, unknown[:5]))}"
-        raise InputError("--series", problem, "take ids from the column surface_id of faces.csv")
+        raise InputError(
+            "--series",
+            f"no surface has the id {', '.join(map(repr, unknown[:5]))}",
+            "take ids from the column surface_id of faces.csv",
+        )
     return list(dict.fromkeys(row for name in wanted for row in rows[name]))

@@ -78,8 +78,11 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
     city = city.take(find_strays(city, report))
     report_share(0.65)
     if not len(city):
-        problem = f"no building has a usable polygon: {commonest_reason(report)}"
-        raise InputError(contents[0].path, problem, "correct it, or export the file again")
+        raise InputError(
+            contents[0].path,
+            f"no building has a usable polygon: {commonest_reason(report)}",
+            "correct it, or export the file again",
+        )
     if orient == "auto":
         _orient(city, report)
     report_share(1.0)

@@ -111,9 +111,10 @@ def _spread(foot_points, feet, terrain, near):
     gap = np.isnan(heights)
     heights[gap & at_feet] = nearest_heights(terrain, places[gap & at_feet], NEAR)
     if np.isnan(heights[at_feet]).all():
-        problem = "has no height under any building"
         raise InputError(
-            terrain.source, problem, "give terrain that covers the city, in its system and unit"
+            terrain.source,
+            "has no height under any building",
+            "give terrain that covers the city, in its system and unit",
         )
     # Gaps far from the buildings stay gaps: points there are left out, but the rim.
     on_grid = site.to_files(np.pad(places, ((0, 0), (0, 1))))[:, :2]

@@ -26,8 +26,11 @@ def check_rings(points, ring_start, polygon_start, name_surface=None):
     ):
         starts = check_array(name, given, ("k + 1",), kind="i", most=np.inf, least=-np.inf)
         if not len(starts) or starts[0] != 0 or starts[-1] != last:
-            ends = f"runs from {starts[0]} to {starts[-1]}" if len(starts) else "is empty"
-            raise InputError(name, ends, f"give starts from 0 to {last}")
+            raise InputError(
+                name,
+                f"runs from {starts[0]} to {starts[-1]}" if len(starts) else "is empty",
+                f"give starts from 0 to {last}",
+            )
         members = np.diff(starts)
         if (short := first_true(members < least)) is not None:
             raise InputError(
@@ -58,8 +61,11 @@ def check_city(city):
     for name, more in (("building_id", 0), ("thematic", 0), ("material", 0), ("polygon_start", 1)):
         rows = getattr(city, name)
         if rows is not None and len(rows) != count + more:
-            cure = "give one more than surfaces" if more else "give one for each"
-            raise InputError(name, f"{len(rows)} rows for {count} surfaces", cure)
+            raise InputError(
+                name,
+                f"{len(rows)} rows for {count} surfaces",
+                "give one more than surfaces" if more else "give one for each",
+            )
     check_rings(*city.shape, lambda point: _surface_of_point(city, point))
 
 
@@ -119,11 +125,12 @@ def check_extent(city):
         away = np.abs(city.points - np.median(city.points, axis=0)).max(axis=1)
         furthest = int(away.argmax())
         name = _surface_of_point(city, furthest)
-        problem = (
+        raise InputError(
+            source,
             f"{span / 1e3:,.0f} km wide; surface {name!r} is {away[furthest] / 1e3:,.0f} km away "
-            "from the middle"
+            "from the middle",
+            "check its coordinates, or remove it",
         )
-        raise InputError(source, problem, "check its coordinates, or remove it")
 
 
 def check_terrain(terrain):
@@ -142,9 +149,10 @@ def check_terrain(terrain):
         try:
             check_triangles(layer.points, layer.triangles)
         except InputError as error:
-            problem = f"{error.source}: {error.problem}"
             raise InputError(
-                terrain.source, problem, f"{error.cure}; leave a gap where there is no height"
+                terrain.source,
+                f"{error.source}: {error.problem}",
+                f"{error.cure}; leave a gap where there is no height",
             ) from error
     if not any(len(layer.triangles) for layer in terrain.layers):
         raise InputError(

@@ -292,8 +292,11 @@ def _refuse_empty(contents, wanted, report):
     problem = f"no building has {f'LoD {wanted}' if wanted else 'a usable shape'}"
     if not report.lods_met and (why := commonest_reason(report)):
         raise InputError(path, f"{problem}: {why}", "correct it, or export the file again")
-    cure = "choose one of these with --lod" if wanted else "give a file with LoD 1 to 3"
-    raise InputError(path, f"{problem} (LoD met: {', '.join(report.lods_met) or 'none'})", cure)
+    raise InputError(
+        path,
+        f"{problem} (LoD met: {', '.join(report.lods_met) or 'none'})",
+        "choose one of these with --lod" if wanted else "give a file with LoD 1 to 3",
+    )
 
 
 def commonest_reason(report):

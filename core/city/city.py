@@ -119,8 +119,13 @@ class City:
         if np.all(kept):
             return self
         points, ring_start, polygon_start = _take_shape(*self.shape, kept)
-        shape = {"points": points, "ring_start": ring_start, "polygon_start": polygon_start}
-        return replace(self, **shape, **self.take_lists(np.flatnonzero(kept)))
+        return replace(
+            self,
+            points=points,
+            ring_start=ring_start,
+            polygon_start=polygon_start,
+            **self.take_lists(np.flatnonzero(kept)),
+        )
 
     def append_shape(self, points, ring_start, polygon_start):
         """Points and rings of a city followed by others, as keywords of `replace`."""

@@ -50,8 +50,11 @@ def edit_city(city, change, convergence=0.0):
     buildings, known = np.array(city.building_id), {*city.building_id, *trees}
     for name in (*change.removed, *change.moved, *change.raised):
         if name not in known or (name in change.raised and name not in {*city.building_id}):
-            cure = "take ids from the column building_id of faces.csv"
-            raise InputError(name, "no building of the city has this id", cure)
+            raise InputError(
+                name,
+                "no building of the city has this id",
+                "take ids from the column building_id of faces.csv",
+            )
     points = city.points.copy()
     polygon = np.repeat(np.arange(len(city)), np.diff(city.ring_start[city.polygon_start]))
     # Raised: corners above the foot of the building go up, but may not pass its foot.
@@ -60,11 +63,12 @@ def edit_city(city, change, convergence=0.0):
         above = _above_foot(city, points, rows)
         least = _height_above_foot(points, above, np.setdiff1d(rows, above))
         if rise <= -least:
-            problem = (
+            raise InputError(
+                "--raise",
                 f"{name} has corners {least:g} m above its foot: {rise:g} m would turn it inside "
-                "out"
+                "out",
+                f"give more than {-least:g}, or --remove {name}",
             )
-            raise InputError("--raise", problem, f"give more than {-least:g}, or --remove {name}")
         points[above, 2] += rise
     # Moved: metres of true east and north, turned to the grid of the city.
     shifts = {}
@@ -148,8 +152,11 @@ def join_cities(one, other):
         They are in different systems.
     """
     if other.crs is not None and other.grid != one.grid:
-        problem = f"it is in {other.crs}, the city in {one.crs}"
-        raise InputError("added buildings", problem, "give them in the system of the city")
+        raise InputError(
+            "added buildings",
+            f"it is in {other.crs}, the city in {one.crs}",
+            "give them in the system of the city",
+        )
     lists = {
         name: [
             *(getattr(one, name) or [""] * len(one)),

@@ -53,14 +53,11 @@ def split_into_cells(city, grid_size):
         names += [own] if len(cells) == 1 else [f"{own}#{k + 1}" for k in range(len(cells))]
     # Cells as polygons of a city; each takes what its polygon has, and a number.
     rings = [ring for piece in pieces for ring in piece]
-    shape = {
-        "ring_start": starts_of(list(map(len, rings))),
-        "polygon_start": starts_of(list(map(len, pieces))),
-    }
     split = replace(
         city,
         points=np.concatenate(rings),
-        **shape,
+        ring_start=starts_of(list(map(len, rings))),
+        polygon_start=starts_of(list(map(len, pieces))),
         **city.take_lists(parent) | {"surface_id": names},
     )
     return split, np.array(parent, np.int64)
@@ -74,8 +71,11 @@ def _cut(rings, axes, grid_size):
     columns, rows = np.maximum(np.ceil((high - low) / grid_size - 1e-9), 1)
     # A polygon has at most a million cells.
     if columns * rows > 1e6:
-        problem = f"{grid_size:g} m gives {columns * rows:.0e} cells in one polygon"
-        raise InputError("--grid-size", problem, "give a larger size")
+        raise InputError(
+            "--grid-size",
+            f"{grid_size:g} m gives {columns * rows:.0e} cells in one polygon",
+            "give a larger size",
+        )
     shape = shapely.Polygon(flat[0][:, :2], [ring[:, :2] for ring in flat[1:]])
     if columns * rows == 1 or not shape.is_valid:
         return [rings]

@@ -100,11 +100,10 @@ def _read_system(content):
     named, unknown = choose_crs(content.srs_names, easting, content.path)
     content.crs = with_zone(named, easting, content.path)
     if content.crs != named:
-        words = (
+        content.notes.append(
             f"{content.path}: eastings begin with the number of the zone; read as {content.crs}, "
             f"not {named}."
         )
-        content.notes.append(words)
     for srs_name, line in unknown.items():
         content.notes.append(
             f"{content.path}, line {line}: srsName {srs_name!r} is not known to PROJ."
@@ -243,18 +242,18 @@ def _common_crs(contents, like=None):
             if like.crs is None or (
                 hash_plane(crs) != hash_plane(like.crs) and not like.crs.startswith("+proj")
             ):
-                cure = "give it in the system of the city"
                 raise InputError(
                     content.path,
                     f"it is in {crs}, the city in {like.crs or 'no known system'}",
-                    cure,
+                    "give it in the system of the city",
                 )
     grids = {hash_plane(crs): crs for crs in named}
     if len(grids) > 1:
         first, second = list(grids.values())[:2]
-        problem = f"is in {second}, but {named[first].path} in {first}"
         raise InputError(
-            named[second].path, problem, "convert all files to one coordinate reference system"
+            named[second].path,
+            f"is in {second}, but {named[first].path} in {first}",
+            "convert all files to one coordinate reference system",
         )
     # Files that name none are taken to be in it.
     crs = pick_crs(named) or (like.crs if like is not None else None)

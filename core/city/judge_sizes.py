@@ -43,11 +43,10 @@ def judge_unit(contents):
     likely = likely_units(middle)
     sizes = f"half of the buildings are over {middle:,.0f} high"
     if middle >= TALLEST and len(likely) == 1:
-        words = (
+        return likely[0], [
             f"Coordinates were taken for {NAMES[likely[0]]}, since {sizes}; --unit m takes them "
             "for metres."
-        )
-        return likely[0], [words]
+        ]
     options = " or ".join(f"--unit {unit}" for unit in likely) or "--unit"
     return "m", [
         f"Coordinates were taken for metres, but {sizes}. If that is not so, give {options}."

@@ -82,8 +82,7 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
             "one."
         )
     # Without terrain the model may have ground of its own, and feet are held against that.
-    own = find_ground(scene)
-    known = partial(_height_of_own_ground, scene, own)
+    known = partial(_height_of_own_ground, scene, find_ground(scene))
     if ground == "none":
         # No ground is laid under footprints all of whose corners lie over the model's own.
         city, points = placed.city, placed.points
@@ -93,13 +92,14 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
         )
         return scene, np.union1d(find_feet(*placed[:4], known).hanging, np.flatnonzero(above))
     # Else a surface is generated through the feet.
-    how = {
-        "reach": reach,
-        "lattice": options.lattice,
-        "ground_height": known,
-        "report_share": report_share,
-    }
-    vertices, triangles, floating, scene.lattice = build_ground(placed, patch_size, **how)
+    vertices, triangles, floating, scene.lattice = build_ground(
+        placed,
+        patch_size,
+        reach=reach,
+        lattice=options.lattice,
+        ground_height=known,
+        report_share=report_share,
+    )
     if len(floating):
         names = list_some([scene.surfaces.surface_id[i] for i in floating])
         notes.append(

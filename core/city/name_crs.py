@@ -84,8 +84,11 @@ def choose_crs(srs_names, easting, path):
         else:
             unknown[srs_name] = line
     if len({hash_plane(crs) for crs in named}) > 1:
-        problem = f"uses two coordinate reference systems: {' and '.join(list(named.values())[:2])}"
-        raise InputError(path, problem, "convert it to one of them")
+        raise InputError(
+            path,
+            f"uses two coordinate reference systems: {' and '.join(list(named.values())[:2])}",
+            "convert it to one of them",
+        )
     if flat and not named:
         system, srs_name, line = flat[0]
         kind = system.type_name.removesuffix(" CRS").lower()
@@ -147,8 +150,11 @@ def with_zone(crs, easting, path):
         return crs
     own = WITH_ZONES.get(f"EPSG:{plane.to_epsg(100)}")
     if own is None:
-        problem = f"eastings of {plane.name} begin with the number of the zone, {zone[0]}"
-        raise InputError(path, problem, f"subtract {zone[0]},000,000 from them")
+        raise InputError(
+            path,
+            f"eastings of {plane.name} begin with the number of the zone, {zone[0]}",
+            f"subtract {zone[0]},000,000 from them",
+        )
     codes = [height.to_epsg(100) for height in heights]
     return "+".join([own, *(str(code) for code in codes if code)])
 

@@ -79,15 +79,13 @@ def _choose_pitch(racks, axes, latitude):
         modules = racks.depth * (2 if racks.east_west else 1)
         pitch = racks.spacing if racks.spacing is not None else modules / racks.gcr
         if pitch < least - 1e-9:
-            problem = (
+            raise InputError(
+                "--racks",
                 f"{f'spacing={pitch:g}' if racks.gcr is None else f'gcr={racks.gcr:g}'} leaves no "
-                "room"
-            )
-            cure = (
+                "room",
                 f"rows of this depth and tilt need a spacing of at least {least:.3f} m (gcr "
-                f"{modules / least:.3f})"
+                f"{modules / least:.3f})",
             )
-            raise InputError("--racks", problem, cure)
         return pitch
     if racks.east_west:
         # An aisle of half a metre between pairs of rows.

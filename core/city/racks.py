@@ -107,8 +107,11 @@ def parse_racks(text):
         with suppress(ValueError):
             given[name] = float(value)
         if not least <= given.get(name, np.nan) <= most:  # also true for NaN
-            cure = f"give a number from {least:g} to {most:g}{f' [{unit}]' if unit else ''}"
-            raise InputError(OPTION, f"{key}={value} is no number in its range", cure)
+            raise InputError(
+                OPTION,
+                f"{key}={value} is no number in its range",
+                f"give a number from {least:g} to {most:g}{f' [{unit}]' if unit else ''}",
+            )
     # Distance of rows follows from either of two numbers, so that both may disagree.
     if "spacing" in given and "gcr" in given:
         raise InputError(

@@ -77,12 +77,12 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
     pieces = ((1 + longest / patch_size) * (1 + height / patch_size)).sum()
     # More than 50 million pieces would not fit into memory.
     if pieces > 50e6:  # for example because one vertex is far away by mistake
-        problem = f"{patch_size.min():g} m gives about {pieces:.0e} patches"
-        cure = (
+        raise InputError(
+            "--patch-size",
+            f"{patch_size.min():g} m gives about {pieces:.0e} patches",
             "give a larger size, or check the coordinates: the longest edge has "
-            f"{longest.max():,.0f} m"
+            f"{longest.max():,.0f} m",
         )
-        raise InputError("--patch-size", problem, cure)
     parent = np.arange(len(triangles))
     surface = parent if surface is None else np.asarray(surface)
     # surfaces that had elongated triangles to split

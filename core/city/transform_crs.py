@@ -317,8 +317,11 @@ def _local_plane(system, middle, axes, source):
     """Transverse Mercator with scale 1 at a place of a system, on its datum: WKT."""
     (latitude,), (longitude,) = find_globe_places([middle], system, axes)
     if not np.isfinite([latitude, longitude]).all():
-        problem = f"the point {middle[0]:g}, {middle[1]:g} lies outside {system.name}"
-        raise InputError(source or system.name, problem, "correct the srsName, or the coordinates")
+        raise InputError(
+            source or system.name,
+            f"the point {middle[0]:g}, {middle[1]:g} lies outside {system.name}",
+            "correct the srsName, or the coordinates",
+        )
     # Some metres beside the middle the scale is the same, and a city that was written has the same
     # plane again.
     conversion = TransverseMercatorConversion(round(latitude, 4), round(longitude, 4), 0, 0, 1)

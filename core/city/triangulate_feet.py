@@ -46,9 +46,11 @@ def triangulate_plan(places):
             return Delaunay(places - middle).simplices.astype(np.int64)
         except QhullError as error:
             where = f"around x {middle[0]:,.0f} m, y {middle[1]:,.0f} m from the scene's origin"
-            problem = f"{len(places):,} points of the ground {where} cannot be triangulated"
-            cure = "give the ground with --terrain FILE, or none with --ground none"
-            raise InputError("--ground", problem, cure) from error
+            raise InputError(
+                "--ground",
+                f"{len(places):,} points of the ground {where} cannot be triangulated",
+                "give the ground with --terrain FILE, or none with --ground none",
+            ) from error
     corners = shapely.get_coordinates(polygons, include_z=True).reshape(-1, 4, 3)[:, :3, 2]
     return corners.astype(np.int64)
 

@@ -55,12 +55,13 @@ def unite_holes(city, report):
     for place in np.flatnonzero(np.diff(rows, prepend=-1) == 0):
         lists["surface_id"][place] = free_name(lists["surface_id"][place], taken)
     rings = [ring for polygon in drawn for ring in polygon]
-    shape = {
-        "points": np.concatenate(rings),
-        "ring_start": starts_of(list(map(len, rings))),
-        "polygon_start": starts_of(list(map(len, drawn))),
-    }
-    return replace(city, **shape, **lists), rows
+    return replace(
+        city,
+        points=np.concatenate(rings),
+        ring_start=starts_of(list(map(len, rings))),
+        polygon_start=starts_of(list(map(len, drawn))),
+        **lists,
+    ), rows
 
 
 def _find_doubtful(city, *, tolerance=1e-3):

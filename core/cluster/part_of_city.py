@@ -128,8 +128,13 @@ def keep_patches(scene, prepared, members, reported=()):
         name: getattr(prepared.scene, name)[taken] for name in ("triangles", "footprint", "closure")
     }
     unknown = dict.fromkeys(("sheet", "back_of", "racks", "rack_of_back", "number", "halo"))
-    named = {"triangle_surface": own, "surfaces": scene.surfaces.take(surfaces)}
-    few = replace(prepared.scene, **of_triangles, **named, **unknown)
+    few = replace(
+        prepared.scene,
+        **of_triangles,
+        triangle_surface=own,
+        surfaces=scene.surfaces.take(surfaces),
+        **unknown,
+    )
     materials = [prepared.materials[k] for k in [*surfaces, -1]]
     # Rays still meet the whole city; a hit is told as the row that stands for it.
     whole = prepared.plan.ray_scene, prepared.patches, taken

@@ -81,9 +81,10 @@ class _Workers:
             try:
                 result = future.result()
             except KilledWorker as error:
-                problem = f"a task has ended {DEATHS + 1} workers, probably for lack of memory"
                 raise InputError(
-                    "--cluster", problem, "give a smaller --tile or fewer workers"
+                    "--cluster",
+                    f"a task has ended {DEATHS + 1} workers, probably for lack of memory",
+                    "give a smaller --tile or fewer workers",
                 ) from error
             future.release()
             yield result
@@ -210,11 +211,12 @@ def _open_remote(address, stack):
     versions = client.run(metadata.version, "citypv", on_error="return")
     for worker, version in versions.items():
         if version != __version__:
-            problem = (
+            raise InputError(
+                f"--cluster {address}",
                 f"worker {worker} has "
-                f"{f'CityPV {version}' if isinstance(version, str) else 'no CityPV'}"
+                f"{f'CityPV {version}' if isinstance(version, str) else 'no CityPV'}",
+                f"install CityPV {__version__} on it",
             )
-            raise InputError(f"--cluster {address}", problem, f"install CityPV {__version__} on it")
     return client
 
 
@@ -255,9 +257,10 @@ def read_task(path):
     """
     data, name = Path(path).read_bytes(), Path(path).stem
     if hashlib.sha256(data).hexdigest()[:HASH_LENGTH] != name.rpartition("_")[2]:
-        problem = "is not what was written for this task: somebody else has changed it, or the disk"
         raise InputError(
-            path, problem, "see who can write to this folder, delete it, and start again"
+            path,
+            "is not what was written for this task: somebody else has changed it, or the disk",
+            "see who can write to this folder, delete it, and start again",
         )
     return pickle.loads(data)
 

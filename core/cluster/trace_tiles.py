@@ -58,8 +58,11 @@ def check_cluster_settings(settings, request, *, smallest=20.0):
         return
     # Tiles are at least twice the patches.
     if not smallest <= settings.tile < np.inf:
-        words = f"give {smallest:g} m or more, such as {DEFAULT:g}"
-        raise InputError("--tile", f"{settings.tile:g} m is too small", words)
+        raise InputError(
+            "--tile",
+            f"{settings.tile:g} m is too small",
+            f"give {smallest:g} m or more, such as {DEFAULT:g}",
+        )
     check_cluster(settings.cluster)
     for name in ("target_error", "time_budget"):
         if getattr(request, name) is not None:
@@ -159,8 +162,11 @@ def _told_of(path):
     """
     told = read_told(path)
     if told is None:
-        problem = "is not what was written for this tile: somebody else has changed it, or the disk"
-        raise InputError(path, problem, "start again: it is traced again, all others are kept")
+        raise InputError(
+            path,
+            "is not what was written for this tile: somebody else has changed it, or the disk",
+            "start again: it is traced again, all others are kept",
+        )
     return told
 
 

@@ -48,8 +48,13 @@ def add_options(parser, *groups, hidden=()):
                 )
                 words = argparse.SUPPRESS if name in hidden else words
                 # What is not given, method, preset and the defaults tell.
-                named = {"dest": name, "help": words, "default": argparse.SUPPRESS}
-                place.add_argument(option_of(name), **named, **_argument_of_setting(details))
+                place.add_argument(
+                    option_of(name),
+                    dest=name,
+                    help=words,
+                    default=argparse.SUPPRESS,
+                    **_argument_of_setting(details),
+                )
 
 
 def _argument_of_setting(details):

@@ -157,8 +157,11 @@ def cluster_settings(cluster, tile=None):
     """
     if cluster is None:
         if tile is not None:
-            cure = "give --cluster local:N or --cluster serial too"
-            raise InputError("--tile", "is for cities traced in tiles", cure)
+            raise InputError(
+                "--tile",
+                "is for cities traced in tiles",
+                "give --cluster local:N or --cluster serial too",
+            )
         return None
     from ..cluster.trace_tiles import ClusterSettings
 

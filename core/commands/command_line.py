@@ -182,8 +182,13 @@ def _run_yield(options):
     """`citypv yield`."""
     from ..run.simulate import recompute
 
-    told = {"overwrite": options.overwrite, "log": options.log}
-    recompute(options.transfer, options.out, read_request(options), **told)
+    recompute(
+        options.transfer,
+        options.out,
+        read_request(options),
+        overwrite=options.overwrite,
+        log=options.log,
+    )
     _print_summary(options)
 
 
@@ -193,12 +198,15 @@ def _run_world(options):
 
     chosen = {field.name: getattr(options, field.name) for field in fields(WorldSettings)}
     settings = WorldSettings(**chosen | {"pictures": options.pictures == "on"})
-    told = {
-        "overwrite": options.overwrite,
-        "log": options.log,
-        "cluster": cluster_settings(options.cluster),
-    }
-    make_world(options.environment, options.out, read_request(options), settings, **told)
+    make_world(
+        options.environment,
+        options.out,
+        read_request(options),
+        settings,
+        overwrite=options.overwrite,
+        log=options.log,
+        cluster=cluster_settings(options.cluster),
+    )
 
 
 def _run_variant(options):

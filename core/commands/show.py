@@ -40,9 +40,12 @@ def list_effects(paths, request, progress):
     weather = study.read_year(scene.site, request)
     prepared = study.prepare_study(scene, weather, request).build_tree(request)
     transfer = measure_effects(CityYear(scene, prepared, weather, request), progress)
-    settings = {"threads": request.threads, "sky": choose_sky(request, transfer)}
     for key, share in shares_of_effects(
-        transfer, weather, build_system(request), **settings
+        transfer,
+        weather,
+        build_system(request),
+        threads=request.threads,
+        sky=choose_sky(request, transfer),
     ).items():
         effect = prepared.plan[key]
         effect.share = share

@@ -98,9 +98,10 @@ def check_sky(transfer, sky, source="the Transfer"):
         part.title for part in sources_of(sky) if part.name not in transfer.sources
     )
     if missing:
-        problem = f"{source} was traced without the light of {missing}"
         raise InputError(
-            f"--sky {sky}", problem, "trace the city again with this sky, or give --sky isotropic"
+            f"--sky {sky}",
+            f"{source} was traced without the light of {missing}",
+            "trace the city again with this sky, or give --sky isotropic",
         )
 
 

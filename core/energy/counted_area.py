@@ -142,11 +142,12 @@ def _share_without_room(transfer, system):
     if transfer.no_room is None:
         return np.zeros(len(transfer.surfaces))
     if system.clearance not in transfer.clearances:
-        cure = (
+        raise InputError(
+            "--clearance",
+            f"{system.clearance:g} m was not traced",
             f"give {' or '.join(f'{length:g}' for length in transfer.clearances)}, or trace the "
-            "city again"
+            "city again",
         )
-        raise InputError("--clearance", f"{system.clearance:g} m was not traced", cure)
     return transfer.no_room[:, transfer.clearances.index(system.clearance)]
 
 

@@ -266,8 +266,11 @@ def _read_parameters(library, key, names, positive=(), *, option):
         if not math.isfinite(parameters[name]) or (name in positive and parameters[name] <= 0)
     ]
     if missing:
-        cure = f"choose another {option.removeprefix('--')}"
-        raise InputError(option, f"{key} has no {', '.join(missing)} in the library", cure)
+        raise InputError(
+            option,
+            f"{key} has no {', '.join(missing)} in the library",
+            f"choose another {option.removeprefix('--')}",
+        )
     return parameters
 
 
@@ -328,8 +331,11 @@ def _search_library(text, libraries, *, option):
     nearest = ", ".join(
         names[one] for one in difflib.get_close_matches(wanted, candidates, SHOWN, 0.0)
     )
-    problem = f"{text!r} is not in pvlib's libraries ({', '.join(libraries)})"
-    raise InputError(option, problem, f"give one of its names, nearest: {nearest}")
+    raise InputError(
+        option,
+        f"{text!r} is not in pvlib's libraries ({', '.join(libraries)})",
+        f"give one of its names, nearest: {nearest}",
+    )
 
 
 @cache

@@ -45,8 +45,12 @@ def state_errors(energy, errors, groups):
         * (groups.area / max(groups.area.sum(), np.finfo(float).tiny))[label]
     )
     whole = noise_of_mean(weight, errors.own[rows], errors.passed_on[rows])
-    stated = {"full_load_hours_standard_error": np.sqrt(surfaces), "group_standard_error": means}
-    return replace(energy, **stated, sampling_error=float(np.sqrt(whole)))
+    return replace(
+        energy,
+        full_load_hours_standard_error=np.sqrt(surfaces),
+        group_standard_error=means,
+        sampling_error=float(np.sqrt(whole)),
+    )
 
 
 def noise_of_mean(weight, own, passed_on):

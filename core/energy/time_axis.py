@@ -30,10 +30,9 @@ def read_zone(text):
         return UTC
     match = re.fullmatch(r"([+-])(\d{1,2}):(00|15|30|45)", text.strip())
     if not match or int(match[2]) > 14:
-        problem = f"{text!r} is no fixed offset from UTC"
         raise InputError(
             "--time-axis",
-            problem,
+            f"{text!r} is no fixed offset from UTC",
             "give utc, or hours and minutes such as +01:00 or -03:30, or file",
         )
     offset = timedelta(hours=int(match[2]), minutes=int(match[3]))

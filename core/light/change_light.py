@@ -162,8 +162,11 @@ def _continue_gather(context, old):
     """
     count, most = len(context.patches), LARGEST_KEY + 1
     if context.reflections and count * old.elements * old.start_elements * 4 > most:
-        problem = f"has {count:,} patches, too many for what the base's rays met"
-        raise InputError("the edited city", problem, "trace it by citypv simulate --editable")
+        raise InputError(
+            "the edited city",
+            f"has {count:,} patches, too many for what the base's rays met",
+            "trace it by citypv simulate --editable",
+        )
     return replace(context, elements=old.elements, start_elements=old.start_elements)
 
 
@@ -315,8 +318,9 @@ def _look_again(edit, suns, change):
 def _extend_points(known, patches, watch, counts, wanted):
     """Points of the patches before, and of those that are wanted anew: KnownPoints."""
     rows = np.flatnonzero(wanted)
-    how = {"threads": watch.threads, "left_out": watch.left_out}
-    points_anew = find_points(patches, watch.covered, counts, wanted, **how)
+    points_anew = find_points(
+        patches, watch.covered, counts, wanted, threads=watch.threads, left_out=watch.left_out
+    )
     for new, old in zip(points_anew, known, strict=True):
         kept = np.ones(len(old), bool)
         kept[rows[rows < len(old)]] = False

@@ -35,8 +35,12 @@ def compact_city(base):
     )
     prepared = replace(prepared, editable=True)
     context = prepare_gather(prepared, base.request, silent)
-    same = {"elements": old.context.elements, "start_elements": old.context.start_elements}
-    context = replace(context, left_out=old.context.left_out[kept], **same)
+    context = replace(
+        context,
+        left_out=old.context.left_out[kept],
+        elements=old.context.elements,
+        start_elements=old.context.start_elements,
+    )
     # In each state of trees: rows of patches, matrix, light and errors, of what is left.
     states = []
     for one in old.states:

@@ -148,11 +148,12 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
     )
     context, states = prepare_gather(prepared, request, silent), kept["states"]
     if kept["bits"].shape[1] != len(prepared.patches):
-        problem = (
+        raise InputError(
+            "rays.nc",
             f"holds rays of {kept['bits'].shape[1]:,} patches, the city has "
-            f"{len(prepared.patches):,}"
+            f"{len(prepared.patches):,}",
+            "trace the city again with --editable",
         )
-        raise InputError("rays.nc", problem, "trace the city again with --editable")
     # Which points see which suns was kept in bits; the points themselves follow from their random
     # numbers.
     context.left_out = choose_left_out(
@@ -162,9 +163,13 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
     task = prepare_suns(context, [state["traced"] for state in states], suns)
     task.bits, watch = kept["bits"], task.watch
     counts = context.points, context.elements
-    how = {"threads": watch.threads, "left_out": watch.left_out}
     watch.points = find_points(
-        context.patches, watch.covered, counts, watch.traced | watch.unobstructed, **how
+        context.patches,
+        watch.covered,
+        counts,
+        watch.traced | watch.unobstructed,
+        threads=watch.threads,
+        left_out=watch.left_out,
     )
     # Light of both states of trees, with the matrices of the Transfer.
     transfers = [replace(transfer, bare=None, base=None), transfer.bare][: len(states)]

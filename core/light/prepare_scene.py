@@ -95,6 +95,7 @@ def prepare_scene(scene, request, *, weather=None, suns=None, materials=None, pr
     materials = name_brdfs(scene, request) if materials is None else materials
     scene = replace(scene.with_backs(), ground_albedo=request.ground_albedo)
     patches = patches_of_scene(scene, albedo_of_triangles(scene, request, materials), request.seed)
-    known = {"materials": materials, "weather": weather, "suns": suns}
-    plan = plan_effects(scene, patches, request, **known, progress=progress)
+    plan = plan_effects(
+        scene, patches, request, materials=materials, weather=weather, suns=suns, progress=progress
+    )
     return PreparedScene(scene, materials, patches, plan, suns)

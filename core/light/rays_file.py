@@ -118,11 +118,10 @@ def write_rays(path, base, city, names=None):
         source = getattr(request, name)
         if source is not None:
             files[name] = [Path(source).name, np.frombuffer(Path(source).read_bytes(), np.uint8)]
-    told = request.as_dict() | dict.fromkeys(FILES) | {"site_of": None}
     content = {
         "city": city,
         "scene": base.scene,
-        "request": told,
+        "request": request.as_dict() | dict.fromkeys(FILES) | {"site_of": None},
         "files": files,
         "names": {name: getattr(request, name) for name in files} | (names or {}),
         "decisions": base.decisions,
@@ -172,8 +171,11 @@ def read_rays(folder):
         refuse_links(path)
     with parsing(path, "cannot be read", CURE), h5py.File(path) as file:
         if file.attrs.get("title") != FORMAT:
-            problem = f"is of another version, not of {FORMAT!r}"
-            raise InputError(path, problem, f"trace the city again: {_command_again(folder)}")
+            raise InputError(
+                path,
+                f"is of another version, not of {FORMAT!r}",
+                f"trace the city again: {_command_again(folder)}",
+            )
         text = file["content"][:].tobytes()
         if crc32(text) != file["content"].attrs["crc32"]:
             raise InputError(path, "is damaged", "trace the city again with --editable")

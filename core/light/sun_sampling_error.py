@@ -51,8 +51,11 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
     for suns in ways:
         suns.check()
     if len(transfer.surfaces) != len(scene.surfaces):
-        problem = f"{len(transfer.surfaces)} surfaces for a scene of {len(scene.surfaces)}"
-        raise InputError("transfer", problem, "give that of the same scene")
+        raise InputError(
+            "transfer",
+            f"{len(transfer.surfaces)} surfaces for a scene of {len(scene.surfaces)}",
+            "give that of the same scene",
+        )
     # Patches of eligible surfaces, drawn by area, are each taken as a surface of their own.
     prepared = prepared or prepare_scene(scene, request)
     patches = prepared.patches

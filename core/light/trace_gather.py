@@ -114,8 +114,11 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
     check_tracing(scene, suns, request)
     prepared = prepared or prepare_scene(scene, request, suns=suns)
     if prepared.plan["specular"].on and specular is None:
-        problem = "a material is a mirror, glossy or glass, which gather alone does not follow"
-        raise InputError("trace_gather", problem, "use trace_hybrid")
+        raise InputError(
+            "trace_gather",
+            "a material is a mirror, glossy or glass, which gather alone does not follow",
+            "use trace_hybrid",
+        )
     return trace_light(prepared, suns, request, progress, folder, specular=specular).transfer
 
 
@@ -128,8 +131,13 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     plan, ray_scene = context.plan, context.ray_scene
     traced_before = ray_scene.thread_seconds  # by earlier rounds with the same tree
     clock.lap("plan and tree")
-    how = {"clearances": list_clearances(request), "threads": context.threads}
-    cramped = find_cramped(ray_scene, context.patches, prepared.scene, **how)
+    cramped = find_cramped(
+        ray_scene,
+        context.patches,
+        prepared.scene,
+        clearances=list_clearances(request),
+        threads=context.threads,
+    )
     context.left_out = choose_left_out(prepared.scene, context.patch_to_surface, request, cramped)
     clock.lap("room for modules")
     # Rays from all patches: what they meet gives sky light and the matrix of form factors.

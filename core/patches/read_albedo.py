@@ -121,13 +121,11 @@ def name_brdfs(scene, request):
     named = {*materials, request.ground_material} - {""}
     unused = set(of_key) - {*names, *whole, *named, *kinds, "ground"}
     if unused:
-        problem = (
-            f"{sorted(unused)[0]!r} is neither a surface nor a kind nor a material of this city"
+        raise InputError(
+            request.albedo_file,
+            f"{sorted(unused)[0]!r} is neither a surface nor a kind nor a material of this city",
+            "use surface_id or kind as in faces.csv, or a material as `citypv inspect` lists them",
         )
-        cure = (
-            "use surface_id or kind as in faces.csv, or a material as `citypv inspect` lists them"
-        )
-        raise InputError(request.albedo_file, problem, cure)
     # Materials by name, from files or settings; a line of the albedo file goes before.
     of_name = {}
     if request.file_materials:
@@ -265,8 +263,9 @@ def read_albedo(path):
     except InputError:
         raise
     except (OSError, UnicodeDecodeError) as error:
-        cure = "give a CSV file with the columns surface,albedo"
-        raise InputError(path, f"cannot be read ({error})", cure) from error
+        raise InputError(
+            path, f"cannot be read ({error})", "give a CSV file with the columns surface,albedo"
+        ) from error
     rows = csv.reader(text.splitlines())
     header = next(rows, None)
     if header not in HEADERS:
@@ -274,11 +273,12 @@ def read_albedo(path):
     specs = {}
     for number, row in enumerate(rows, start=2):
         if len(row) != len(header):
-            problem = (
+            raise InputError(
+                path,
                 f"line {number} is not "
-                f"{'a name and a number' if header == HEADERS[0] else 'as the header'}"
+                f"{'a name and a number' if header == HEADERS[0] else 'as the header'}",
+                f"write {','.join(['name', *header[1:]])}",
             )
-            raise InputError(path, problem, f"write {','.join(['name', *header[1:]])}")
         cells = dict(zip(header, row, strict=True))
         specs[id_of_cell(row[0])] = _spec_of_row(
             path, number, cells.get("albedo", ""), cells.get("material", "")

@@ -168,5 +168,4 @@ def low_discrepancy(key, replicate, place, dimensions):
     )
     stream = mix(key ^ mix((replicate + 1).astype(np.uint64)))
     shifts = mix(stream[:, None] + np.arange(1, dimensions + 1, dtype=np.uint64) * GOLDEN)
-    words = shifts + place.astype(np.uint64)[:, None] * steps
-    return (words >> np.uint64(11)) * 2.0**-53
+    return ((shifts + place.astype(np.uint64)[:, None] * steps) >> np.uint64(11)) * 2.0**-53

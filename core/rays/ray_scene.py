@@ -80,8 +80,11 @@ class RayScene:
         ray_origins = _usable_rays("ray_origins", ray_origins)
         ray_directions = _usable_rays("ray_directions", ray_directions)
         if len(ray_origins) != len(ray_directions):
-            problem = f"{len(ray_directions)} rows for {len(ray_origins)} ray_origins"
-            raise InputError("ray_directions", problem, "give one direction per ray")
+            raise InputError(
+                "ray_directions",
+                f"{len(ray_directions)} rows for {len(ray_origins)} ray_origins",
+                "give one direction per ray",
+            )
         if not self.triangle_count or not len(ray_origins):
             nowhere = np.zeros(len(ray_origins), np.float32)
             return HitPlaces(np.full(len(ray_origins), -1, np.int32), nowhere, nowhere)

@@ -279,10 +279,11 @@ def _read_ring(part, place, content):
     if len(numbers) % 3:
         return None, "number of coordinates is not a multiple of 3"
     if len(numbers) and not np.abs(numbers).max() <= LARGEST_COORDINATE:  # also true for NaN
-        problem = (
-            f"line {part.sourceline}: a coordinate is not finite or beyond {LARGEST_COORDINATE:g}"
+        raise InputError(
+            content.path,
+            f"line {part.sourceline}: a coordinate is not finite or beyond {LARGEST_COORDINATE:g}",
+            "correct or remove this polygon",
         )
-        raise InputError(content.path, problem, "correct or remove this polygon")
     return numbers.reshape(-1, 3), None
 
 

@@ -228,8 +228,11 @@ class Templates:
         if not fault:
             self._count += len(drawn)
             if self._count > MOST_PLACED:
-                problem = f"its template instances have more than {MOST_PLACED:,} polygons"
-                raise InputError(self._path, problem, "split the file into tiles")
+                raise InputError(
+                    self._path,
+                    f"its template instances have more than {MOST_PLACED:,} polygons",
+                    "split the file into tiles",
+                )
             place = {
                 "building": owner.building,
                 "part": owner.part,

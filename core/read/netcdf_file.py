@@ -94,8 +94,11 @@ def netcdf_file(path):
     with _KeptError(path, "w+") as stream:
         yield stream
     if stream.error is not None:
-        words = f"cannot be written ({stream.error.strerror}): is the disk full?"
-        raise OSError(stream.error.errno or errno.EIO, words, str(path)) from stream.error
+        raise OSError(
+            stream.error.errno or errno.EIO,
+            f"cannot be written ({stream.error.strerror}): is the disk full?",
+            str(path),
+        ) from stream.error
 
 
 class _KeptError(io.FileIO):
@@ -199,11 +202,10 @@ def check_hdf5(path):
     names = {code: bytes(name).decode() or f"filter {code}" for code, _, _, name in filters}
     missing = {name for code, name in names.items() if not h5py.h5z.filter_avail(code)}
     if missing:
-        problem = (
-            f"is compressed by {', '.join(sorted(missing))}, which is not read without hdf5plugin"
-        )
         raise InputError(
-            path, problem, f"type: pip install hdf5plugin, or: nccopy -F none {path} new.nc"
+            path,
+            f"is compressed by {', '.join(sorted(missing))}, which is not read without hdf5plugin",
+            f"type: pip install hdf5plugin, or: nccopy -F none {path} new.nc",
         )
 
 
@@ -228,11 +230,12 @@ def refuse_links(path):
     """
 
     def refuse(name, what):
-        cure = (
+        raise InputError(
+            path,
+            f"{name!r} is {what}, which is not followed",
             f"type: h5repack {path} new.nc, or: nccopy {path} new.nc, where you trust it; or ask "
-            "for whole files"
+            "for whole files",
         )
-        raise InputError(path, f"{name!r} is {what}, which is not followed", cure)
 
     with h5py.File(path) as file:
         waiting, seen = [file], set()

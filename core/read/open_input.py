@@ -52,8 +52,9 @@ class Budget:
             most = 3 * 2**28 + 64 * Path(path).stat().st_size
             self._most = most if free is None else min(most, free)
         if self._spent > self._most:
-            told = f"{step} too large for memory: more than {self._most / GB:.1f} GB"
-            raise InputError(path, told, cure)
+            raise InputError(
+                path, f"{step} too large for memory: more than {self._most / GB:.1f} GB", cure
+            )
 
 
 def clean_name(text):

@@ -288,11 +288,12 @@ def read_posts(raster, window, most, unit=1.0):
     """
     column, row, width, height = (int(value) for value in window)
     if width * height > FREE_BYTES + LARGEST_GAIN * Path(raster.path).stat().st_size:
-        problem = (
+        raise InputError(
+            raster.path,
             f"has {width:,} x {height:,} cells around the city, an implausible number for the size "
-            "of the file"
+            "of the file",
+            "give a coarser raster, or a window of it",
         )
-        raise InputError(raster.path, problem, "give a coarser raster, or a window of it")
     shape, factor = (min(height, most), min(width, most)), _height_factor(raster, unit)
 
     def read_land(*cells):

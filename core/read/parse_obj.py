@@ -105,11 +105,12 @@ def parse_obj(path, up="z", report_share=silent, *, face_bytes=400):
     parts.vertices = turn_up(np.array(vertices, float).reshape(-1, 3), up)
     for face, line in zip(faces, parts.lines, strict=True):
         if face and max(face) >= len(vertices):
-            problem = (
+            raise InputError(
+                path,
                 f"line {line}: polygon refers to vertex {max(face) + 1}, the file has "
-                f"{len(vertices)}"
+                f"{len(vertices)}",
+                CUT,
             )
-            raise InputError(path, problem, CUT)
     parts.faces = [np.array(face, np.int64) for face in faces]
     return parts
 
@@ -158,8 +159,11 @@ def _vertex(path, line, words):
     if len(values) != 3 or not all(
         abs(value) <= LARGEST_COORDINATE for value in values
     ):  # also true for NaN
-        problem = f"line {line}: vertex without three numbers of at most {LARGEST_COORDINATE:g}"
-        raise InputError(path, problem, "correct or remove this vertex")
+        raise InputError(
+            path,
+            f"line {line}: vertex without three numbers of at most {LARGEST_COORDINATE:g}",
+            "correct or remove this vertex",
+        )
     return values
 
 

@@ -57,8 +57,11 @@ def read_root(path, declared=()):
             raise InputError(path, "line 1: no element found", CUT)
         info = root.getroottree().docinfo
         if info.internalDTD is not None or info.externalDTD is not None:
-            problem = f"line {root.sourceline or 1}: document types (<!DOCTYPE …>) are not accepted"
-            raise InputError(path, problem, "remove it and the entities it declares")
+            raise InputError(
+                path,
+                f"line {root.sourceline or 1}: document types (<!DOCTYPE …>) are not accepted",
+                "remove it and the entities it declares",
+            )
         return root.tag, dict(root.nsmap)
 
 
@@ -130,9 +133,10 @@ class _Source:
         data, self._head = self._head or self._stream.read(size), b""
         self.tags += data.count(b"<")
         if self.tags > MOST_TAGS:
-            problem = f"more than {MOST_TAGS:,} tags before the end of a building"
             raise InputError(
-                self._path, problem, "remove what is not a building, or split the building"
+                self._path,
+                f"more than {MOST_TAGS:,} tags before the end of a building",
+                "remove what is not a building, or split the building",
             )
         return data
 

@@ -77,8 +77,11 @@ def read_cityjson(path, report_share=silent):
                 path, f"line {line}: JSON, but not CityJSON (type {word!r})", "give a CityJSON file"
             )
         elif reading.templates is None:
-            cure = "put the header object, of type CityJSON, on the first line"
-            raise InputError(path, f"line {line}: a CityJSONFeature before the header", cure)
+            raise InputError(
+                path,
+                f"line {line}: a CityJSONFeature before the header",
+                "put the header object, of type CityJSON, on the first line",
+            )
         reading.add(value, line, report_share if kind == "CityJSON" else silent)
     reading.finish()
     leave_out_demolished(content)
@@ -109,8 +112,11 @@ class _Reading:
         if version is None:
             self.content.notes.append(f"{self.path} gives no CityJSON version.")
         elif not VERSION.fullmatch(text):
-            cure = "give CityJSON 1.0 to 2.0; cjio's upgrade converts older files"
-            raise InputError(self.path, f"line {line}: unsupported CityJSON version {text!r}", cure)
+            raise InputError(
+                self.path,
+                f"line {line}: unsupported CityJSON version {text!r}",
+                "give CityJSON 1.0 to 2.0; cjio's upgrade converts older files",
+            )
         elif self.transform is None and not text.startswith("1.0"):
             self.content.notes.append(
                 f"{self.path} has no transform; its vertices were read as real coordinates."
@@ -226,11 +232,12 @@ class _Reading:
             )
         if not content.polygons and content.skipped:
             reason, names = max(content.skipped.items(), key=lambda item: len(item[1]))
-            problem = (
+            raise InputError(
+                self.path,
                 f"no building has usable geometry ({reason}: {len(names)}, for example "
-                f"{names[0]!r})"
+                f"{names[0]!r})",
+                "correct or export the file again",
             )
-            raise InputError(self.path, problem, "correct or export the file again")
 
 
 def _srs_names(header):

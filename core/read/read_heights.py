@@ -54,9 +54,10 @@ def open_placed(path):
     """
     with open_raster(path) as raster:
         if raster.crs is None:
-            cure = "give a GeoTIFF with its reference system, or a horizon file (azimuth,elevation)"
             raise InputError(
-                path, "names no coordinate reference system, so nothing tells where it lies", cure
+                path,
+                "names no coordinate reference system, so nothing tells where it lies",
+                "give a GeoTIFF with its reference system, or a horizon file (azimuth,elevation)",
             )
         yield raster
 
@@ -102,9 +103,10 @@ def read_heights(path, place, reach):
             )
             grids = read_grids if read_grids and whole else grids + read_grids
     if not grids:
-        problem = f"does not reach the site ({place[0]:.4f}°, {place[1]:.4f}°)"
         raise InputError(
-            path, problem, "give a raster that covers the site and up to 50 km around it"
+            path,
+            f"does not reach the site ({place[0]:.4f}°, {place[1]:.4f}°)",
+            "give a raster that covers the site and up to 50 km around it",
         )
     return grids
 

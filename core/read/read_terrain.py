@@ -86,8 +86,11 @@ def read_terrain(path, city, unit="m", up="z"):
         raise InputError(path, "has no heights at the city", "give terrain that covers the city")
     apart = np.maximum(np.maximum(points.min(axis=0)[:2] - high, low - points.max(axis=0)[:2]), 0)
     if apart.any():
-        problem = f"is {float(np.hypot(*apart)) / 1000:,.1f} km away from the buildings"
-        raise InputError(path, problem, "give terrain that covers the city, in its system and unit")
+        raise InputError(
+            path,
+            f"is {float(np.hypot(*apart)) / 1000:,.1f} km away from the buildings",
+            "give terrain that covers the city, in its system and unit",
+        )
     return terrain
 
 
@@ -137,8 +140,11 @@ def _read_raster(path, city, unit, notes, *, most_posts=400_000_000):
         for reach, posts in ((300.0, 700), (HORIZON, 250)):
             for window, _ in windows_around(raster, _rectangle(reach, raster, city, unit)):
                 if window[2] * window[3] > most_posts:
-                    problem = f"has {window[2]:,} x {window[3]:,} posts around the city"
-                    raise InputError(path, problem, f"resample it to at most {most_posts:,}")
+                    raise InputError(
+                        path,
+                        f"has {window[2]:,} x {window[3]:,} posts around the city",
+                        f"resample it to at most {most_posts:,}",
+                    )
                 told = notes if not layers else []
                 layers.append(
                     _read_layer(raster, window, posts, told, (city.plane or city.crs, unit))
@@ -168,8 +174,11 @@ def _common_unit(raster, crs, unit):
         return unit if raster.crs is None else None
     plane, _ = plane_of(raster.crs)
     if plane.is_geographic:
-        problem = "is in degrees, but the city has no coordinate reference system"
-        raise InputError(raster.path, problem, "give terrain in the city's own metres")
+        raise InputError(
+            raster.path,
+            "is in degrees, but the city has no coordinate reference system",
+            "give terrain in the city's own metres",
+        )
     return plane.axis_info[0].unit_conversion_factor
 
 

@@ -45,10 +45,11 @@ def read_transform(path, line, value):
     members = value if isinstance(value, dict) else {}
     scale, translate = (read_numbers(members.get(name), 3) for name in ("scale", "translate"))
     if scale is None or translate is None or not scale.all():
-        problem = (
-            f"line {line}: the transform needs three numbers each for scale (none 0) and translate"
+        raise InputError(
+            path,
+            f"line {line}: the transform needs three numbers each for scale (none 0) and translate",
+            "correct it, or export the file again",
         )
-        raise InputError(path, problem, "correct it, or export the file again")
     return scale, translate
 
 

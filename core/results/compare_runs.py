@@ -208,9 +208,10 @@ def _check_comparable(before, after):
     if before.interval != after.interval or not before.times.equals(after.times):
         apart.insert("the weather" in apart, "the hours")
     if apart:
-        problem = f"{before.name} and {after.name} differ in {', '.join(apart)}"
         raise InputError(
-            "compare", problem, "compute both with the same, by citypv yield if the light is there"
+            "compare",
+            f"{before.name} and {after.name} differ in {', '.join(apart)}",
+            "compute both with the same, by citypv yield if the light is there",
         )
     for one in (before, after):
         if one.outlines is None:
@@ -263,8 +264,7 @@ def _shapes_of(results):
     the files' grid.
     """
     outlines, faces = results.outlines, results.faces
-    place = results.summary["input"]["site"]
-    points = Site(**place).to_files(outlines.points.astype(float))
+    points = Site(**results.summary["input"]["site"]).to_files(outlines.points.astype(float))
     first = outlines.ring_start[outlines.surface_start[:-1]]
     last = outlines.ring_start[
         np.minimum(outlines.surface_start[:-1] + 1, len(outlines.ring_start) - 1)

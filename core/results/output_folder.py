@@ -72,8 +72,11 @@ def _check_folder(folder, overwrite, names=NAMES):
         raise InputError(folder, "is not empty", f"{cure}, or add --overwrite")
     foreign = sorted(set(there) & set(names) - _own_names(folder))
     if foreign:
-        problem = f"holds {', '.join(foreign)} without the results of a run of CityPV"
-        raise InputError(folder, problem, f"move it away, or {cure}")
+        raise InputError(
+            folder,
+            f"holds {', '.join(foreign)} without the results of a run of CityPV",
+            f"move it away, or {cure}",
+        )
     if not os.access(parent, os.W_OK):
         raise InputError(folder, "cannot be written", cure)
 
@@ -298,7 +301,10 @@ def write_whole(path, write):
             os.fsync(file.fileno())
         unfinished.replace(path)
     except OSError as error:
-        words = f"cannot be written ({error.strerror or error}): is the disk full?"
-        raise OSError(error.errno or errno.EIO, words, str(path)) from error
+        raise OSError(
+            error.errno or errno.EIO,
+            f"cannot be written ({error.strerror or error}): is the disk full?",
+            str(path),
+        ) from error
     finally:
         unfinished.unlink(missing_ok=True)

@@ -135,9 +135,10 @@ def _join_summaries(folders):
             continue
         apart = list_differences(first, summary)
         if apart:
-            problem = f"differs from {folders[0].name} in {', '.join(apart)}"
             raise InputError(
-                folder, problem, "compute both with the same, by citypv yield if the light is there"
+                folder,
+                f"differs from {folders[0].name} in {', '.join(apart)}",
+                "compute both with the same, by citypv yield if the light is there",
             )
         first["date"] = max(first["date"], summary["date"])
         first["input"]["surfaces"] += summary["input"]["surfaces"]

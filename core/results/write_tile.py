@@ -134,15 +134,14 @@ def _tabulate(buffer, columns, enums):
         words = meanings.get(name.partition("_")[0] if name.startswith("month_") else name)
         classes[name] |= {"description": words} if words else {}
     # Lists of names that numbers refer to.
-    named = {
-        name: {
-            "valueType": "UINT8",
-            "values": [{"name": text, "value": k} for k, text in enumerate(names)],
-        }
-        for name, names in enums.items()
-    }
     return {
         "id": "citypv",
         "classes": {"surface": {"properties": classes}},
-        "enums": named,
+        "enums": {
+            name: {
+                "valueType": "UINT8",
+                "values": [{"name": text, "value": k} for k, text in enumerate(names)],
+            }
+            for name, names in enums.items()
+        },
     }, properties

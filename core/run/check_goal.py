@@ -45,12 +45,11 @@ def check_goal(scene, weather, request, log):
     of_suns = errors.at_share(without=[source for source in SOURCES if source != "suns"])
     if request.target_error is not None and CERTAIN * of_suns > request.target_error:
         cure = "hourly" if request.suns == "days:52" else "days:52"
-        problem = (
-            f"{request.target_error:g} % is below the {of_suns:.2f} % that --suns {request.suns} "
-            "leaves"
-        )
         raise InputError(
-            "--target-error", problem, f"give --suns {cure}, or a target above {of_suns:.2f}"
+            "--target-error",
+            f"{request.target_error:g} % is below the {of_suns:.2f} % that --suns {request.suns} "
+            "leaves",
+            f"give --suns {cure}, or a target above {of_suns:.2f}",
         )
     if request.time_budget is None:
         return

@@ -219,11 +219,10 @@ def _check_distance(path, city, base):
     middle = np.median(np.concatenate(places), axis=0)
     if not ((middle >= low) & (middle <= high)).all():
         away = np.hypot(*(middle - 0.5 * (low + high))) / 1000
-        cure = "add --local if it is in metres from the local origin of the base"
         raise InputError(
             path,
             f"stands {away:,.0f} km from the base, or names no coordinate reference system",
-            cure,
+            "add --local if it is in metres from the local origin of the base",
         )
 
 

@@ -100,8 +100,9 @@ def write_run(work, results, request, log, tiles=None, *, beside=None):
     """
     _, scene, transfer, energy, weather = results
     summary = summarise(transfer, energy, weather, request, scene=scene, seconds=log.clock.seconds)
-    chosen = {"sky": energy.sky, "threads": request.threads}
-    shares = state_effects(summary, transfer, weather, build_system(request), **chosen)
+    shares = state_effects(
+        summary, transfer, weather, build_system(request), sky=energy.sky, threads=request.threads
+    )
     if shares:
         told = (
             f"{key} {show_number(100 * share, 1, plus=True)} %" for key, share in shares.items()

@@ -228,8 +228,11 @@ def check_triangles(vertices, triangles):
     )
     if len(triangles) and not (triangles.min() >= 0 and triangles.max() < len(vertices)):
         first = first_true(((triangles < 0) | (triangles >= len(vertices))).any(axis=1))
-        problem = f"triangle {first} is {triangles[first]}, but there are {len(vertices)} vertices"
-        raise InputError("triangles", problem, "check the indices")
+        raise InputError(
+            "triangles",
+            f"triangle {first} is {triangles[first]}, but there are {len(vertices)} vertices",
+            "check the indices",
+        )
     return vertices, triangles
 
 

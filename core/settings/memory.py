@@ -22,8 +22,7 @@ def free_memory():
     """
     if sys.platform == "win32":
         return _free_on_windows()
-    known = [*_free_on_linux(), *_free_by_limits()]
-    return min(known, default=None)
+    return min([*_free_on_linux(), *_free_by_limits()], default=None)
 
 
 def check_memory(source, step, needed, cure):
@@ -44,10 +43,11 @@ def check_memory(source, step, needed, cure):
     """
     free = free_memory()
     if free is not None and needed > free:
-        problem = (
-            f"{step} needs {needed / GB:.1f} GB of memory, and {max(free, 0) / GB:.1f} GB are free"
+        raise InputError(
+            source,
+            f"{step} needs {needed / GB:.1f} GB of memory, and {max(free, 0) / GB:.1f} GB are free",
+            cure,
         )
-        raise InputError(source, problem, cure)
 
 
 def _read(path):

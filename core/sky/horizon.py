@@ -222,9 +222,10 @@ def horizon_of_terrain(grids, place, start, reach, refraction=REFRACTION, *, oth
     ground_height = height_at(grids, place)
     eye = ground_height if np.isfinite(ground_height) else otherwise
     if not np.isfinite(eye):
-        problem = f"has no height at the site ({place[0]:.4f}°, {place[1]:.4f}°)"
         raise InputError(
-            grids[0].path, problem, "give a raster that covers the site and up to 50 km around it"
+            grids[0].path,
+            f"has no height at the site ({place[0]:.4f}°, {place[1]:.4f}°)",
+            "give a raster that covers the site and up to 50 km around it",
         )
     # Lines of sight are geodesics: nodes every kilometre are placed on the ellipsoid, and projected
     # to each raster.

@@ -249,11 +249,12 @@ def _horizon_of_angles(path, azimuth, elevation):
         raise InputError(path, f"has {len(azimuth)} angles", "give at least three around the site")
     # Compared so that NaN fails too.
     if (row := first_true(~(np.abs(azimuth) <= 540) | ~(np.abs(elevation) < 90.0))) is not None:
-        problem = (
+        raise InputError(
+            path,
             f"azimuth {azimuth[row]:g}°, elevation {elevation[row]:g}° (entry {row + 1}) is out of "
-            "range"
+            "range",
+            "give azimuths from 0 to 360° and elevations below 90°",
         )
-        raise InputError(path, problem, "give azimuths from 0 to 360° and elevations below 90°")
     # Sorted round the circle and interpolated to the azimuths that a horizon holds.
     order = np.argsort(azimuth % 360, kind="stable")
     around = np.arange(STEPS) * (360.0 / STEPS)

@@ -185,8 +185,11 @@ def match_suns(
     if not sunny.any():
         return _SunMatch(np.zeros((len(times), 1), np.int32), np.zeros((len(times), 1), float))
     if not len(suns):
-        problem = "none was traced, but the sun is above 2° on this time axis"
-        raise InputError("suns", problem, "trace again for this year and place")
+        raise InputError(
+            "suns",
+            "none was traced, but the sun is above 2° on this time axis",
+            "trace again for this year and place",
+        )
     # Weights by the way in which the suns were chosen: three directions of a grid, two days, or the
     # nearest sun.
     up = sunny | (90.0 - sun["apparent_zenith"].to_numpy() >= lowest)

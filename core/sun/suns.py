@@ -62,8 +62,11 @@ class Suns:
         direction = check_unit(name, self.direction)
         # Down to a sine of -1e-6 a sun counts as on the horizon: rounding.
         if (first := first_true(direction[:, 2] < -1e-6)) is not None:
-            problem = f"row {first} is {direction[first]}, below the horizon"
-            raise InputError(name, problem, "leave out suns below the horizon")
+            raise InputError(
+                name,
+                f"row {first} is {direction[first]}, below the horizon",
+                "leave out suns below the horizon",
+            )
 
     @property
     def end_of_days(self):

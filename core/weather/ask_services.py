@@ -222,10 +222,11 @@ def _check_answer(option, where, asked, data):
         raise InputError(option, f"{where} sent {len(data):,} of {hours:,} hours", LATER)
     gaps = data.isna().any(axis=1)
     if gaps.any():
-        problem = (
-            f"{where} has no values for {gaps.sum():,} hours, the first at {data.index[gaps][0]}"
+        raise InputError(
+            option,
+            f"{where} has no values for {gaps.sum():,} hours, the first at {data.index[gaps][0]}",
+            "ask for other years, or another service",
         )
-        raise InputError(option, problem, "ask for other years, or another service")
 
 
 def _ask_pvgis(question):

@@ -163,10 +163,11 @@ def _check_nights(year, source):
     lit = year.data.index[night & (year.data["ghi"].to_numpy() > NIGHT_LIGHT)]
     nights = (lit + pd.Timedelta(hours=year.longitude / 15 - 12)).normalize().unique()
     if len(nights) > 2:
-        problem = (
-            f"light in {len(nights)} nights, first at {lit[0]} with the sun far below the horizon"
+        raise InputError(
+            source,
+            f"light in {len(nights)} nights, first at {lit[0]} with the sun far below the horizon",
+            "fill gaps with values of the same hour, not with a mean",
         )
-        raise InputError(source, problem, "fill gaps with values of the same hour, not with a mean")
 
 
 def _check_flat(year, source):
@@ -199,14 +200,12 @@ def check_sums(year, source):
     if changes and falls.sum() < 0.2 * changes:
         begins = year.data.index[1:][falls]
         usual = (begins.hour * 60 + begins.minute).to_series().mode().iloc[0]
-        problem = (
-            f"{year.columns['ghi']} rises all day and falls at {usual // 60}:{usual % 60:02d} UTC"
-        )
-        cure = (
+        raise InputError(
+            source,
+            f"{year.columns['ghi']} rises all day and falls at {usual // 60}:{usual % 60:02d} UTC",
             f"these are sums since {usual // 60}:{usual % 60:02d} UTC: give the differences from "
-            "hour to hour"
+            "hour to hour",
         )
-        raise InputError(source, problem, cure)
 
 
 def check_summer_time(days, source):
@@ -222,12 +221,11 @@ def check_summer_time(days, source):
     # clock, by 60.
     if abs(moved) > 35.0:
         when = "May to September" if moved > 0 else "November to February"
-        problem = (
-            f"light comes {abs(moved):.0f} min later from {when} than in the other half-year: "
-            "summer time"
-        )
         raise InputError(
-            source, problem, "give times without summer time; --time-shift cannot mend it"
+            source,
+            f"light comes {abs(moved):.0f} min later from {when} than in the other half-year: "
+            "summer time",
+            "give times without summer time; --time-shift cannot mend it",
         )
 
 
@@ -243,11 +241,12 @@ def check_diffuse(year, source):
     share = float((data["dhi"] / data["ghi"])[strong].median())
     # The share's median is 0.13 to 0.25 in real records.
     if share > 0.45:
-        problem = (
+        raise InputError(
+            source,
             f"{100 * share:.0f} % of the light is diffuse where {year.columns['dni']} is above "
-            f"{STRONG:.0f} Wm⁻²"
+            f"{STRONG:.0f} Wm⁻²",
+            f"check {year.columns['dhi']}: it may be GHI",
         )
-        raise InputError(source, problem, f"check {year.columns['dhi']}: it may be GHI")
 
 
 def check_direct(year, source):
@@ -267,9 +266,10 @@ def check_direct(year, source):
     # Real records have at least 0.60 times as much.
     if below < 0.5 * above:
         light = f"{below:.2f} of a clear sky's under a low sun, {above:.2f} under a high one"
-        problem = f"{year.columns['dni']} of clear hours is {light}"
         raise InputError(
-            source, problem, "check this column: it may be the direct light on a horizontal plane"
+            source,
+            f"{year.columns['dni']} of clear hours is {light}",
+            "check this column: it may be the direct light on a horizontal plane",
         )
 
 
@@ -391,11 +391,12 @@ def check_given(given, year, source):
         shining = " and ".join(year.columns[name] for name in lit)
         raise InputError(source, f"{year.columns[dark[0]]} is 0 all year, {shining} not", enough)
     if lit and not year.data["dni"].any():
-        problem = (
+        raise InputError(
+            source,
             f"no direct light all year: {year.columns['dhi']} is never less than "
-            f"{year.columns['ghi']}"
+            f"{year.columns['ghi']}",
+            "check these columns",
         )
-        raise InputError(source, problem, "check these columns")
 
 
 def _cure_of_factor(ghi, cos_zenith, interval, *, quantile=0.99):

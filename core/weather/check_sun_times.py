@@ -273,17 +273,24 @@ def check_shift(times, source):
         if abs(daylight - shift) < DAYLIGHT_SHIFT:
             raise TimesError(source, problem, CURE_OF_TIMES, _round_shift(shift, 2))
         problem += f" (GHI itself fits the sun {own}: DNI seems to be computed for the wrong time)"
-        mending = _round_shift(daylight, 3) if times.of_another_sun else 0.0
-        raise TimesError(source, problem, CURE_OF_TIMES, mending, "dni")
+        raise TimesError(
+            source,
+            problem,
+            CURE_OF_TIMES,
+            _round_shift(daylight, 3) if times.of_another_sun else 0.0,
+            "dni",
+        )
     # GHI, DHI and DNI that no shift reconciles may belong to another place.
     if (residual is None or residual > WORST_RESIDUAL) and times.of_another_sun:
         problem = f"its irradiance fits the sun {own} than its time stamps"
-        cure = (
+        raise TimesError(
+            source,
+            problem,
             CURE_OF_TIMES
             if abs(daylight) <= 90
-            else "check the place (--weather-place) and the time zone of the weather"
+            else "check the place (--weather-place) and the time zone of the weather",
+            _round_shift(daylight, 3),
         )
-        raise TimesError(source, problem, cure, _round_shift(daylight, 3))
 
 
 def _clear_days_agree(times):
@@ -300,15 +307,13 @@ def check_closure(times, source):
     InputError
     """
     if times.closure_residual is not None and times.closure_residual > WORST_RESIDUAL:
-        problem = (
+        raise InputError(
+            source,
             f"GHI differs from DHI + DNI cos z by {100 * times.closure_residual:.1f} % of GHI at "
-            "any time shift"
-        )
-        cure = (
+            "any time shift",
             "check columns, units and the place (--weather-place), or leave one of them out "
-            "(--weather-without)"
+            "(--weather-without)",
         )
-        raise InputError(source, problem, cure)
 
 
 def _describe_shift(shift):

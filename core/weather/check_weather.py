@@ -73,8 +73,11 @@ def check_weather(record):
     columns = set(record.data.columns)
     light = sorted(columns & set(IRRADIANCES))
     if len(light) < 2 and light != ["ghi"]:
-        problem = f"missing: ghi, or two of ghi, dhi, dni (there: {', '.join(light) or 'none'})"
-        raise InputError(record.source, problem, "add these columns to the weather")
+        raise InputError(
+            record.source,
+            f"missing: ghi, or two of ghi, dhi, dni (there: {', '.join(light) or 'none'})",
+            "add these columns to the weather",
+        )
     interval = _check_time_axis(record.data.index, record.source)
     for name in sorted(columns & set(LIMITS), key=list(LIMITS).index):
         unknown = ~np.isfinite(record.data[name].to_numpy(dtype=float))
@@ -211,8 +214,11 @@ def _check_negative(given, year, source, *, least_by_day=-4.0):
     for name, column in given.items():
         values, words = column.to_numpy(float), year.columns[name]
         if (first := first_true(day & (values < least_by_day))) is not None:
-            problem = f"{words} is {values[first]:g} Wm⁻² at {given.index[first]}, by day"
-            raise InputError(source, problem, f"give values from {least_by_day:g} Wm⁻²")
+            raise InputError(
+                source,
+                f"{words} is {values[first]:g} Wm⁻² at {given.index[first]}, by day",
+                f"give values from {least_by_day:g} Wm⁻²",
+            )
         # Down to −1 Wm⁻² files are imprecise by packing, which no note says.
         small = values < -1.0
         if small.any():

@@ -58,9 +58,10 @@ def look_up_normals(latitude, longitude):
     at the altitude of the place.
     """
     if latitude < LEAST_LATITUDE:
-        problem = f"it does not know {latitude:.2f}°, {longitude:.2f}°: it ends at 60° S"
         raise InputError(
-            "--weather climate", problem, "give weather files, or clear-sky as an upper bound"
+            "--weather climate",
+            f"it does not know {latitude:.2f}°, {longitude:.2f}°: it ends at 60° S",
+            "give weather files, or clear-sky as an upper bound",
         )
     # On land the nearest cell tells; at sea a coarse grid at sea level does, cooled to the height
     # of the place.

@@ -52,8 +52,11 @@ def fill_from_climate(record, interval):
         return record
     words = " and ".join(FROM_CLIMATE[name] for name in missing)
     if record.latitude < LEAST_LATITUDE:
-        problem = f"missing: {', '.join(missing)}; the built-in climate ends at 60° S"
-        raise InputError(record.source, problem, "add these columns to the weather")
+        raise InputError(
+            record.source,
+            f"missing: {', '.join(missing)}; the built-in climate ends at 60° S",
+            "add these columns to the weather",
+        )
     usual = climate(record.latitude, (record.longitude + 180.0) % 360.0 - 180.0)
     # Each interval has the climate's value of the same day and hour; 29 February has the values of
     # the 28th.

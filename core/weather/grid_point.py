@@ -47,10 +47,9 @@ def name_axes(source, dataset, cure):
     # Members, steps of a forecast, lists of points.
     further = [f"{name} ({size})" for name, size in dataset.sizes.items() if name not in known]
     if further:
-        problem = f"has values along {', '.join(further)}, not only along {', '.join(AXES)}"
         raise InputError(
             source,
-            problem,
+            f"has values along {', '.join(further)}, not only along {', '.join(AXES)}",
             "give one value for each time, latitude and longitude of a regular grid",
         )
     # All three axes, even of a single time or place; times in the usual calendar.

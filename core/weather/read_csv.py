@@ -42,8 +42,11 @@ def read_weather_csv(path, own):
         (line for line in text.splitlines() if line.strip() and not line.startswith("#")), ""
     )
     if header.count(",") < 2 and re.search(r"[;\t]", header):
-        cure = "write commas between columns, and points in numbers"
-        raise InputError(path, "its columns are separated by other signs than commas", cure)
+        raise InputError(
+            path,
+            "its columns are separated by other signs than commas",
+            "write commas between columns, and points in numbers",
+        )
     with parsing(path, "cannot be read as csv", DAMAGED):
         table = pd.read_csv(
             io.StringIO(text), comment="#", skipinitialspace=True, dtype=str, header=None
@@ -59,12 +62,11 @@ def read_weather_csv(path, own):
     table = table.iloc[1:].reset_index(drop=True).set_axis(names, axis=1)
     names = [name for name in NAMES if name in table]
     if not names:
-        problem = (
-            f"no column of the header ({', '.join(map(str, table.columns[:8]))}) is a weather "
-            "variable"
-        )
         raise InputError(
-            path, problem, "name the columns ghi, dhi, dni, temp_air, wind_speed, pressure"
+            path,
+            f"no column of the header ({', '.join(map(str, table.columns[:8]))}) is a weather "
+            "variable",
+            "name the columns ghi, dhi, dni, temp_air, wind_speed, pressure",
         )
     # Times stand in the first column; numbers of the others by name.
     times = _read_times(path, table.iloc[:, 0])
@@ -114,9 +116,10 @@ def _read_times(path, column):
     zoned = column.str.contains(r"(?:Z|UTC|[+-]\d{2}(?::?\d{2})?)\s*$")
     if (row := first_true(times.isna() | ~zoned)) is not None:
         what = "is not a time" if zoned.iloc[row] else "has no time zone"
-        problem = f"the time {column.iloc[row]!r} (row {row + 1}, column {column.name!r}) {what}"
         raise InputError(
-            path, problem, "write times with their UTC offset, such as 2021-01-01T00:00+01:00"
+            path,
+            f"the time {column.iloc[row]!r} (row {row + 1}, column {column.name!r}) {what}",
+            "write times with their UTC offset, such as 2021-01-01T00:00+01:00",
         )
     return pd.DatetimeIndex(times)
 

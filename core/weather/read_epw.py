@@ -127,8 +127,11 @@ def _split_hours(path, table):
     if parts == 1 or table.set_index("minute", append=True).index.has_duplicates:
         return table.index, 1  # hourly; what is repeated is refused later
     if (first := first_true(counts != parts)) is not None:
-        problem = f"the hour {table.index[first]} has {counts[first]} records, others have {parts}"
-        raise InputError(path, problem, "give the same number of records for every hour")
+        raise InputError(
+            path,
+            f"the hour {table.index[first]} has {counts[first]} records, others have {parts}",
+            "give the same number of records for every hour",
+        )
     number = hours.rank(method="first").to_numpy() - 1
     return pd.DatetimeIndex(table.index + pd.to_timedelta(number * 60 / parts, unit="min")), parts
 
@@ -170,9 +173,10 @@ def _factor_of_unit(path, data, parts, place):
         return 1
     factor = min((1, parts), key=lambda number: abs(np.log(clearest * number)))
     if abs(np.log(clearest * factor)) > 0.45 * np.log(parts):
-        problem = (
+        raise InputError(
+            path,
             f"its clearest days have {clearest:.2f} of a clear sky, neither W/m² nor Wh/m² per "
-            "interval"
+            "interval",
+            "give irradiance in W/m²",
         )
-        raise InputError(path, problem, "give irradiance in W/m²")
     return factor

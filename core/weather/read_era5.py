@@ -158,8 +158,11 @@ def open_era5_grid(paths, stack, needed=NEEDED, *, rounding=6):
             for name, values, expected in zip(AXES[1:], own, axes, strict=True):
                 # Coordinates may differ by 0.01°.
                 if values.shape != expected.shape or np.abs(values - expected).max() > 0.01:
-                    problem = f"its {name}s are not those of the other files"
-                    raise InputError(path, problem, "download all on the same grid")
+                    raise InputError(
+                        path,
+                        f"its {name}s are not those of the other files",
+                        "download all on the same grid",
+                    )
     # All variables that are needed, in any of the files; wind as speed or by its components.
     if not files:
         raise InputError(source, "no weather variable inside", CURE)

@@ -79,8 +79,11 @@ def _read_typical(path, text, file_format):
         lines = text.splitlines()
         rows = [line for line in lines if re.match(r"\d{8}:", line)]
         if len(rows) != TYPICAL_HOURS:
-            problem = f"{len(rows)} hours instead of {TYPICAL_HOURS}"
-            raise InputError(path, problem, "download the file again; it may be cut")
+            raise InputError(
+                path,
+                f"{len(rows)} hours instead of {TYPICAL_HOURS}",
+                "download the file again; it may be cut",
+            )
         fields = dict(
             line.split(":", 1) for line in lines[:12] if ":" in line and not line[0].isdigit()
         )

@@ -385,8 +385,9 @@ def _parse_power_json(path, text):
             if "units" in about
         }
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        problem = f"is no answer of NASA POWER ({type(error).__name__})"
-        raise InputError(path, problem, f"{AGAIN}; it may be cut") from error
+        raise InputError(
+            path, f"is no answer of NASA POWER ({type(error).__name__})", f"{AGAIN}; it may be cut"
+        ) from error
     if not stamps.str.fullmatch(r"\d{10}").all():
         raise InputError(path, f"its time {stamps[0]!r} is not one of hours", "ask for hourly data")
     table = table.reset_index(drop=True)

@@ -99,13 +99,10 @@ def _read_starts(path, table):
     parts = table[TIME].astype(str).str.extract(r"^\s*(\d{1,2}):(\d{2})").astype(float)
     ends = days + pd.to_timedelta(60.0 * parts[0] + parts[1], unit="min")
     if (row := first_true(ends.isna())) is not None:
-        problem = (
-            f"{table[DATE].iloc[row]!r}, {table[TIME].iloc[row]!r} (row {row + 1}) is not a date "
-            "and a time"
-        )
         raise InputError(
             path,
-            problem,
+            f"{table[DATE].iloc[row]!r}, {table[TIME].iloc[row]!r} (row {row + 1}) is not a date "
+            "and a time",
             "write them as MM/DD/YYYY and HH:MM; or download the file again if it is cut",
         )
     ends = pd.DatetimeIndex(ends)

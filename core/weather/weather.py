@@ -112,12 +112,11 @@ class Weather(Record):
             cure = "give weather of that latitude, trace --suns sky-grid:N"
         # Unless the user allows more, the weather lies within 150 km of the city.
         if away > (150.0 if allowed is None else allowed):
-            problem = (
-                f"its place ({self.latitude:.2f}°, {self.longitude:.2f}°) is {away:,.0f} km from "
-                f"the {words}"
-            )
             raise InputError(
-                self.label, problem, f"{cure}, or --allow-distance {int(np.ceil(away / 10) * 10)}"
+                self.label,
+                f"its place ({self.latitude:.2f}°, {self.longitude:.2f}°) is {away:,.0f} km from "
+                f"the {words}",
+                f"{cure}, or --allow-distance {int(np.ceil(away / 10) * 10)}",
             )
 
     def darken(self, dark):
@@ -206,8 +205,11 @@ def read_numbers(path, column):
     """
     numbers = pd.to_numeric(column, errors="coerce")
     if (row := first_true(numbers.isna() & column.notna())) is not None:
-        problem = f"{column.iloc[row]!r} (row {row + 1}, column {column.name!r}) is not a number"
-        raise InputError(path, problem, "correct it")
+        raise InputError(
+            path,
+            f"{column.iloc[row]!r} (row {row + 1}, column {column.name!r}) is not a number",
+            "correct it",
+        )
     return numbers.to_numpy(dtype=float)
 
 

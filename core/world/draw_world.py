@@ -97,14 +97,16 @@ def _draw_world_months(dataset):
 def _draw_panel(axes, values, top):
     """One group: months to the right, latitudes upwards; blank without weather."""
     months, table = np.arange(1, 13), values.transpose("latitude", "month").to_numpy()
-    style = {
-        "cmap": picture.colour_scale("viridis"),
-        "vmin": 0,
-        "vmax": top,
-        "shading": "nearest",
-        "rasterized": True,
-    }
-    mesh = axes.pcolormesh(months, values["latitude"], table, **style)
+    mesh = axes.pcolormesh(
+        months,
+        values["latitude"],
+        table,
+        cmap=picture.colour_scale("viridis"),
+        vmin=0,
+        vmax=top,
+        shading="nearest",
+        rasterized=True,
+    )
     axes.set_xticks(months, [name[0] for name in MONTHS], fontsize=9)
     axes.set_title(title_of_group(values["group"].item()))
     mark_latitudes(axes)
@@ -215,7 +217,9 @@ def draw_world(path, folder):
                 draw(dataset) if area or name not in ("world_map.png", "world_gain.png") else None
             )
             if figure is not None:
-                look = {"dpi": DOTS, "format": "png", "metadata": {"Software": None}}
-                write_whole(folder / name, partial(figure.savefig, **look))
+                write_whole(
+                    folder / name,
+                    partial(figure.savefig, dpi=DOTS, format="png", metadata={"Software": None}),
+                )
                 written.append(name)
     return written

@@ -64,8 +64,7 @@ def map_of(values, environment):
 def title_of_group(group):
     """facade_south -> "South facades", rack -> "Racks"."""
     kind, _, orientation = group.partition("_")
-    words = f"{orientation} {'flat roof' if kind == 'flat' else kind}s"
-    return words.strip().capitalize()
+    return f"{orientation} {'flat roof' if kind == 'flat' else kind}s".strip().capitalize()
 
 
 def nearest_place(values, latitude, longitude):

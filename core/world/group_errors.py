@@ -212,8 +212,11 @@ def parse_mix(text, names):
     for part in filter(None, text.split(",")):
         name, _, number = (piece.strip() for piece in part.partition("="))
         if name not in names or name in weights:
-            problem = f"{name!r} is no environment, or is there twice"
-            raise InputError(OPTION, problem, f"give some of {', '.join(names)}, each once")
+            raise InputError(
+                OPTION,
+                f"{name!r} is no environment, or is there twice",
+                f"give some of {', '.join(names)}, each once",
+            )
         weights[name] = pd.to_numeric(number, errors="coerce")
         if not 0 < weights[name] <= 1:  # NaN: it is no number
             raise InputError(

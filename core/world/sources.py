@@ -87,9 +87,10 @@ def check_region(latitudes=None, longitudes=None):
         ("--longitudes", ordered, 180.0),
     ):
         if limits and not (-most <= limits[0] <= limits[1] <= most):
-            problem = f"{limits[0]:g} to {limits[1]:g} is no range"
             raise InputError(
-                option, problem, f"give two ascending numbers from -{most:g} to {most:g}"
+                option,
+                f"{limits[0]:g} to {limits[1]:g} is no range",
+                f"give two ascending numbers from -{most:g} to {most:g}",
             )
 
 
@@ -260,8 +261,9 @@ def grid_source(grid, places, picked, request, years=None):
                 except (
                     InputError
                 ) as error:  # times and places of a grid cannot be changed by options
-                    cure = STAMPS if "--" in error.cure else error.cure
-                    raise InputError(error.source, error.problem, cure) from error
+                    raise InputError(
+                        error.source, error.problem, STAMPS if "--" in error.cure else error.cure
+                    ) from error
             found.append((add_sun(record, interval, request.horizon_cut, own), FILES))
         return found
 

@@ -126,8 +126,11 @@ def read_finishes(names, colours):
         )
     for name in wanted:
         if name not in known and name not in colours:
-            cure = "take the meshes again, or give its faces another"
-            raise InputError("Materials", f"{name!r} was removed or renamed", cure)
+            raise InputError(
+                "Materials",
+                f"{name!r} was removed or renamed",
+                "take the meshes again, or give its faces another",
+            )
         finishes[name] = (
             read_finish(known[name])
             if name in known

@@ -130,9 +130,10 @@ def _read_weather_place(settings):
     try:
         latitude, longitude = map(float, words) if words else (None, None)
     except ValueError:
-        problem = f"{settings.weather_place!r} is not a latitude and a longitude"
         raise InputError(
-            "Measured at", problem, "give two numbers in degrees, such as 52.38 13.06"
+            "Measured at",
+            f"{settings.weather_place!r} is not a latitude and a longitude",
+            "give two numbers in degrees, such as 52.38 13.06",
         ) from None
     return (latitude, longitude) if words else None
 

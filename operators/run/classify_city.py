@@ -66,8 +66,11 @@ class ClassifyCity(OfCity, Step, bpy.types.Operator):
 
         session, seen, request = task
         if session.city.crs is None and (request.latitude is None or request.longitude is None):
-            cure = "enable Own location in step Classify, and give latitude and longitude"
-            raise InputError("City", "its location on Earth is unknown", cure)
+            raise InputError(
+                "City",
+                "its location on Earth is unknown",
+                "enable Own location in step Classify, and give latitude and longitude",
+            )
         imported, city = seen.make() if seen else (session.imported, session.city)
         scene = make_scene(
             city, request, partial(report_polygons, progress, CLASSIFYING, len(city))

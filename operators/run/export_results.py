@@ -93,8 +93,11 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
         (session, *kept), (city, _) = super().prepare(context), find_city(context.scene)
         # Models of the city need the geometry of this session.
         if self.format in MODELS and (session.city is None or session.scene is None):
-            problem = "needs the geometry, which is not in this file"
-            raise InputError(FILES[self.format][0], problem, "import and trace again")
+            raise InputError(
+                FILES[self.format][0],
+                "needs the geometry, which is not in this file",
+                "import and trace again",
+            )
         before = find_before(context.scene, city)
         earlier = find_session(before)
         if self.format in COMPARED and (

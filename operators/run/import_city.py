@@ -170,8 +170,7 @@ def show_import(context, city, scene, findings, taken=()):
             if source_objects.is_in_place(item)
             else set()
         )
-        same = own == own_objects and (taken or list(item.get(Key.FILES, ())) == files)
-        if same:
+        if own == own_objects and (taken or list(item.get(Key.FILES, ())) == files):
             uncolour_user_meshes(item)
             earlier = item.get(Key.IDENTITY)
             remove_objects(item, item.get(Key.GROUND))

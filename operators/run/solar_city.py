@@ -43,9 +43,10 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
     def prepare(self, context):
         """Read paths and settings."""
         if context.scene.citypv.albedo_source == "materials":
-            cure = "choose another source of albedo in step Trace, or run the steps one by one"
             raise InputError(
-                "Albedo", "the faces have no materials before the city is imported", cure
+                "Albedo",
+                "the faces have no materials before the city is imported",
+                "choose another source of albedo in step Trace, or run the steps one by one",
             )
         paths, request = CityFiles.prepare(self, context)
         read_goal(context.scene.citypv_seeing, request)

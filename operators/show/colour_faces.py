@@ -167,8 +167,11 @@ def colour_faces(city, ground, attribute, ends=None, colour_map="viridis"):
     # Values, and the limits of their scale: as asked for, as before, or from the values.
     values = read_face_attribute(city.data, attribute)
     if values is None:
-        problem = f"its faces have no {TITLES[attribute].lower()} yet"
-        raise InputError(city.name, problem, "run the step that computes it")
+        raise InputError(
+            city.name,
+            f"its faces have no {TITLES[attribute].lower()} yet",
+            "run the step that computes it",
+        )
     areas = read_array(city.data.polygons, "area")
     ends = ends or city.get(Key.RANGE + attribute)
     # A change has zero in the middle of its scale.

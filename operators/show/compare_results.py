@@ -51,9 +51,8 @@ def compare_with_before(stage, city, ground):
         )
         return False
     # Changes of each surface, with their errors, on its faces.
-    known = _errors_of_surfaces(before, city, rows)
     table, count, matched = (
-        compare_runs.compare_surfaces(olds, news, match, known),
+        compare_runs.compare_surfaces(olds, news, match, _errors_of_surfaces(before, city, rows)),
         len(city[Key.KWP]),
         match >= 0,
     )

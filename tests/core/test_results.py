@@ -18,7 +18,7 @@ from transfers import Horizons, unshaded_transfer
 from weathers import ERA5, PVGIS
 
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.read import netcdf_file, open_netcdf
+from citypv.core.read import netcdf_file
 from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.results.write_summary import peak_memory
 from citypv.core.results.write_tables import write_faces, write_groups, write_timeseries
@@ -344,9 +344,9 @@ def test_what_hdf5_cannot_unpack_is_named_with_a_cure(tmp_path, monkeypatch):
     with netCDF4.Dataset(path, "w") as file:
         file.createDimension("x", 1000)
         file.createVariable("ssrd", "f4", ("x",), compression="zstd")[:] = 1
-    monkeypatch.setattr(open_netcdf.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(netcdf_file.importlib.util, "find_spec", lambda name: None)
     # The NetCDF library, which the tests use, tells HDF5 where its own methods lie.
-    monkeypatch.setattr(open_netcdf.h5py.h5z, "filter_avail", lambda code: code < 256)
+    monkeypatch.setattr(netcdf_file.h5py.h5z, "filter_avail", lambda code: code < 256)
     with pytest.raises(
         InputError, match=r"packed\.nc: is compressed by .*zstd.*; type: pip install hdf5plugin"
     ):
