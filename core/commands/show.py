@@ -14,7 +14,7 @@ from ..energy.pv_system import build_system
 from ..settings.errors import InputError
 from ..settings.progress import TerminalProgress
 from ..sky.sky_models import choose_sky
-from .find_source import refuse_settings
+from ..world.find_source import refuse_settings
 
 
 def list_effects(paths, request, progress):
