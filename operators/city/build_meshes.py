@@ -7,8 +7,7 @@ from ...core.city.site import Site
 from .attributes import PREFIX, read_array, write_face_attribute
 from .keys import Key
 from .session import find_city
-
-COLLECTION = "CityPV"
+from .source_objects import COLLECTION
 
 
 def build_meshes(scene, name="City"):

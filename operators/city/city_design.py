@@ -14,13 +14,18 @@ import bpy
 from ...core.settings.errors import InputError
 from .keys import Key
 from .run_step import redraw_panels
-from .session import find_session
+from .session import find_objects, find_session
 from .shapes import describe_ground, describe_mesh, describe_object
 from .source_objects import (
     OF_OBJECTS,
+    groups_of,
     is_in_place,
     is_seen,
+    is_solid,
+    join_city,
     list_beside,
+    list_members,
+    list_seen,
     list_taken,
 )
 
@@ -42,16 +47,18 @@ _known = {}
 _parts = {}
 # `session_uid` of a city -> its design, and `_state_of` it when it was seen as its results are
 _at_results = {}
-COLLECTION = "CityPV"  # what is put into it joins the city that is seen
 
 
 @dataclass
 class _Parts:
-    """All that is seen of a city."""
+    """All that is seen of a city, and what stands beside it."""
 
-    names: dict  # key of `_known` -> (name, of `_read_original`)
+    names: dict  # key of `_known` -> (name of the building, of `_read_original`, name)
     results: dict | None  # of `_state_of`, which its results are of; None where that is not known
     edited: set  # keys of what differs from it
+    taken: set  # `session_uid` of the objects that it was taken from, seen or not
+    beside: set  # of `list_beside`
+    design: tuple = ()  # what it was asked for with, and its digest, until a part is another one
 
 
 def begin_design(city, earlier=None):
@@ -75,36 +82,6 @@ def remember_design(city, design):
     city[Key.DESIGN], city[Key.REDESIGNED] = design, design != describe_design(city)
 
 
-def arrangement_of(scene, cities):
-    """What of a Blender scene may change which objects its cities consist of, and is not told by
-    itself: names of objects, which are seen, and which are part of a city or in a collection that
-    one takes from.
-
-    Parameters
-    ----------
-    scene : bpy.types.Scene
-    cities : list of bpy.types.Object
-        Of the scene.
-
-    Returns
-    -------
-    tuple
-        Of lists; equal ones mean that nothing came, went, was renamed, hidden or shown.
-    """
-    layer, items = scene.view_layers[0], scene.objects.values()
-    groups = [
-        scene.collection.children.get(COLLECTION),
-        *(city.get(Key.TAKEN_FROM) for city in cities),
-    ]
-    return (
-        scene.objects.keys(),
-        [item.session_uid for item in items],
-        [item.visible_get(view_layer=layer) for item in items],
-        [item.get(Key.OWNER) for item in items],
-        *(group.all_objects.keys() for group in filter(None, groups)),
-    )
-
-
 def note_edits(city, *, own=True):
     """Note on a city that is seen whether its results are of it; `own`: its own mesh or its ground
     may have changed.
@@ -116,73 +93,85 @@ def note_edits(city, *, own=True):
     _parts.pop(city.session_uid, None)
     if Key.DESIGN not in city or not is_seen(city):
         return
-    # Objects in the collection CityPV are part of a city of files; objects in a collection that a
-    # city of meshes was taken from are part of this city.
-    groups = [scene.collection.children.get(COLLECTION) for scene in city.users_scene]
     taken = {item for _, item, _ in list_taken(city)}
-    for group in filter(None, [city.get(Key.TAKEN_FROM)] if is_in_place(city) else groups):
+    for group in groups_of(city):
         for item in set(group.all_objects) - taken:
-            if Key.PART not in item and Key.OWNER not in item and item.type in ("MESH", "EMPTY"):
-                item[Key.OWNER] = city[Key.IDENTITY]
-    # What was put beside it since it was imported or taken, and is not part of it.
-    added = (
-        sorted(set(list_beside(city, taken)) - set(city[Key.BESIDE])) if Key.BESIDE in city else []
-    )
-    more = f" and {len(added) - 1} more are" if len(added) > 1 else " is"
-    _note_change(city, Key.ADDED, f"{added[0]}{more} not part of the city" if added else "")
+            join_city(city, item)
+    beside = set(list_beside(city, taken))
+    _note_beside(city, beside)
     members = list_members(city, taken)
     # In edit mode nothing is final.
     if any(item.mode == "EDIT" for item in filter(None, (city, city.get(Key.GROUND), *members))):
         return
     # Its own mesh and ground first, then all objects that make it up.
     if own:
-        _note_change(city, Key.EDITED, describe_mesh(city) != city[Key.SHAPE])
-        now, laid = describe_ground(city), city.get(Key.GROUND_SHAPE)
-        _note_change(city, Key.GROUND_EDITED, bool(now and laid and now not in laid))
+        _note_own(city)
     seen, place = list_seen(city, members), _place_of(city)
     design = describe_design(city, seen=seen, known=_known)
     _note_change(city, Key.REDESIGNED, design != city[Key.DESIGN])
     if not any(item.instance_collection for item in seen):
         names = {
-            (item.session_uid, place): (name, _read_original(item, name))
+            (item.session_uid, place): (name, _read_original(item, name), item.name)
             for item, name in seen.items()
         }
-        _parts[city.session_uid] = _compare_with_results(city, names, design)
+        compared = _compare_with_results(city, names, design)
+        taken = {item.session_uid for item in (city.get(Key.TAKEN) or {}).values() if item}
+        _parts[city.session_uid] = _Parts(names, *compared, taken, beside)
+
+
+def _note_own(city):
+    """Note whether a city's own mesh or its ground were edited."""
+    _note_change(city, Key.EDITED, describe_mesh(city) != city[Key.SHAPE])
+    now, laid = describe_ground(city), city.get(Key.GROUND_SHAPE)
+    _note_change(city, Key.GROUND_EDITED, bool(now and laid and now not in laid))
+
+
+def _note_beside(city, beside):
+    """Note what was put beside a city since it was imported or taken, and is not part of it."""
+    added = sorted(beside - set(city[Key.BESIDE])) if Key.BESIDE in city else []
+    more = f" and {len(added) - 1} more are" if len(added) > 1 else " is"
+    _note_change(city, Key.ADDED, f"{added[0]}{more} not part of the city" if added else "")
 
 
 def _compare_with_results(city, names, design):
-    """Which of the parts that are seen of a city differ from those its results are of: _Parts.
+    """Which of the parts that are seen of a city differ from those its results are of: `results`
+    and `edited` of _Parts.
 
     Nothing is known where it was never seen as its results are, nor where objects are buildings
     of the files: such a one is none of the design as long as it is as in the files.
     """
-    if any(original for _, original in names.values()):
-        return _Parts(names, None, set())
+    if any(original for _, original, _ in names.values()):
+        return None, set()
     state = _state_of(city, names)
     if design == city[Key.DESIGN]:
         _at_results[city.session_uid] = design, state
     known, results = _at_results.get(city.session_uid, ("", None))
     if known != city[Key.DESIGN]:
-        return _Parts(names, None, set())
+        return None, set()
     keys = state.keys() | results.keys()
-    return _Parts(names, results, {key for key in keys if state.get(key) != results.get(key)})
+    return results, {key for key in keys if state.get(key) != results.get(key)}
 
 
 def _state_of(city, names):
     """Name and digest of each part of a city, and what it consists of beside them: dict."""
-    beside = city.get(Key.LINEAGE, ""), city.get(Key.REMOVED, "")
-    return {"": beside} | {key: (name, _known[key]) for key, (name, _) in names.items()}
+    return {"": _made_of(city)} | {key: (name, _known[key]) for key, (name, *_) in names.items()}
 
 
-def note_touched(city, touched):
-    """Note edits of single objects, where nothing else has changed: as `note_edits`, without
-    looking at all others.
+def _made_of(city):
+    """What a city consists of beside objects: tuple of two str."""
+    return city.get(Key.LINEAGE, ""), city.get(Key.REMOVED, "")
+
+
+def note_changed(city, touched, before, now):
+    """Note edits of single objects: as `note_edits`, without looking at all others.
 
     Parameters
     ----------
     city : bpy.types.Object
     touched : set of bpy.types.ID
         Moved, or with another shape.
+    before, now : dict
+        Of `arrangement_of`, before it was called last, and now, which gets what joins the city.
 
     Returns
     -------
@@ -193,34 +182,96 @@ def note_touched(city, touched):
     if not is_seen(city):
         _parts.pop(city.session_uid, None)
         return True
-    # Objects were edited while the city itself, its ground and edit mode did not change; else all
-    # is looked at.
+    # A city of files that was moved or edited itself is looked at as a whole; of a city of meshes
+    # all objects but its ground are the user's.
     objects = [one for one in touched if one.id_type == "OBJECT"]
-    ground, parts = city.get(Key.GROUND), _parts.get(city.session_uid)
-    if (
-        parts is None
-        or city in objects
-        or ground in objects
-        or any(item.mode == "EDIT" for item in objects)
-    ):
+    parts, own = _parts.get(city.session_uid), {city, city.get(Key.GROUND)} & set(objects)
+    if parts is None or (own and not is_in_place(city)):
         return False
     # What is known of its parts must be of the results that it has now.
-    place = _place_of(city)
     known, results = _at_results.get(city.session_uid, ("", None))
     if parts.results is not None and (parts.results is not results or known != city[Key.DESIGN]):
         return False
-    # Each touched object is described again and held against what the results were made from.
+    if now is not before and not _note_arranged(city, parts, before, now):
+        return False
+    if own:
+        _note_own(city)
+    # Each touched object is described again and held against what the results were made from; in
+    # edit mode nothing is final.
+    place = _place_of(city)
     for item in objects:
-        if (key := (item.session_uid, place)) in parts.names:
-            _known[key] = describe_object(city, item)
-            same = results is not None and results.get(key) == (parts.names[key][0], _known[key])
-            (parts.edited.discard if same else parts.edited.add)(key)
-    if parts.results is not None:
-        _note_change(city, Key.REDESIGNED, bool(parts.edited))
-        return True
-    every = [(name, _known[key], original) for key, (name, original) in parts.names.items()]
-    _note_change(city, Key.REDESIGNED, _digest_parts(city, None, every) != city[Key.DESIGN])
+        if item.mode != "EDIT" and (key := (item.session_uid, place)) in parts.names:
+            _note_part(city, parts, key, item)
+    edited = bool(parts.edited)
+    if parts.results is None:
+        edited = describe_edited(city) != city[Key.DESIGN]
+    _note_change(city, Key.REDESIGNED, edited)
     return True
+
+
+def _note_arranged(city, parts, before, now):
+    """Note on the parts of a city which objects came, went, were renamed, hidden or shown: whether
+    that was enough.
+    """
+    changed = {uid for uid, _ in before.items() ^ now.items()}
+    if not changed:
+        return True
+    there, place = find_objects(changed & now.keys()), _place_of(city)
+    # What is more than an object of one scene is looked at as a whole: objects of CityPV, instances,
+    # buildings of files, and names that two of them have.
+    special = Key.PART, Key.BUILDING_ID
+    if (
+        parts.results is None
+        or len(city.users_scene) > 1
+        or len(there) < len(changed & now.keys())
+        or any(item.instance_collection for item in there.values())
+        or any(key in item for item in there.values() for key in special)
+    ):
+        return False
+    groups = groups_of(city)
+    for uid in changed:
+        key, name = (uid, place), before[uid][0] if uid in before else ""
+        if uid not in there:
+            # An object that was neither part of the city nor beside it may have been its ground.
+            if key not in parts.names and name not in parts.beside:
+                return False
+            parts.beside.discard(name)
+            _note_part(city, parts, key, None)
+            continue
+        item = there[uid]
+        if uid not in parts.taken and any(item in group.all_objects.values() for group in groups):
+            join_city(city, item)
+            now[uid] = (*now[uid][:2], item.get(Key.OWNER), now[uid][3])
+        own = uid in parts.taken or item.get(Key.OWNER) == city[Key.IDENTITY]
+        seen = now[uid][1]
+        if own and seen and _is_taken(parts, item.name, key):
+            return False
+        parts.beside.discard(name)
+        if seen and not own and is_solid(item):
+            parts.beside.add(item.name)
+        _note_part(city, parts, key, item if own and seen else None)
+    _note_beside(city, parts.beside)
+    return True
+
+
+def _is_taken(parts, name, own):
+    """Whether another part of a city than the one with this key has a name."""
+    return any(key != own and name in (names[0], names[2]) for key, names in parts.names.items())
+
+
+def _note_part(city, parts, key, item):
+    """Note what an object is now that is part of a city; None: it is seen no longer."""
+    parts.design = ()
+    now = None
+    if item is None:
+        parts.names.pop(key, None)
+    else:
+        _known[key] = describe_object(city, item)
+        if key not in parts.names or parts.names[key][2] != item.name:
+            parts.names[key] = item.name, "", item.name
+        now = parts.names[key][0], _known[key]
+    same = parts.results is not None and parts.results.get(key) == now
+    (parts.edited.discard if same else parts.edited.add)(key)
 
 
 def _note_change(city, key, value):
@@ -233,38 +284,6 @@ def _note_change(city, key, value):
 def has_edits(city):
     """Whether a city is seen in another shape than its results are of."""
     return bool(city.get(Key.EDITED) or city.get(Key.REDESIGNED))
-
-
-def list_members(city, taken=None):
-    """Objects of the user that are part of a city, seen or not, by name: those it was taken from
-    (`taken`, a set of them, where it is known), and those added.
-    """
-    identity, scenes = city.get(Key.IDENTITY), city.users_scene
-    added = {
-        item
-        for scene in scenes
-        for item in scene.objects
-        if identity and item.get(Key.OWNER) == identity
-    }
-    if not is_in_place(city):
-        taken = set()
-    elif taken is None:
-        taken = {item for _, item, _ in list_taken(city)}
-    return sorted(added | taken, key=lambda item: item.name)
-
-
-def list_seen(city, members=None):
-    """Of these (`members`, where they are known), those that are seen, with the names of their
-    buildings: dict of object to str.
-    """
-    layer, names, used = city.users_scene[0].view_layers[0] if city.users_scene else None, {}, set()
-    for item in list_members(city) if members is None else members:
-        if not item.visible_get(view_layer=layer):
-            continue
-        name = item.get(Key.BUILDING_ID, item.name)
-        names[item] = item.name if name in used else name  # a copy of it is another building
-        used.add(names[item])
-    return names
 
 
 def describe_design(city, lineage=None, seen=None, *, known=None):
@@ -323,7 +342,16 @@ def _digest_parts(city, lineage, parts):
 
 def describe_edited(city):
     """Digest of a city as it is seen at the moment, with what was edited in its own mesh: str."""
-    return describe_design(city, next_lineage(city) if city.get(Key.EDITED) else None, known=_known)
+    parts = _parts.get(city.session_uid)
+    if parts is None or city.get(Key.EDITED):
+        lineage = next_lineage(city) if city.get(Key.EDITED) else None
+        return describe_design(city, lineage, known=_known)
+    # Put together anew only after one of its parts changed: the panel and a timer ask often.
+    if parts.design[:-1] != _made_of(city):
+        ordered = sorted(parts.names.items(), key=lambda part: part[1][2])
+        every = [(name, _known[key], original) for key, (name, original, _) in ordered]
+        parts.design = *_made_of(city), _digest_parts(city, None, every)
+    return parts.design[-1]
 
 
 def forget_edited(touched=None):

@@ -14,7 +14,7 @@ from ..city.keys import Key
 from ..city.run_step import Action, OfCity, leave_edit_mode
 from ..city.session import find_city, find_session
 from ..city.shapes import describe_object
-from ..city.source_objects import is_in_place, list_taken
+from ..city.source_objects import is_in_place, list_members, list_taken
 from ..city.worn_faces import POLYGON, remember_wearers, write_sources
 from ..show.colour_user_meshes import colour_user_meshes
 from ..show.select_faces import read_selection
@@ -117,7 +117,7 @@ class RemoveBuilding(_NameBuilding, EditAction, bpy.types.Operator):
 
     def act(self, context, city, ground):
         """Note it on the city; an object of it is removed."""
-        for item in city_design.list_members(city):
+        for item in list_members(city):
             if self.building and item.get(Key.BUILDING_ID, item.name) == self.building:
                 bpy.data.objects.remove(item)
                 if self.building not in find_session(city).imported.building_id:

@@ -15,7 +15,7 @@ from ..city import attributes, city_design
 from ..city.build_meshes import site_of
 from ..city.keys import Key
 from ..city.shapes import own_modifiers
-from ..city.source_objects import is_in_place
+from ..city.source_objects import is_in_place, list_seen
 from .take_meshes import read_meshes
 
 
@@ -79,7 +79,7 @@ def read_edited_city(context, city, session):
         Its own mesh was turned, or faces of objects were edited in it.
     """
     context.view_layer.update()
-    seen, reshaped = city_design.list_seen(city), city.get(Key.EDITED) and session.scene is not None
+    seen, reshaped = list_seen(city), city.get(Key.EDITED) and session.scene is not None
     lineage = city_design.next_lineage(city) if reshaped else city.get(Key.LINEAGE, "")
     originals = set() if is_in_place(city) else city_design.originals_of(city, seen)
     read, content, taken = (

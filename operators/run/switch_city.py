@@ -8,12 +8,11 @@ import bpy
 
 from ...core.settings.errors import InputError
 from ..city.build_meshes import read_vertices
-from ..city.city_design import list_members
 from ..city.keys import Key
 from ..city.read_settings import STEPS
 from ..city.run_step import Action, OfCity, leave_edit_mode
 from ..city.session import find_city, list_cities
-from ..city.source_objects import is_in_place, list_taken
+from ..city.source_objects import is_in_place, list_members, list_taken
 from ..show.colour_faces import read_scale
 from ..show.colour_user_meshes import colour_user_meshes, uncolour_user_meshes
 from ..show.show_city import match_view

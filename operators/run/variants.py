@@ -11,12 +11,11 @@ import bpy
 from ...core.settings.errors import InputError
 from ..city.attributes import CHANGE
 from ..city.build_meshes import remove_objects
-from ..city.city_design import list_members, list_seen
 from ..city.keys import Key
 from ..city.read_settings import read_settings
 from ..city.run_step import Action, OfCity, leave_edit_mode
 from ..city.session import find_session, open_session
-from ..city.source_objects import list_taken
+from ..city.source_objects import list_members, list_seen, list_taken
 from ..city.worn_faces import remember_wearers
 from ..show.compare_results import compare_with_before, find_variants
 from ..show.show_result import find_before, show_result

@@ -8,20 +8,19 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ...core.settings.errors import InputError
-from ..city import city_design, session
+from ..city import city_design, session, source_objects
 from ..city.build_meshes import remove_objects, renew_holders
 from ..city.keep_transfer import keep_transfers
 from ..city.keys import Key
 from ..city.read_settings import read_settings
 from ..city.run_step import Step
-from ..city.source_objects import is_seen, list_taken
 from ..show.colour_user_meshes import draw_as_before
 from ..show.show_city import match_view
 from ..show.timeline import follow_frame
 from .update_city import UpdateCity, is_editing
 
 TICK = 0.1  # [s]
-# `session_uid` of a scene: names of its cities, and its arrangement, as long as nothing else changed
+# `session_uid` of a scene: names of its cities, and its arrangement when they were noted last
 _arranged = {}
 _grounds = {}  # `session_uid` of each city: its ground's, None without one
 
@@ -30,6 +29,7 @@ _grounds = {}  # `session_uid` of each city: its ground's, None without one
 def follow_undo(scene, *_):
     """Show the shape or the colours: an undo changes the city, but not the shading of a view."""
     city_design.forget_edited()
+    _arranged.clear()
     match_view(bpy.context)
     bpy.context.view_layer.update()
     for city in session.list_cities(scene):
@@ -46,14 +46,21 @@ def _follow_edits(scene, graph):
         if update.is_updated_geometry or update.is_updated_transform
     ]
     touched = {update.id.original for update in updates}
-    names, arranged = _arranged.get(scene.session_uid, ([""], None))
+    names, before = _arranged.get(scene.session_uid, ([], {}))
     cities = [bpy.data.objects.get(name) for name in names]
-    # Where an object comes, goes, is hidden, renamed or selected, the scene or more than a place
-    # and a shape is updated. It is not told which, and selecting changes nothing.
-    told = not graph.id_type_updated("SCENE") and len(updates) == len(graph.updates)
-    same = all(cities) and (told or city_design.arrangement_of(scene, cities) == arranged)
-    if same and all(city_design.note_touched(city, touched) for city in cities):
-        return
+    if cities and all(cities):
+        # Where an object comes, goes, is hidden, renamed or selected, the scene or more than a
+        # place and a shape is updated. It is not told which, and selecting changes nothing.
+        told = not graph.id_type_updated("SCENE") and len(updates) == len(graph.updates)
+        now = before if told else source_objects.arrangement_of(scene, cities)
+        came = (
+            session.find_objects(now.keys() - before.keys()).values() if now is not before else ()
+        )
+        known = not any(item.get(Key.PART) == "city" for item in came)
+        if known and all([city_design.note_changed(city, touched, before, now) for city in cities]):
+            _arranged[scene.session_uid] = names, now
+            return
+    # Else all objects are looked at.
     city_design.forget_edited(touched)
     if graph.id_type_updated("OBJECT"):
         # A copy of a whole scene has copies of its cities, too.
@@ -66,7 +73,7 @@ def _follow_edits(scene, graph):
             city, own=bool(touched & {city, city.data, ground, ground and ground.data})
         )
     names = [city.name for city in cities]
-    _arranged[scene.session_uid] = names, city_design.arrangement_of(scene, cities)
+    _arranged[scene.session_uid] = names, source_objects.arrangement_of(scene, cities)
 
 
 def remove_left_grounds():
@@ -82,7 +89,7 @@ def remove_left_grounds():
         left = set(left_grounds.values()) - set(grounds.values())
         if left:
             remove_objects(*left)
-        shown = {item for city in cities.values() for _, item, _ in list_taken(city)}
+        shown = {item for city in cities.values() for _, item, _ in source_objects.list_taken(city)}
         for item in set(bpy.data.objects) - shown:
             draw_as_before(item)
     _grounds.clear()
@@ -100,7 +107,7 @@ def _find_work():
         city, _ = session.find_city(scene)
         if (
             city is None
-            or not is_seen(city)
+            or not source_objects.is_seen(city)
             or not city_design.has_edits(city)
             or city_design.hinders_update(city)
             or not city_design.can_update(city)

@@ -8,7 +8,12 @@ from steps import add_box, here, run
 
 from citypv.citypv_addon import CLASSES
 from citypv.operators.city import shapes
-from citypv.operators.city.city_design import describe_edit
+from citypv.operators.city.city_design import (
+    describe_edit,
+    describe_edited,
+    forget_edited,
+    note_edits,
+)
 from citypv.operators.run.take_meshes import read_meshes
 from citypv.operators.run.watch_edits import remove_left_grounds
 
@@ -82,20 +87,77 @@ def test_of_a_city_only_the_object_that_was_moved_is_read_again(town, monkeypatc
     assert describe_edit(here())[0] == "other is not part of the city"
 
 
-def test_moving_and_selecting_look_at_no_other_object_of_a_city(town, monkeypatch):
-    """Neither are all objects compared nor is what is known of them put together anew; an object
-    that is marked as part of the city by a script is found.
+CHANGES = {
+    "move": lambda town: setattr(town[7].location, "x", town[7].location.x + 5),
+    "select": lambda town: town[8].select_set(not town[8].select_get()),
+    "hide": lambda town: town[3].hide_set(True),
+    "show": lambda town: town[3].hide_set(False),
+    "rename": lambda town: setattr(town[5], "name", "corner house"),
+    "rename back": lambda town: setattr(town[5], "name", "house5"),
+    "add": lambda town: add_box("other", (0, -40, 3)),
+    "move what is beside": lambda town: setattr(bpy.data.objects["other"].location, "x", 9),
+    "delete what is beside": lambda town: bpy.data.objects.remove(bpy.data.objects["other"]),
+    "edit a mesh": lambda town: set_height(town[9], 7),
+    "edit mode": lambda town: edit_vertex(town[9]),
+    "move back": lambda town: setattr(town[7].location, "x", town[7].location.x - 5),
+    "delete": lambda town: bpy.data.objects.remove(town.pop()),
+}
+
+
+def set_height(item, height):
+    item.data.vertices[0].co.z = height
+    item.data.update()
+
+
+def edit_vertex(item):
+    """Begin to edit a mesh, change it, and end."""
+    bpy.context.view_layer.objects.active = item
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.context.view_layer.update()
+    bpy.ops.transform.translate(value=(1, 0, 0))
+    bpy.context.view_layer.update()
+    bpy.ops.object.mode_set(mode="OBJECT")
+
+
+def told_of(city):
+    return describe_edit(city), describe_edited(city)
+
+
+def test_a_change_looks_at_the_object_that_was_changed_only(town, monkeypatch):
+    """Neither are all objects compared nor is what is known of them put together anew; and what is
+    told is what a look at all of them tells.
     """
     bpy.ops.object.select_all(action="DESELECT")
     bpy.context.view_layer.update()
-    with monkeypatch.context() as patch:
-        for name in ("note_edits", "describe_design", "_digest_parts"):
-            patch.setattr(f"citypv.operators.city.city_design.{name}", None)
-        for step, edited in ((5, True), (-5, False)):
-            town[7].location.x += step
-            town[8].select_set(edited)
+    read, describe = [], shapes.describe_object
+
+    def note(city, item):
+        read.append(item.name)
+        return describe(city, item)
+
+    told = {}
+    for name, change in CHANGES.items():
+        with monkeypatch.context() as patch:
+            for other in ("note_edits", "describe_design", "_digest_parts", "list_seen"):
+                patch.setattr(f"citypv.operators.city.city_design.{other}", None)
+            patch.setattr("citypv.operators.city.city_design.describe_object", note)
+            read.clear()
+            change(town)
             bpy.context.view_layer.update()
-            assert bool(describe_edit(here())[0]) == edited
+        assert len(set(read)) <= 1, (name, read)
+        told[name] = told_of(here())
+        forget_edited()
+        note_edits(here())
+        assert told_of(here()) == told[name], name
+    assert told["add"][0][0] == "other is not part of the city"
+    # What was undone is as before, each other change is another city.
+    assert told["show"] == told["rename back"] == told["move"]
+    assert told["delete what is beside"] == told["move"]
+    assert len(set(told.values())) == 8
+
+
+def test_an_object_marked_by_a_script_as_part_of_the_city_is_found(town):
     other = add_box("other", (0, -40, 3))
     bpy.context.view_layer.update()
     assert describe_edit(here())[0] == "other is not part of the city"
