@@ -22,6 +22,7 @@ from .city.edge_distance import measure_edge_distance
 from .city.edited_scene import edit_scene
 from .city.foliage import parse_months
 from .city.racks import lay_racks, parse_racks
+from .city.terrain import ground_of_terrain
 from .effects.table import check_effects
 from .energy.compute_energy import compute_energy as compute_surface_energy
 from .energy.pv_system import build_system
@@ -30,6 +31,7 @@ from .light.editable_city import trace_editable
 from .light.prepare_scene import prepare_scene
 from .patches.read_albedo import check_materials
 from .photons.specular_light import specular_of
+from .read.footprint_heights import HeightHints
 from .read.read_city import read_city
 from .read.read_terrain import read_terrain
 from .results.list_findings import rows_of_names
@@ -107,6 +109,13 @@ def read_buildings(paths, request, progress=silent):
     like = place_of_results(request.site_of)[0] if request.site_of else None
     hints = PlaceHints(request.axes, request.latitude, request.longitude, is_land, like)
     how = {"unit": request.unit, "up": request.up, "orient": request.orient, "hints": hints}
+    how["heights"] = HeightHints(request.height, request.default_height, request.unit)
+    how["find_ground"] = None
+    if request.terrain:
+        # Outlines are extruded on the terrain.
+        how["find_ground"] = lambda city: ground_of_terrain(
+            read_terrain(request.terrain, city, *conventions_of(city, request))
+        )
     return read_city(paths, lod=request.lod, progress=progress, **how)
 
 

@@ -144,6 +144,8 @@ def middle_of(content):
     drawn = [*content.polygons, *(polygon for tree in content.trees for polygon in tree.polygons)]
     firsts = [polygon.rings[0][0, :2] for polygon in drawn if len(polygon.rings[0])]
     firsts += [tree.place[:2] for tree in content.trees if tree.place is not None]
+    if content.footprints is not None and len(content.footprints.points):
+        firsts.append(np.median(content.footprints.points, axis=0))
     return np.median(firsts, axis=0) if firsts else None
 
 

@@ -168,6 +168,7 @@ def _describe(city, points, whole_area, sectors):
         surface_azimuth=surface_azimuth,
         normal=normal,
         material=city.material,
+        height_source=city.height_source,
     )
 
 

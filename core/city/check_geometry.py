@@ -58,7 +58,13 @@ def check_city(city):
     count = len(city.surface_id)
     if not count:
         raise InputError("city", "contains no polygons", "give at least one")
-    for name, more in (("building_id", 0), ("thematic", 0), ("material", 0), ("polygon_start", 1)):
+    for name, more in (
+        ("building_id", 0),
+        ("thematic", 0),
+        ("material", 0),
+        ("height_source", 0),
+        ("polygon_start", 1),
+    ):
         rows = getattr(city, name)
         if rows is not None and len(rows) != count + more:
             raise InputError(

@@ -16,7 +16,18 @@ import numpy as np
 from ..settings.errors import list_some
 from .transform_crs import Grid
 
-LISTS = ("surface_id", "building_id", "thematic", "lod", "material", "part")  # columns of a City
+# columns of a City
+LISTS = (
+    *("surface_id", "building_id", "thematic", "lod", "material", "part"),
+    "height_source",
+)
+
+# words for sources of heights that are no measurement, of `City.height_source`
+ESTIMATED = {
+    "floors": "by the number of floors",
+    "outline": "by the outline around a part",
+    "default": "by --default-height",
+}
 
 
 @dataclass
@@ -32,6 +43,9 @@ class ImportReport:
     skipped: dict = field(default_factory=dict)  # reason -> list of ids
     skipped_area: dict = field(default_factory=dict)  # reason -> [m²] left out, if it has geometry
     notes: list = field(default_factory=list)  # sentences for the user
+    attributions: list = field(default_factory=list)  # whom to name with what is made of the files
+    # what tells the heights of extruded buildings, as `City.height_source` -> number of buildings
+    height_sources: dict = field(default_factory=dict)
     unit: str = "m"  # of `transform_crs.UNITS`, of files that name no reference system
     up: str = "z"  # upward axis of files that do not state it
 
@@ -87,6 +101,9 @@ class City:
         # (n,) str, the part of its building that each belongs to, "" if none; None if not recorded
         None
     )
+    # (n,) str, of buildings that were extruded: the attribute that gives their height, "floors" or
+    # "default"; None: not recorded
+    height_source: list | None = None
 
     def __len__(self):
         return len(self.surface_id)
@@ -273,6 +290,7 @@ class FileContent:
     extents: list = field(default_factory=list)  # of Extent
     # (building, part) -> last day on which it stood
     demolitions: dict = field(default_factory=dict)
+    attributions: list = field(default_factory=list)  # of ImportReport
     crs: str | None = None
     axes: str = "xy"  # order of coordinates, of `transform_crs.Grid`
     up: str = "z"  # upward axis as read
@@ -282,6 +300,8 @@ class FileContent:
     trees: list = field(default_factory=list)  # of Tree
     # polygons of the trees while they are read; `building` is the tree
     plants: "FileContent | None" = None
+    flat_map: object = None  # read.flat_map.FlatMap, of a file of outlines, until heights are known
+    footprints: object = None  # extrude_footprints.Footprints, of a file of outlines with heights
 
     def skip(self, reason, identifier):
         """Record what was left out, and why."""

@@ -9,6 +9,9 @@ from ..settings.errors import InputError
 from ..settings.progress import report_part, report_polygons, silent
 from .assemble_city import assemble_city
 from .axis_order import PlaceHints, middle_of, note_order, order_axes
+from .city import ImportReport
+from .edit_city import join_cities
+from .extrude_footprints import extrude_footprints
 from .judge_sizes import judge_unit
 from .name_crs import choose_crs, hash_plane, pick_crs, with_zone
 from .strays import STRAY_TREE, is_on_earth
@@ -21,7 +24,16 @@ JOINING = "joining polygons"  # name of the stage
 BROUGHT = 0.1  # share of the time until all are in one coordinate reference system
 
 
-def join_contents(contents, lod=None, unit="m", *, orient="auto", progress=silent, hints=None):
+def join_contents(
+    contents,
+    lod=None,
+    unit="m",
+    *,
+    orient="auto",
+    progress=silent,
+    hints=None,
+    find_ground=None,
+):
     """One City from the contents of files.
 
     Parameters
@@ -36,6 +48,8 @@ def join_contents(contents, lod=None, unit="m", *, orient="auto", progress=silen
         See `core.settings.progress`.
     hints : PlaceHints, optional
         What the user tells of the place.
+    find_ground : callable, optional
+        Of a City of footprints that stand at 0: what `extrude_footprints` takes as `ground_height`.
 
     Returns
     -------
@@ -50,7 +64,10 @@ def join_contents(contents, lod=None, unit="m", *, orient="auto", progress=silen
     if unit not in (*UNITS, "auto"):
         raise InputError("--unit", f"{unit!r} is not known", f"choose one of {', '.join(UNITS)}")
     # All files in one system of reference, trees and buildings each in one list.
-    count = sum(len(content.polygons) for content in contents)
+    count = sum(
+        len(content.polygons) + (len(content.footprints.points) if content.footprints else 0)
+        for content in contents
+    )
     progress(JOINING, 0, count, "polygons")
     for content in contents:
         _read_system(content)
@@ -81,7 +98,13 @@ def join_contents(contents, lod=None, unit="m", *, orient="auto", progress=silen
     )
     # Then one city is made of all, and trees that stand far off are left out.
     trees = [tree for content in contents for tree in content.trees]
-    city = assemble_city(contents, grid.crs, lod, orient, report_share)
+    flat = [content for content in contents if content.footprints is not None]
+    solid = [content for content in contents if content.footprints is None]
+    city = assemble_city(solid, grid.crs, lod, orient, report_share) if solid else None
+    if flat:
+        extruded = _extrude(flat, grid, find_ground)
+        city = extruded if city is None else _join_with_report(city, extruded)
+        report_share(1.0)
     city.report.unit, city.report.up = (
         unit,
         next((content.up for content in contents if content.up != "z"), "z"),
@@ -90,12 +113,54 @@ def join_contents(contents, lod=None, unit="m", *, orient="auto", progress=silen
     return replace(city, trees=trees, axes=grid.axes, plane=grid.plane)
 
 
+def _extrude(contents, grid, find_ground):
+    """City of files of footprints, which stand in the plane of a grid."""
+
+    def draw(ground_height=None):
+        report = ImportReport(
+            files=[str(content.path) for content in contents],
+            notes=[note for content in contents for note in content.notes],
+            attributions=list(
+                dict.fromkeys(text for content in contents for text in content.attributions)
+            ),
+        )
+        for content in contents:
+            for reason, names in content.skipped.items():
+                report.skip(reason, names)
+        city = extrude_footprints(contents, grid.crs, report, ground_height)
+        return replace(city, axes=grid.axes, plane=grid.plane)
+
+    city = draw()
+    return city if find_ground is None else draw(find_ground(city))
+
+
+def _join_with_report(city, extruded):
+    """Both cities as one, with what both reports say."""
+    report, more = city.report, extruded.report
+    for name in ("files", "notes", "attributions"):
+        getattr(report, name).extend(getattr(more, name))
+    for name in ("building_count", "part_count"):
+        setattr(report, name, getattr(report, name) + getattr(more, name))
+    for name in ("lods_met", "lods_chosen", "height_sources"):
+        met = getattr(report, name)
+        for lod, count in getattr(more, name).items():
+            met[lod] = met.get(lod, 0) + count
+    for reason, names in more.repaired.items():
+        report.repair(reason, names)
+    for reason, names in more.skipped.items():
+        report.skip(reason, names, more.skipped_area.get(reason))
+    joined = join_cities(replace(city, axes=extruded.axes, plane=extruded.plane), extruded)
+    joined.report = report
+    return joined
+
+
 def _read_system(content):
     """Find the coordinate reference system of a file among the names in it, and note the ones that
     are not known.
     """
     drawn = [*content.polygons, *(polygon for tree in content.trees for polygon in tree.polygons)]
-    places = (polygon.rings[0][0, :2] for polygon in drawn if len(polygon.rings[0]))
+    places = [polygon.rings[0][0, :2] for polygon in drawn if len(polygon.rings[0])][:1]
+    places += [content.footprints.points[0]] if content.footprints else []
     easting = next((float(np.abs(place).max()) for place in places), None)
     named, unknown = choose_crs(content.srs_names, easting, content.path)
     content.crs = with_zone(named, easting, content.path)
@@ -116,8 +181,15 @@ def _order_contents(contents, crs, hints):
     """
     orders = []
     for content in contents:
-        orders.append(order_axes(middle_of(content), content.crs or crs, hints, content))
         content.crs = content.crs or crs
+        # Formats of outlines have easting or longitude first; only a place outside the area of use
+        # of their system, or the user, tells otherwise.
+        flat = content.footprints is not None
+        own = replace(hints, is_land=None) if flat else hints
+        order = order_axes(middle_of(content), content.crs, own, None if flat else content)
+        orders.append(replace(order, registered="xy", doubtful=False) if flat else order)
+        if flat and not order.reason:
+            orders[-1] = replace(orders[-1], axes="xy")
     known = next((order.axes for order in orders if order.reason), hints.like and hints.like.axes)
     for content, order in zip(contents, orders, strict=True):
         content.axes = order.axes if order.reason or not known else known
@@ -135,6 +207,8 @@ def _choose_grid(contents, crs, like):
     bounds = []
     for content in contents:
         points = np.concatenate([np.empty((0, 3)), *_rings_of(content)])
+        if content.crs != crs and content.crs and hash_plane(content.crs) != hash_plane(crs):
+            continue  # is brought to the system of the others
         if len(points):
             ends = np.stack([points.min(axis=0), points.max(axis=0)])
             bounds.append(ends if content.axes == contents[0].axes else ends[:, [1, 0, 2]])
@@ -157,6 +231,9 @@ def _plane_for(crs, grid):
 def _rings_of(content):
     rings = [ring for polygon in content.polygons for ring in polygon.rings]
     rings += [ring for tree in content.trees for polygon in tree.polygons for ring in polygon.rings]
+    if content.footprints is not None:
+        points = content.footprints.points
+        rings.append(np.column_stack([points, np.zeros(len(points))]))
     return rings + [tree.place[None] for tree in content.trees if tree.place is not None]
 
 
@@ -173,6 +250,8 @@ def _move_content(content, move):
     trees = [polygon for tree in content.trees for polygon in tree.polygons]
     for polygon in [*content.polygons, *trees]:
         polygon.rings = [next(pieces) for _ in polygon.rings]
+    if content.footprints is not None:
+        content.footprints.points = next(pieces)[:, :2].copy()
     for tree in content.trees:
         if tree.place is not None:
             tree.place = next(pieces)[0]
@@ -234,7 +313,11 @@ def _common_crs(contents, like=None):
     """
     # With a given city all must be in its system; without, all in one system, up to the plane that
     # they lie in.
-    named = {content.crs: content for content in contents if content.crs}
+    # Outlines are brought to the system of the others, since GeoJSON has degrees only.
+    binding = [content for content in contents if content.footprints is None]
+    if like is None and not any(content.crs for content in binding):
+        binding = [content for content in contents if content.crs][:1]
+    named = {content.crs: content for content in binding if content.crs}
     if like is not None:
         for crs, content in named.items():
             # Results of earlier versions name the plane that feet and degrees were brought to, not

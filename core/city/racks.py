@@ -304,6 +304,7 @@ def city_with_racks(city, scene):
         thematic=[*city.thematic, *scene.surfaces.thematic[first:]],
         lod=[*city.lod, *(lod.get(roof_of_rack(name), "") for name in names)] if city.lod else None,
         material=[*city.material, *[""] * count] if city.material else None,
+        height_source=[*city.height_source, *[""] * count] if city.height_source else None,
         part=[*city.part, *[""] * count] if city.part else None,
         **city.append_shape(corners, 4 * np.arange(count + 1), np.arange(count + 1)),
     )

@@ -61,6 +61,7 @@ class Surfaces:
     material: list | None = None
     # (n,) float64 [m], of `measure_edge_distance`; None: unknown
     edge_distance: np.ndarray | None = None
+    height_source: list | None = None  # of City
 
     def __len__(self):
         return len(self.surface_id)

@@ -90,6 +90,18 @@ def nearest_heights(terrain, places, reach):
     return heights
 
 
+def ground_of_terrain(terrain):
+    """Heights of a terrain, close beside its edge too, as outlines are extruded on it: a function
+    of places, (k, 2) float64 [m].
+    """
+
+    def measure(places):
+        heights = measure_heights(terrain, places)
+        return np.where(np.isfinite(heights), heights, nearest_heights(terrain, places, NEAR))
+
+    return measure
+
+
 def _corners_near(layer, places, reach):
     """Corners (t, 3, 3) of the triangles near some places that have an area seen from above."""
     corners = layer.points[layer.triangles]  # (t, 3, 3)

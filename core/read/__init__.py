@@ -5,6 +5,7 @@ read_city.py.
 """
 
 DOORS = (
+    "footprint_heights.HeightHints",
     "formats.DROPPED",
     "formats.READ",
     "formats.SUFFIXES",

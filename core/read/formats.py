@@ -18,6 +18,7 @@ class Format(NamedTuple):
     suffixes: tuple  # in lower case, with dots
     reader: str = ""  # of `read_city.READERS`; "" if it is not read
     marks: tuple = ()  # bytes that files begin with, after white space
+    words: tuple = ()  # of which one stands in the first 64 KB, where other formats begin alike
     cure: str = ""  # what to do with a file that is not read
     dropped: tuple = ()  # suffixes that Blender offers to us when a file is dropped
 
@@ -35,9 +36,18 @@ READ = (
         (".json", ".jsonl"),
         "cityjson",
         (b"{",),
+        (b'"CityJSON', b'"CityObjects"'),
         dropped=(".json", ".jsonl"),
     ),
     Format("OBJ", (".obj",), "obj", dropped=(".obj",)),
+    Format(
+        "GeoJSON, GeoJSONSeq",
+        (".geojson", ".geojsonl", ".geojsons", ".ndjson"),
+        "geojson",
+        (b"{", b"\x1e"),
+        (b'"FeatureCollection"', b'"Feature"'),
+        dropped=(".geojson", ".geojsonl", ".geojsons", ".ndjson"),
+    ),
 )
 _FLAT = (
     "give a 3D model of them (CityGML, CityJSON), such as tools that extrude footprints by their "
@@ -45,7 +55,6 @@ _FLAT = (
 )
 _MESH = "import it into Blender and take its meshes as a city, or export it from there as OBJ"
 NOT_READ = (
-    Format("GeoJSON, a flat map", (".geojson",), cure=_FLAT),
     Format("a GeoPackage, a flat map", (".gpkg",), marks=(b"SQLite format 3\0",), cure=_FLAT),
     Format(
         "part of a shapefile, a flat map",
@@ -122,10 +131,13 @@ def format_of(path):
         The file cannot be opened, or is of a format that is not read.
     """
     with open_input(path) as stream:
-        # The first 64 bytes of a file tell what it is.
-        head = stream.read(64).removeprefix(b"\xef\xbb\xbf").lstrip()
+        # How a file begins tells what it is.
+        head = stream.read(2**16).removeprefix(b"\xef\xbb\xbf").lstrip()
     suffix = suffix_of(path)
     marked = [row for row in (*READ, *NOT_READ) if head.startswith(row.marks)] if head else []
+    # Of formats that begin alike, the one whose words stand there.
+    worded = [row for row in marked if any(word in head for word in row.words)]
+    marked = worded or [row for row in marked if suffix in row.suffixes] or marked
     named = [row for row in (*READ, *NOT_READ) if suffix in row.suffixes]
     # A name of a format that is not read says more than a first sign that many formats have.
     row = next((row for row in named if not row.reader), None) or next(

@@ -6,11 +6,14 @@ from pathlib import Path
 from ..city.join_contents import join_contents
 from ..settings.errors import InputError
 from ..settings.progress import silent
+from .footprint_heights import HeightHints
 from .formats import SUFFIXES, format_of
 from .open_input import suffix_of
 from .parse_json import speaks_of_cityjson
 from .read_citygml import read_citygml
 from .read_cityjson import read_cityjson
+from .read_footprints import read_footprints
+from .read_geojson import read_geojson
 from .read_obj import read_obj
 from .read_relief import place_relief
 
@@ -18,12 +21,24 @@ from .read_relief import place_relief
 READERS = {
     "citygml": read_citygml,
     "cityjson": read_cityjson,
+    "geojson": read_geojson,
     "obj": read_obj,
 }
 READING = "reading files"  # name of the stage
 
 
-def read_city(paths, lod=None, unit="m", up="z", *, orient="auto", progress=silent, hints=None):
+def read_city(
+    paths,
+    lod=None,
+    unit="m",
+    up="z",
+    *,
+    orient="auto",
+    progress=silent,
+    hints=None,
+    heights=None,
+    find_ground=None,
+):
     """Read files and folders of buildings into one City.
 
     Parameters
@@ -44,6 +59,10 @@ def read_city(paths, lod=None, unit="m", up="z", *, orient="auto", progress=sile
         nothing is kept.
     hints : PlaceHints, optional
         What the user tells of the place of the city.
+    heights : HeightHints, optional
+        What the user tells of the heights of outlines.
+    find_ground : callable, optional
+        Ground on which outlines are extruded, as of `join_contents`.
 
     Returns
     -------
@@ -58,8 +77,15 @@ def read_city(paths, lod=None, unit="m", up="z", *, orient="auto", progress=sile
     if up not in ("z", "y", "auto"):
         raise InputError("--up", f"{up!r} is not an axis", "choose z, y or auto")
     contents = _read_files(_list_files(paths), up, progress)
+    read_footprints(contents, heights or HeightHints())
     city = join_contents(
-        contents, lod=lod, unit=unit, orient=orient, progress=progress, hints=hints
+        contents,
+        lod=lod,
+        unit=unit,
+        orient=orient,
+        progress=progress,
+        hints=hints,
+        find_ground=find_ground,
     )
     city.terrain = place_relief(contents, city, city.report.unit)
     return city

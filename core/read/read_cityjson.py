@@ -16,7 +16,6 @@ from ..settings.progress import silent
 from .collect_polygons import INSTALLATIONS
 from .collect_shapes import Owner, Shapes, Templates, collect_shapes
 from .collect_trees import collect_json_tree, finish_trees
-from .formats import NOT_READ
 from .lifetimes import GONE, is_terminated, leave_out_demolished, note_demolitions
 from .open_input import clean_name
 from .parse_json import READ, iterate_json
@@ -69,8 +68,7 @@ def read_cityjson(path, report_share=silent):
         if kind == "CityJSON":
             reading.start(value, line)
         elif kind in ("FeatureCollection", "Feature", "GeometryCollection"):
-            (geojson,) = (row for row in NOT_READ if ".geojson" in row.suffixes)
-            raise InputError(path, f"is {geojson.name}, not CityJSON", geojson.cure)
+            raise InputError(path, "is GeoJSON, not CityJSON", "name it .geojson")
         elif kind != "CityJSONFeature":
             word = clean_name(str(kind))[:60]
             raise InputError(

@@ -33,6 +33,7 @@ DOORS = (
     "compare_runs.sum_buildings",
     "compare_runs.sum_states",
     "compare_runs.tell_yields",
+    "describe_run.describe_detail",
     "describe_run.describe_edge",
     "draw_plan.draw_change",
     "draw_plan.draw_plan",

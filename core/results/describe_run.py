@@ -6,6 +6,7 @@ import math
 from pathlib import PurePath
 
 from ..city.choose_levels import SHAPELESS
+from ..city.city import ESTIMATED
 from ..energy.counted_area import LEFT_OUT
 from ..settings.errors import count_of, show_number
 from ..settings.request import SKIES, declared_settings, option_of
@@ -202,6 +203,7 @@ def describe_left_out(summary):
             f"Area that counts but gets next to no light all year: {dark['area']:,.0f} m² "
             f"({number})."
         )
+    lines += describe_detail(report)
     missing = sum(
         len(ids) for why, ids in (report.get("skipped") or {}).items() if why.startswith(SHAPELESS)
     )
@@ -209,6 +211,30 @@ def describe_left_out(summary):
         lines.append(
             "Buildings without a shape in the files, which cast no shadow and have no results: "
             f"{missing:,} of {report['building_count']:,}."
+        )
+    return lines
+
+
+def describe_detail(report):
+    """What blocks without roofs, and heights that nobody measured, mean for the sums: list of str.
+
+    Parameters
+    ----------
+    report : dict
+        Of an ImportReport; empty where none is known.
+    """
+    chosen, lines = report.get("lods_chosen") or {}, []
+    blocks = sum(count for lod, count in chosen.items() if lod.split(".")[0] == "1")
+    if blocks:
+        share = "" if blocks == sum(chosen.values()) else f" of {blocks:,} surfaces"
+        lines.append(f"LoD1: roofs are flat{share}.")
+    sources = report.get("height_sources") or {}
+    guessed = {words: sources[name] for name, words in ESTIMATED.items() if sources.get(name)}
+    if guessed:
+        told = ", ".join(f"{count:,} {words}" for words, count in guessed.items())
+        lines.append(
+            f"Heights that are estimated, not measured: {told}, of {sum(sources.values()):,} buildings "
+            "(height_source in buildings.csv)."
         )
     return lines
 

@@ -168,6 +168,14 @@ VARIABLES = {
         "m",
         "from the surface's middle along its normal in plan to the outline of the built area",
     ),
+    "height_source": (
+        "heights",
+        "height_source",
+        ("surface",),
+        "",
+        "attribute that gives the height of the building, or what it was estimated from; empty where "
+        "it was not extruded",
+    ),
     "terrain_elevation": (
         "terrain",
         "elevation",
@@ -267,6 +275,8 @@ def _describe_state(transfer):
     owners |= {"transfer": transfer, **transfer.sources}
     owners["albedos"] = None if transfer.albedo is None else transfer
     owners["edge"] = None if transfer.surfaces.edge_distance is None else transfer.surfaces
+    known = transfer.surfaces.height_source is not None
+    owners["heights"] = transfer.surfaces if known else None
     owners["room"] = None if transfer.no_room is None else transfer
     owners["left_out"] = None if transfer.left_out is None else transfer
     attributes = {
@@ -415,7 +425,7 @@ def make_transfer(variables, attributes):
     )
     surfaces |= {name: np.array(surfaces[name], dtype=str) for name in ("kind", "orientation")}
     surfaces["eligible"] = surfaces["eligible"].astype(bool)
-    surfaces |= read_fields(variables, "edge")
+    surfaces |= read_fields(variables, "edge") | read_fields(variables, "heights")
     for name in ("albedos", "room", "left_out"):
         own |= read_fields(variables, name)
     if "clearances" in own:

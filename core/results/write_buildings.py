@@ -93,6 +93,13 @@ def sum_buildings(transfer, energy, weather, *, monthly=False):
         table |= {
             name: add(kwp * values, eligible) / table["kwp"] for name, values in hours.items()
         }
+    if surfaces.height_source is not None:
+        # All surfaces of a building have one source; of its parts the first one is told.
+        source = np.array(surfaces.height_source, dtype=object)
+        told = np.flatnonzero(source != "")
+        first = np.full(len(names), "", object)
+        first[building[told][::-1]] = source[told][::-1]
+        table["height_source"] = first
     return pd.DataFrame(table)
 
 

@@ -66,6 +66,7 @@ def report_outcome(log, folder, energy, totals, report=None):
     """
     from ..city.choose_levels import SHAPELESS
     from ..energy.counted_area import LEFT_OUT
+    from ..results.describe_run import describe_detail
 
     # Hours of each group, and its size.
     interval = energy.interval.total_seconds() / 3600  # [h]
@@ -102,6 +103,8 @@ def report_outcome(log, folder, energy, totals, report=None):
             f"  in the dark all year, counted: {count_of(dark['count'], 'surface')}, "
             f"{dark['area']:,.0f} m²"
         )
+    for line in describe_detail(vars(report)) if report else ():
+        log.write(f"  {line}")
     for reason, names in report.skipped.items() if report else ():
         if reason.startswith(SHAPELESS):
             told = list_some(names, 5)

@@ -48,6 +48,21 @@ class Request(SystemSettings):
             "in": "Inches",
         },
     )
+    height: str | None = of_city(
+        None,
+        "attribute with the height of outlines, NAME, NAME:ft, or NAME:absolute for heights above the "
+        "sea; default: as their producer calls it",
+        metavar="NAME",
+        title="Height attribute",
+        panel="import",
+    )
+    default_height: float | None = of_city(
+        None,
+        "height of outlines without a height or floors; default: refused if more than a tenth, else "
+        "left out",
+        unit="m",
+        above=0,
+    )
     up: str = of_city(
         "auto",
         "upward axis of files that do not state it (OBJ)",

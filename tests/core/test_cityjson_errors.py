@@ -39,7 +39,7 @@ BAD_DOCUMENTS = {
         r"line 2, column \d+: invalid JSON",
     ),
     "no json": ("hello", "line 1, column 1: this is not JSON"),
-    "geojson": ('{"type": "FeatureCollection"}', "is GeoJSON, a flat map, not CityJSON"),
+    "geojson": ('{"type": "FeatureCollection"}', "line 1: features is not a list"),
     "a feature alone": ('{"type": "CityJSONFeature"}', "put the header object"),
     "old": (json.dumps({**GOOD, "version": "0.9"}), "version '0.9'; give CityJSON 1.0 to 2.0"),
     "new": (json.dumps({**GOOD, "version": "3.0"}), "version '3.0'"),

@@ -93,15 +93,11 @@ def test_sizes_in_doubt_are_only_said(tmp_path, name, turn, words):
 @pytest.mark.parametrize(
     ("name", "head", "words"),
     [
-        (
-            "map.geojson",
-            b'{"type": "FeatureCollection"}',
-            "is GeoJSON, a flat map; give a 3D model",
-        ),
+        ("map.geojson", b'{"type": "FeatureCollection"}', "features is not a list"),
         (
             "map.json",
             b'{"type": "FeatureCollection", "features": []}',
-            "is GeoJSON, a flat map, not CityJSON; give a 3D model",
+            "contains no outlines of buildings; give a file with polygons",
         ),
         ("map.gpkg", b"SQLite format 3\0", "is a GeoPackage, a flat map"),
         ("map.data", b"SQLite format 3\0", "is a GeoPackage, a flat map"),

@@ -1,0 +1,222 @@
+"""A flat map as it is read: outlines in arrays, and the attributes of each feature."""
+
+import re
+from array import array
+from collections import Counter
+from dataclasses import dataclass, field
+from itertools import chain
+
+import numpy as np
+import shapely
+
+from ..settings.errors import InputError
+from .open_input import LARGEST_COORDINATE, clean_name
+
+OUTLINES = ("Polygon", "MultiPolygon")
+OPENSTREETMAP = "© OpenStreetMap contributors, Open Database License (ODbL)"
+
+
+@dataclass
+class FlatMap:
+    """Outlines of one file with the attributes of their f features. Rings are closed."""
+
+    points: np.ndarray  # (m, 2) float64, in the order and the units of the file
+    ring_start: np.ndarray  # (r + 1,) int64 into points
+    polygon_start: np.ndarray  # (p + 1,) int64 into ring_start
+    owner: np.ndarray  # (p,) int64, the feature of each polygon
+    ids: list  # (f,) str, "" where a feature has none
+    # name of an attribute -> list of (f,) values, None where a feature has none
+    columns: dict = field(default_factory=dict)
+
+    def __len__(self):
+        return len(self.ids)
+
+    def polygons(self):
+        """All outlines: (p,) of shapely.Polygon."""
+        return shapely.from_ragged_array(
+            shapely.GeometryType.POLYGON, self.points, (self.ring_start, self.polygon_start)
+        )
+
+
+class FeatureList:
+    """Features of one file, one after the other, as they become a FlatMap.
+
+    Parameters
+    ----------
+    content : FileContent
+        What is left out is added to it.
+    """
+
+    def __init__(self, content):
+        self._content, self._numbers = content, array("d")
+        self._ring_ends, self._polygon_ends, self._owner = array("q"), array("q"), array("q")
+        self._ids, self._rows, self._others = [], [], Counter()
+
+    def add(self, geometry, attributes, name, where):
+        """Add one feature.
+
+        Parameters
+        ----------
+        geometry : object
+            A GeoJSON geometry.
+        attributes : dict
+        name : str
+            Its id, "" if it has none.
+        where : str
+            Its place in the file, for messages.
+        """
+        polygons, problem = _list_polygons(geometry)
+        if problem in self._others or problem.isidentifier():
+            self._others[problem] += 1
+        elif problem:
+            self._content.skip(problem, name or where)
+        drawn = [polygon for polygon in polygons if self._add_polygon(polygon, name or where)]
+        if drawn:
+            self._owner.extend([len(self._ids)] * len(drawn))
+            self._ids.append(name)
+            self._rows.append(attributes)
+
+    def _add_polygon(self, rings, where):
+        """Add the rings of one polygon; False, with what is in the way, where they cannot be
+        used.
+        """
+        before, ends, problem = len(self._numbers), len(self._ring_ends), ""
+        try:
+            for number, ring in enumerate(rings):
+                size = len(self._numbers)
+                if len(ring) and len(ring[0]) == 2:
+                    self._numbers.extend(chain.from_iterable(ring))
+                else:
+                    self._numbers.extend(chain.from_iterable(place[:2] for place in ring))
+                # Of each place two numbers, the first place again at the end.
+                if len(self._numbers) - size != 2 * len(ring):
+                    raise TypeError
+                if self._numbers[size : size + 2] != self._numbers[-2:]:
+                    self._numbers.extend(self._numbers[size : size + 2])
+                if len(self._numbers) - size >= 8:
+                    self._ring_ends.append(len(self._numbers) // 2)
+                elif number == 0:
+                    problem = "fewer than three points"
+                    break
+                else:
+                    del self._numbers[size:]
+        except (TypeError, KeyError):
+            problem = "coordinates that are not lists of two or three numbers"
+        if problem or len(self._ring_ends) == ends:
+            del self._numbers[before:], self._ring_ends[ends:]
+            self._content.skip(problem or "outline without a ring", where)
+            return False
+        self._polygon_ends.append(len(self._ring_ends))
+        return True
+
+    def finish(self):
+        """All features: FlatMap.
+
+        Raises
+        ------
+        InputError
+            There is no outline, or a coordinate is not finite.
+        """
+        points = np.array(self._numbers).reshape(-1, 2)
+        owner = np.array(self._owner, np.int64)
+        path = self._content.path
+        if not len(owner):
+            kinds = ", ".join(f"{count:,} {kind}" for kind, count in self._others.most_common(5))
+            problem = "contains no outlines of buildings" + (f" (but {kinds})" if kinds else "")
+            raise InputError(path, problem, "give a file with polygons")
+        for kind, count in self._others.most_common():
+            self._content.notes.append(f"{count:,} {kind} of {path} left out: no outline.")
+        starts = [
+            np.concatenate([[0], ends]).astype(np.int64)
+            for ends in (self._ring_ends, self._polygon_ends)
+        ]
+        wrong = ~(np.abs(points) <= LARGEST_COORDINATE).all(axis=1)  # also true for NaN
+        if wrong.any():
+            ring = np.searchsorted(starts[0], wrong.argmax(), "right") - 1
+            feature = owner[np.searchsorted(starts[1], ring, "right") - 1]
+            problem = f"outline {feature + 1}: a coordinate is not finite or beyond {LARGEST_COORDINATE:g}"
+            raise InputError(path, problem, "correct or remove it")
+        # Attributes as columns.
+        names = dict.fromkeys(chain.from_iterable(self._rows))
+        columns = {name: [row.get(name) for row in self._rows] for name in names}
+        return FlatMap(points, *starts, owner, self._ids, columns)
+
+
+def _list_polygons(geometry, depth=3):
+    """Polygons of a GeoJSON geometry, each a list of rings, and what else it is, or is wrong, ""
+    if nothing.
+    """
+    if not isinstance(geometry, dict):
+        return [], "feature without a geometry"
+    kind, places = geometry.get("type"), geometry.get("coordinates")
+    if kind == "GeometryCollection" and depth:
+        members = geometry.get("geometries")
+        found = [
+            _list_polygons(one, depth - 1) for one in members or [] if isinstance(members, list)
+        ]
+        polygons = [polygon for own, _ in found for polygon in own]
+        return polygons, "" if polygons else "GeometryCollection"
+    if kind not in OUTLINES:
+        return [], re.sub(r"\W", "", clean_name(str(kind))[:30]) or "feature"
+    polygons = [places] if kind == "Polygon" else places
+    if not isinstance(polygons, list) or not all(
+        isinstance(rings, list) and all(isinstance(ring, list) for ring in rings)
+        for rings in polygons
+    ):
+        return [], "coordinates that are not lists of rings"
+    return polygons, ""
+
+
+def map_of_wkb(geometries, ids, columns, content):
+    """Flat map of features whose geometries are well-known binary.
+
+    Parameters
+    ----------
+    geometries : list of (bytes or None)
+    ids : list of str
+    columns : dict
+        As of FlatMap.
+    content : FileContent
+        What is left out is added to it.
+
+    Returns
+    -------
+    FlatMap
+
+    Raises
+    ------
+    InputError
+        There is no outline.
+    """
+    shapes = shapely.from_wkb(np.array(geometries, object), on_invalid="ignore")
+    shapes = shapely.force_2d(shapes)
+    broken = shapely.is_missing(shapes) | shapely.is_empty(shapes)
+    content.skipped |= (
+        {
+            "feature without a geometry": [
+                ids[row] or f"feature {row + 1}" for row in np.flatnonzero(broken)
+            ]
+        }
+        if broken.any()
+        else {}
+    )
+    parts, owner = shapely.get_parts(shapes[~broken], return_index=True)
+    owner = np.flatnonzero(~broken)[owner]
+    flat = shapely.get_type_id(parts) == shapely.GeometryType.POLYGON
+    others = Counter(
+        shapely.GeometryType(kind).name.title() for kind in shapely.get_type_id(parts[~flat])
+    )
+    for kind, count in others.most_common():
+        content.notes.append(f"{count:,} {kind} of {content.path} left out: no outline.")
+    if not flat.any():
+        kinds = ", ".join(f"{count:,} {kind}" for kind, count in others.most_common(5))
+        problem = "contains no outlines of buildings" + (f" (but {kinds})" if kinds else "")
+        raise InputError(content.path, problem, "give a file with polygons")
+    _, points, (ring_start, polygon_start) = shapely.to_ragged_array(parts[flat])
+    if not (np.abs(points) <= LARGEST_COORDINATE).all():
+        problem = f"a coordinate is not finite or beyond {LARGEST_COORDINATE:g}"
+        raise InputError(content.path, problem, "correct or remove it")
+    rows, owner = np.unique(owner[flat], return_inverse=True)
+    taken = {name: [values[row] for row in rows] for name, values in columns.items()}
+    starts = ring_start.astype(np.int64), polygon_start.astype(np.int64)
+    return FlatMap(points, *starts, owner.astype(np.int64), [ids[row] for row in rows], taken)

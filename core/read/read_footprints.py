@@ -1,0 +1,372 @@
+"""Flat maps become footprints: which features are buildings, parts or neither, their names, heights
+and roofs.
+
+Parts take the place of their outline (Simple 3D Buildings of OpenStreetMap, Overture's
+`building_part`): one belongs to the building that it names, or in whose outline it lies.
+"""
+
+import math
+import re
+from collections import defaultdict
+
+import numpy as np
+import shapely
+
+from ..city.extrude_footprints import Footprints
+from ..city.roof_shapes import Roof
+from ..settings.errors import InputError, list_some
+from . import footprint_names as names
+from .flat_map import OPENSTREETMAP
+from .footprint_heights import DEFAULT, OUTLINE, STOREY, measure_heights
+from .open_input import clean_name
+
+NO = ("", "no", "none", "null", "false", "0", "nan")  # values that deny, in lower case
+COMPASS = (
+    "n",
+    "nne",
+    "ne",
+    "ene",
+    "e",
+    "ese",
+    "se",
+    "sse",
+    "s",
+    "ssw",
+    "sw",
+    "wsw",
+    "w",
+    "wnw",
+    "nw",
+    "nnw",
+)
+SHAPES = {"gabled": "gabled", "hipped": "hipped", "pyramidal": "pyramidal", "skillion": "skillion"}
+MOST_MISSING = 0.1  # share of outlines that may be without a height
+
+
+class _Features:
+    """Features of one file while their meaning is found out."""
+
+    def __init__(self, content, hints):
+        self.content, self.map = content, content.flat_map
+        self.count, self.columns = len(self.map), content.flat_map.columns
+        self.names = _name_features(self.map)
+        self.kept, self.part = _sort_features(self.columns, self.count, content, self.names)
+        self.link = (
+            [_text(value) for value in self.column("building_id")]
+            if self._links()
+            else [""] * self.count
+        )
+        self.heights = measure_heights(self.map, hints, content)
+        self.building = list(self.names)
+
+    def column(self, *texts):
+        """Values of the first of some attributes that the file has; None without any."""
+        known = names.find_names(self.columns, texts)
+        return self.columns[known[0][0]] if known else [None] * self.count
+
+    def _links(self):
+        return bool(names.find_names(self.columns, ("building_id",)))
+
+
+def read_footprints(contents, hints):
+    """Give files with a flat map their footprints.
+
+    Parameters
+    ----------
+    contents : list of FileContent
+        Changed in place; those without a flat map are left alone.
+    hints : HeightHints
+
+    Raises
+    ------
+    InputError
+        An attribute is not there, or more than a tenth of the outlines of a file is without a
+        height.
+    """
+    flat = [_Features(content, hints) for content in contents if content.flat_map is not None]
+    _link_parts(flat)
+    for one in flat:
+        _replace_outlines(one, flat)
+    for one in flat:
+        _fill_heights(one, hints)
+        one.content.footprints = _make_footprints(one)
+        one.content.flat_map = None
+
+
+def _text(value):
+    """A value as text, "" for none."""
+    if value is None or (isinstance(value, float) and not math.isfinite(value)):
+        return ""
+    if isinstance(value, float) and value.is_integer():
+        value = int(value)
+    return clean_name(str(value)).strip()
+
+
+def _says_yes(value):
+    return value is not None and value is not False and _text(value).lower() not in NO
+
+
+def _name_features(flat_map):
+    """Ids of features: the file's own, else of the first attribute that tells nearly all apart."""
+    if sum(map(bool, flat_map.ids)) > 0.9 * len(flat_map):
+        return list(flat_map.ids)
+    for name, _ in names.find_names(flat_map.columns, names.IDS):
+        ids = [_text(value) for value in flat_map.columns[name]]
+        known = [one for one in ids if one]
+        # An id is known of nearly all, and of hardly any twice.
+        if len(known) > 0.9 * len(ids) and len(set(known)) > 0.9 * len(known):
+            return [own or one for own, one in zip(flat_map.ids, ids, strict=True)]
+    return list(flat_map.ids)
+
+
+def _sort_features(columns, count, content, ids):
+    """Which features are buildings or parts, (f,) bool, and which are parts, (f,) bool."""
+
+    def column(*texts):
+        known = names.find_names(columns, texts)
+        return columns[known[0][0]] if known else None
+
+    kept, part = np.ones(count, bool), np.zeros(count, bool)
+    # Overture names the type of a feature; OpenStreetMap has buildings, and parts of buildings.
+    types = [_text(value) for value in column("type") or [None] * count]
+    themes = [_text(value) for value in column("theme") or [None] * count]
+    part |= np.array([word == "building_part" for word in types])
+    kept &= np.array([word in ("", "buildings") for word in themes])
+    building, parts = column("building"), column("building:part")
+    if parts is not None:
+        part |= np.array([_says_yes(value) for value in parts])
+    if building is not None:
+        tagged = np.array([_says_yes(value) for value in building])
+        # In a file in which some are buildings, the others are streets, parks and water.
+        if tagged.any():
+            others = kept & ~tagged & ~part
+            content.notes += (
+                [f"{others.sum():,} outlines of {content.path} left out: no building."]
+                if others.any()
+                else []
+            )
+            kept &= tagged | part
+            whole = tagged & part
+            part &= ~tagged
+            part |= whole
+    # What lies under the ground casts no shadow.
+    below = np.zeros(count, bool)
+    for text in ("layer", "zindex"):
+        values = column(text)
+        below |= np.array([_is_negative(value) for value in values or [None] * count])
+    for text in ("is_underground", "underground"):
+        values = column(text)
+        below |= np.array([_says_yes(value) for value in values or [None] * count])
+    location = column("location") or [None] * count
+    below |= np.array([_text(value).lower() == "underground" for value in location])
+    under = kept & below
+    for row in np.flatnonzero(under):
+        content.skip("underground", ids[row] or f"outline {row + 1}")
+    return kept & ~below, part
+
+
+def _is_negative(value):
+    try:
+        return float(value) < 0
+    except (TypeError, ValueError):
+        return False
+
+
+def _link_parts(flat):
+    """Give parts the name of their building: the one that they name, else the smallest outline that
+    they lie in.
+    """
+    whole = {}  # id of a building, also without what stands before its last colon -> (file, row)
+    for number, one in enumerate(flat):
+        for row in np.flatnonzero(one.kept & ~one.part):
+            for name in {one.names[row], one.names[row].rpartition(":")[2]} - {""}:
+                whole.setdefault(name, (number, int(row)))
+    for number, one in enumerate(flat):
+        one.outline = {}  # row of a part -> (file, row) of its outline
+        for row, name in enumerate(one.link):
+            if name and one.kept[row] and name != one.names[row]:
+                found = whole.get(name) or whole.get(name.rpartition(":")[2])
+                one.part[row] = True
+                one.building[row] = name
+                if found is not None and found != (number, row):
+                    one.outline[row] = found
+                    one.building[row] = flat[found[0]].names[found[1]]
+        _link_by_place(number, one)
+
+
+def _link_by_place(number, one):
+    """Parts that name no building belong to the outline in which they lie."""
+    loose = one.kept & one.part & np.array([row not in one.outline for row in range(one.count)])
+    tagged = one.column("building")
+    whole = one.kept & np.array(
+        [not part or _says_yes(value) for part, value in zip(one.part, tagged, strict=True)]
+    )
+    if not loose.any() or not whole.any():
+        return
+    shapes, owner = one.map.polygons(), one.map.owner
+    outlines, places = np.flatnonzero(whole[owner]), np.flatnonzero(loose[owner])
+    tree = shapely.STRtree(shapes[outlines])
+    place, outline = tree.query(shapely.point_on_surface(shapes[places]), "within")
+    around = defaultdict(list)
+    for part, around_it in zip(owner[places[place]], outlines[outline], strict=True):
+        if owner[around_it] != part:
+            around[int(part)].append(
+                (float(shapely.area(shapes[around_it])), int(owner[around_it]))
+            )
+    sizes = np.bincount(owner, shapely.area(shapes), one.count)
+    for part, found in around.items():
+        # An outline that is no larger than the part is not around it.
+        area, row = min(found)
+        if area >= 0.99 * sizes[part] and row not in one.outline:
+            one.outline[part] = (number, row)
+            one.building[part] = one.names[row]
+    # What is tagged as a building and lies in no other is one, whatever else it is called.
+    for row in np.flatnonzero(loose & whole):
+        if int(row) not in one.outline:
+            one.outline[int(row)] = (number, int(row))
+
+
+def _replace_outlines(one, flat):
+    """Leave out the outlines whose parts are drawn; parts without a height take their outline's."""
+    for row, (file, outline) in one.outline.items():
+        other = flat[file]
+        heights, own = other.heights, one.heights
+        if (file, outline) == (flat.index(one), row):
+            continue
+        if math.isnan(own.top[row]) and not math.isnan(heights.top[outline]):
+            own.top[row], own.source[row] = heights.top[outline], OUTLINE
+        if math.isnan(own.ground[row]):
+            own.ground[row] = heights.ground[outline]
+        if not math.isnan(own.top[row]) and not other.part[outline]:
+            other.kept[outline] = False
+    replaced = [one.names[row] or f"outline {row + 1}" for row in _outlines_with_parts(one, flat)]
+    if replaced:
+        one.content.notes.append(
+            f"{len(replaced):,} buildings are drawn by their parts: {list_some(replaced)}"
+        )
+
+
+def _outlines_with_parts(one, flat):
+    number = flat.index(one)
+    rows = {row for other in flat for file, row in other.outline.values() if file == number}
+    return sorted(row for row in rows if not one.kept[row])
+
+
+def _fill_heights(one, hints):
+    """Heights of outlines without any: the user's, or they are left out if they are few."""
+    top, path = one.heights.top, one.content.path
+    missing = np.flatnonzero(one.kept & np.isnan(top))
+    if not len(missing):
+        return
+    if hints.default is not None:
+        top[missing] = hints.default + one.heights.bottom[missing]
+        for row in missing:
+            one.heights.source[row] = DEFAULT
+        one.content.notes.append(
+            f"{path}: {len(missing):,} outlines without a height were given {hints.default:g} m (--default-height)."
+        )
+        return
+    count = int(one.kept.sum())
+    if len(missing) > MOST_MISSING * count:
+        known = ", ".join(clean_name(name) for name in list(one.columns)[:12]) or "none"
+        problem = (
+            f"{len(missing):,} of {count:,} outlines ({100 * len(missing) / count:.0f} %) have neither "
+            f"a height nor floors (attributes: {known})"
+        )
+        raise InputError(
+            path, problem, "give --default-height M, or name an attribute with --height NAME"
+        )
+    for row in missing:
+        one.content.skip(
+            "outline without a height or floors", one.names[row] or f"outline {row + 1}"
+        )
+    one.kept[missing] = False
+
+
+def _make_footprints(one):
+    """Footprints of the features that are left."""
+    heights, flat_map = one.heights, one.map
+    # What begins above its own top is no solid.
+    upside = one.kept & ~(heights.top > heights.bottom)
+    for row in np.flatnonzero(upside):
+        one.content.skip("begins above its own height", one.names[row] or f"outline {row + 1}")
+    rows = np.flatnonzero(one.kept & ~upside)
+    if not len(rows):
+        raise InputError(one.content.path, "no outline is left", "correct its heights")
+    number = np.full(one.count, -1)
+    number[rows] = np.arange(len(rows))
+    chosen = number[flat_map.owner] >= 0
+    rings = np.repeat(chosen, np.diff(flat_map.polygon_start))
+    sizes = np.diff(flat_map.ring_start)
+    parts = [_name_part(one, row) for row in rows.tolist()]
+    roofs = _read_roofs(one)
+    _note_attribution(one)
+    return Footprints(
+        flat_map.points[np.repeat(rings, sizes)],
+        np.concatenate([[0], np.cumsum(sizes[rings])]),
+        np.concatenate([[0], np.cumsum(np.diff(flat_map.polygon_start)[chosen])]),
+        number[flat_map.owner[chosen]],
+        [one.building[row] for row in rows],
+        parts,
+        heights.bottom[rows],
+        heights.top[rows],
+        heights.ground[rows],
+        [heights.source[row] for row in rows],
+        {int(number[row]): roof for row, roof in roofs.items() if number[row] >= 0},
+    )
+
+
+def _name_part(one, row):
+    """Name of a part within its building, "" for a whole building."""
+    if not one.part[row]:
+        return ""
+    return one.names[row] or f"outline {row + 1}"
+
+
+def _read_roofs(one):
+    """Roofs of a shape whose height and direction are given: dict of row to Roof."""
+    shapes = one.column(*names.ROOF_SHAPES)
+    directions, sides = one.column(*names.ROOF_DIRECTIONS), one.column(*names.ROOF_ORIENTATIONS)
+    levels = one.column("roof:levels")
+    roofs = {}
+    for row, value in enumerate(shapes):
+        shape = SHAPES.get(_text(value).lower())
+        if shape is None or not one.kept[row]:
+            continue
+        height = one.heights.roof[row]
+        if math.isnan(height) and re.fullmatch(r"\d+(\.\d+)?", _text(levels[row])):
+            height = STOREY * float(_text(levels[row]))
+        azimuth, side = _read_direction(directions[row]), _text(sides[row]).lower()
+        along = {"along": True, "across": False}.get(side)
+        known = (
+            shape == "pyramidal"
+            or azimuth is not None
+            or (shape != "skillion" and along is not None)
+        )
+        if height > 0 and known:
+            roofs[row] = Roof(shape, float(height), azimuth, along)
+    return roofs
+
+
+def _read_direction(value):
+    """Degrees from north of a number or a point of the compass; None for anything else."""
+    text = _text(value).lower().rstrip("°").strip()
+    if text in COMPASS:
+        return 22.5 * COMPASS.index(text)
+    try:
+        degrees = float(text)
+    except ValueError:
+        return None
+    return degrees % 360 if math.isfinite(degrees) else None
+
+
+def _note_attribution(one):
+    """Name those who made the data, where the attributes tell."""
+    sources = one.column("sources")
+    texts = " ".join(str(value) for value in sources if value)[:10_000_000]
+    speaks = any(name.startswith(("building:", "@id", "addr:", "osm_")) for name in one.columns)
+    ids = re.compile(r"(?:node|way|relation)/\d+")
+    if speaks or "OpenStreetMap" in texts or any(ids.fullmatch(name) for name in one.names[:50]):
+        one.content.attributions.append(OPENSTREETMAP)
+    if "microsoft" in texts.lower():
+        one.content.attributions.append("Microsoft building footprints, ODbL")
