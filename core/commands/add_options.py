@@ -171,7 +171,10 @@ def add_cluster(parser, *, tiles=False):
 def add_city(parser):
     """Input files, and options for reading them."""
     parser.add_argument(
-        "city", nargs="+", metavar="CITY", help="CityGML, CityJSON, OBJ or GeoJSON files, or folders of them"
+        "city",
+        nargs="+",
+        metavar="CITY",
+        help="CityGML, CityJSON, OBJ or GeoJSON files, or folders of them",
     )
     add_options(parser, "city", "surfaces")
 
