@@ -255,6 +255,8 @@ def simulate(
     monthly: bool = False,
     lod: str | None = None,
     unit: Literal["auto", "m", "ft", "us-ft", "mm", "cm", "in"] = "auto",
+    height: str | None = None,
+    default_height: float | None = None,
     up: Literal["auto", "z", "y"] = "auto",
     axes: Literal["auto", "xy", "yx"] = "auto",
     orient: Literal["auto", "as-drawn"] = "auto",
@@ -376,6 +378,12 @@ def simulate(
         level of detail; default: the best 2.x of each building
     unit : {'auto', 'm', 'ft', 'us-ft', 'mm', 'cm', 'in'}, default 'auto'
         unit of length of files that name no reference system
+    height : str, optional
+        attribute with the height of outlines, NAME, NAME:ft, or NAME:absolute for heights above
+        the sea; default: as their producer calls it
+    default_height : float, optional
+        [m] height of outlines without a height or floors; default: refused if more than a
+        tenth, else left out
     up : {'auto', 'z', 'y'}, default 'auto'
         upward axis of files that do not state it (OBJ)
     axes : {'auto', 'xy', 'yx'}, default 'auto'
@@ -516,6 +524,8 @@ def inspect(
     sectors: Literal["8", "paper"] = "8",
     lod: str | None = None,
     unit: Literal["auto", "m", "ft", "us-ft", "mm", "cm", "in"] = "auto",
+    height: str | None = None,
+    default_height: float | None = None,
     up: Literal["auto", "z", "y"] = "auto",
     axes: Literal["auto", "xy", "yx"] = "auto",
     orient: Literal["auto", "as-drawn"] = "auto",
@@ -538,6 +548,12 @@ def inspect(
         level of detail; default: the best 2.x of each building
     unit : {'auto', 'm', 'ft', 'us-ft', 'mm', 'cm', 'in'}, default 'auto'
         unit of length of files that name no reference system
+    height : str, optional
+        attribute with the height of outlines, NAME, NAME:ft, or NAME:absolute for heights above
+        the sea; default: as their producer calls it
+    default_height : float, optional
+        [m] height of outlines without a height or floors; default: refused if more than a
+        tenth, else left out
     up : {'auto', 'z', 'y'}, default 'auto'
         upward axis of files that do not state it (OBJ)
     axes : {'auto', 'xy', 'yx'}, default 'auto'
