@@ -13,7 +13,7 @@ import shapely
 from scipy.spatial import cKDTree
 
 from ..settings.errors import InputError
-from .city import City, free_name, number_names, starts_of, take_polygons
+from .city import City, free_name, number_names, starts_of
 from .plan_geometry import list_runs
 from .repair_polygons import SMALLEST_AREA
 from .roof_shapes import draw_shaped
@@ -134,7 +134,7 @@ def extrude_footprints(contents, crs, report, ground_height=None):
     }
     report.lods_met = {lod: lods.count(lod) for lod in sorted(set(lods))}
     report.lods_chosen = dict(report.lods_met)
-    return take_polygons(city, find_strays(city, report))
+    return city.take(find_strays(city, report))
 
 
 def _name_buildings(contents, report):
