@@ -100,10 +100,10 @@ docs:
 	@rm -rf build/pages build/docs && mkdir -p build && cp -r docs build/pages && cp -r benchmarks/results build/pages/results
 	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going build/pages build/docs
 
-extension:
-	@$(NEEDS_PYTHON)
-	@python3 tools/set_up.py one
-	$(BIN)/python tools/build_extension.py
+# WHOLE=1 leaves the wheels as they were published; ADDRESS is the website that the manifest names.
+extension: docs
+	$(BIN)/python tools/build_extension.py --manual build/docs $(if $(WHOLE),--whole-wheels) \
+	  $(if $(ADDRESS),--website $(ADDRESS))
 
 # Links of the README lead nowhere on a package index, unless ADDRESS says where the files can be read.
 package:

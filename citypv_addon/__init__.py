@@ -14,6 +14,7 @@ from ..operators.city.run_step import Step, leave_step
 from ..operators.city.session import close_sessions
 from ..operators.run.watch_edits import HANDLERS, TICK, watch
 from ..operators.show.draw_view import DRAWN
+from .manual import map_manual
 from .menus import CityMenu, draw_city_menu, draw_import_menu
 from .panels import PANELS, MaterialPanel
 from .properties import REFLECTION, Preferences, Seeing, Settings
@@ -46,6 +47,7 @@ def register():
     bpy.types.Material.citypv_material = REFLECTION
     bpy.types.TOPBAR_MT_file_import.append(draw_import_menu)
     bpy.types.VIEW3D_MT_editor_menus.append(draw_city_menu)
+    bpy.utils.register_manual_map(map_manual)
     use_cache_folder(find_preferences())
     _commands.append(bpy.utils.register_cli_command("citypv", main))
     for name, follow in HANDLERS:
@@ -75,6 +77,7 @@ def unregister():
         handlers = getattr(bpy.app.handlers, name)
         if follow in handlers:
             handlers.remove(follow)
+    bpy.utils.unregister_manual_map(map_manual)
     bpy.utils.unregister_cli_command(_commands.pop())
     bpy.types.TOPBAR_MT_file_import.remove(draw_import_menu)
     bpy.types.VIEW3D_MT_editor_menus.remove(draw_city_menu)

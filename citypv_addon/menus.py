@@ -3,6 +3,7 @@
 import bpy
 
 from ..operators.run.import_city import IMPORT_LABEL
+from .manual import draw_manual
 
 GROUPS = (  # operators of the menu, between separators
     ("solar_city", "berlin_example", "choose_city", "import_city", "take_meshes", "retrace"),
@@ -36,6 +37,7 @@ class CityMenu(bpy.types.Menu):
                     self.layout.operator_menu_enum(f"citypv.{name}", choices[0])
                 else:
                     self.layout.operator(f"citypv.{name}")
+        draw_manual(self.layout)
 
 
 def draw_city_menu(menu, context):

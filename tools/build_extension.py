@@ -2,18 +2,22 @@
 wheels.
 
     .venv/bin/python tools/build_extension.py [--platform linux-x64 …] [--python 3.11 …]
-    [--no-wheels] [--out dist]
+    [--no-wheels | --whole-wheels] [--manual build/docs] [--website URL] [--out dist]
 
 NumPy is not among the wheels, for it would shadow Blender's. Large tests of packages are left out
-of theirs.
+of theirs, unless the wheels have to stay as they were published (--whole-wheels), as Blender's own
+platform asks. What is bundled, and under which licence, is written to bundled.csv beside the zips.
 """
 
 import argparse
+import csv
 import shutil
 import subprocess
 import sys
 import tempfile
 import tomllib
+import zipfile
+from email import message_from_bytes
 from importlib import metadata, util
 from pathlib import Path
 
@@ -63,6 +67,11 @@ def main():
     parser.add_argument(
         "--no-wheels", action="store_true", help="for a Blender that already has the packages"
     )
+    parser.add_argument(
+        "--whole-wheels", action="store_true", help="leave wheels as they were published"
+    )
+    parser.add_argument("--manual", type=Path, help="the manual's pages, to be taken along")
+    parser.add_argument("--website", metavar="URL", help="address for the manifest")
     parser.add_argument("--out", type=Path, default=ROOT / "dist")
     parser.add_argument(
         "--folder", type=Path, default=ROOT / "build/extension", help="build folder"
@@ -77,11 +86,12 @@ def main():
             if not options.python or python in options.python:
                 wheels = fetch_wheels(platform, python)
                 report(build_zip(options, platform, python, wheels), wheels)
+                list_bundled(wheels, options.out / "bundled.csv")
 
 
 def build_zip(options, platform, python, wheels):
     """Build the extension for one platform and Python: path of the zip."""
-    lay_out(options.folder, platform, python, wheels)
+    lay_out(options, platform, python, wheels)
     run_blender_tool("validate", options.folder)
     with tempfile.TemporaryDirectory(dir=options.out) as folder:
         run_blender_tool(
@@ -103,6 +113,23 @@ def report(path, wheels=()):
         f"[extension] {path.name}: {path.stat().st_size / 1e6:.0f} MB  {', '.join(parts)}",
         flush=True,
     )
+
+
+def list_bundled(wheels, path):
+    """Write what a zip bundles: package, version, licence and size of each wheel."""
+    rows = []
+    for wheel in wheels:
+        with zipfile.ZipFile(wheel) as archive:
+            name = next(name for name in archive.namelist() if name.endswith(".dist-info/METADATA"))
+            said = message_from_bytes(archive.read(name))
+        named = [text for text in said.get_all("Classifier", ()) if text.startswith("License :: ")]
+        words = str(said["License"] or "").strip()
+        licence = said["License-Expression"] or (named[0].rpartition(" :: ")[2] if named else words)
+        if "Redistributions in binary form" in licence:  # the whole text in place of a name
+            licence = "BSD-3-Clause" if "endorse or promote" in licence else "BSD-2-Clause"
+        rows.append([said["Name"], said["Version"], licence, f"{wheel.stat().st_size / 1e6:.1f}"])
+    with path.open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file).writerows([["package", "version", "licence", "MB"], *rows])
 
 
 def fetch_wheels(platform, python):
@@ -189,8 +216,11 @@ def collect_packages(environment):
     return sorted(names)
 
 
-def lay_out(folder, platform, python, wheels):
-    """Copy the packages and the wheels to an empty folder, with a manifest that lists them."""
+def lay_out(options, platform, python, wheels):
+    """Copy the packages, the manual and the wheels to an empty folder, with a manifest that lists
+    them.
+    """
+    folder = options.folder
     shutil.rmtree(folder, ignore_errors=True)
     (folder / "wheels").mkdir(parents=True)
     for name in CONTENTS:
@@ -201,14 +231,19 @@ def lay_out(folder, platform, python, wheels):
             )
         else:
             shutil.copy(source, folder)
+    if options.manual:
+        unread = shutil.ignore_patterns("_sources", "objects.inv", ".buildinfo", "*.map")
+        shutil.copytree(options.manual, folder / "manual", ignore=unread)
     for wheel in wheels:
-        copy_wheel(wheel, folder / "wheels")
+        (shutil.copy if options.whole_wheels else copy_wheel)(wheel, folder / "wheels")
     _, first, beyond = LINES[python] if python else (None, None, None)
     changed = {"platforms": f'platforms = ["{platform}"]'}
     if first:
         changed["blender_version_min"] = f'blender_version_min = "{first}"'
     if beyond:
         changed["blender_version_min"] += f'\nblender_version_max = "{beyond}"'
+    if options.website:
+        changed["type"] = f'type = "add-on"\nwebsite = "{options.website}"'
     if wheels:
         names = "".join(f'  "./wheels/{wheel.name}",\n' for wheel in wheels)
         changed["platforms"] += f"\nwheels = [\n{names}]"

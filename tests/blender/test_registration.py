@@ -51,6 +51,7 @@ def list_traces():
             for name, draw in draws.items()
             for item in getattr(draw, "_draw_funcs", ())
         },
+        "manual": {prefix for prefix, _ in bpy.utils.manual_map()},
         "keys": {
             (map_.name, item.idname)
             for map_ in (keys.keymaps if keys else ())
