@@ -23,7 +23,7 @@ from .classify import classify
 from .crowns import build_crowns
 from .edited_ground import cut_ground, find_floating_new
 from .find_ground import find_hanging
-from .find_sheets import faces_of_scene, find_judged, judge_faces
+from .find_sheets import find_judged, judge_shapes, shapes_of_scene
 from .find_twins import COMMON, find_twins
 from .polygons import measure_polygons, polygon_bounds
 from .racks import RACK, lay_racks, parse_racks, roof_of_rack
@@ -242,8 +242,8 @@ def _judge_sheets(scene, asked, first):
     rows = np.flatnonzero(judged & np.append(asked, False)[owner])
     sheet = old & ~np.isin(np.arange(len(old)), rows)
     if len(rows):
-        faces = faces_of_scene(plain)
-        judge_faces(faces, rows[faces.area[rows] > 0], sheet, lambda share: None)
+        shapes = shapes_of_scene(plain)
+        judge_shapes(shapes, rows[shapes.area[rows] > 0], sheet, lambda share: None)
     backs = np.flatnonzero(~front)
     turned = backs[old[back_of[backs]] & ~sheet[back_of[backs]]]
     scene = remove_triangles(replace(scene, sheet=sheet, back_of=back_of.copy()), turned)

@@ -1,23 +1,21 @@
 """Decide which polygons to turn over, by rays from both of their sides.
 
-A side of a polygon is *inside* if more than half of its rays hit backs of faces and at most one in
-eight reaches the sky, the tracer's rule for covered points. Rays that escape downwards do not
-count, since there is no ground yet. A polygon supports an orientation of its shell if by it the
-back is inside, and the front is not and sees the sky.
+A side of a polygon is *inside* as places are that are covered (`rays.surroundings`), but rays that
+escape downwards do not count, since there is no ground yet, and none goes on, since what it meets
+may be inside out itself. A polygon supports an orientation of its shell if by it the back is
+inside, and the front is not and sees the sky.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from ..rays import surroundings
+from ..rays.faces import FAR_GROUND, SKY, faces_of_triangles
 from ..rays.ray_scene import RayScene
-from ..rays.sample_points import additive_recurrence, cosine_direction
 from .orient_shells import SURE_SHARE
-from .polygons import measure_polygons, normals_of, plane_axes, triangulate
+from .polygons import measure_polygons, triangulate
 
-RAYS = 64  # from each side of a polygon
-INSIDE = 0.5  # of the rays that do not escape downwards hit backs
-SKY = 0.125  # of the rays reach the sky
 GLIMPSE = 1 / 32  # of the rays must reach the sky for a front to be known to be outside
 
 
@@ -73,7 +71,7 @@ def judge_turning(shape, found, allowed):
     place = np.arange(len(order)) - np.searchsorted(shell[order], shell[order])
     # The 16 largest polygons of a shell are tested besides those that may be turned.
     tested = np.union1d(order[place < 16], np.flatnonzero(wanted))
-    sides = trace_both_sides(shape, shell, tested, wanted)
+    sides = _trace_both_sides(shape, shell, tested, wanted)
     whole = np.bincount(shell, ~wanted)[shell[tested]] == 0  # every polygon of the shell would turn
     chosen = _decide(sides, (shell[tested], area[tested]), agree[tested], wanted[tested], whole)
     turned[tested[chosen]] = True
@@ -113,8 +111,10 @@ def _decide(sides, shells, agree, wanted, whole):
     right = _supports(sides, sides.backs_drawn, np.zeros(len(shell), int))
     drawn, turned = sides.sky.T
     # lit  drawn front sees more sky, and is not inside: it stays, as does what rays deny.
-    inward, into = (sides.backs_turned > INSIDE * (1 - sides.down)).T
-    lit = (drawn >= turned) & (((drawn > SKY) & ~inward) | ((drawn >= GLIMPSE) & into))
+    inward, into = (sides.backs_turned > 0.5 * (1 - sides.down)).T
+    lit = (drawn >= turned) & (
+        ((drawn > surroundings.STRAY) & ~inward) | ((drawn >= GLIMPSE) & into)
+    )
     contrary = _supports(sides, sides.backs_opposite, 1 - proposed) | (wanted & lit)
     count = shell.max() + 1
     # Votes of the shell for and against the proposal, by area and by its root.
@@ -133,75 +133,41 @@ def _supports(sides, backs, front):
     """Polygons whose back is inside and whose front, the side given by index, is outside: (k,)
     bool.
     """
-    # A side is inside if more than half of what does not go down is backs and little is sky.
-    inside = (backs > INSIDE * (1 - sides.down)) & (sides.sky <= SKY)
+    inside = surroundings.lies_inside((backs, sides.sky, sides.down), 1, closed=False)
     rows = np.arange(len(front))
     return inside[rows, 1 - front] & ~inside[rows, front] & (sides.sky[rows, front] >= GLIMPSE)
 
 
-def trace_both_sides(shape, shell, tested, wanted):
-    """Trace rays from both sides of the tested polygons.
-
-    Returns
-    -------
-    Views
-    """
+def _trace_both_sides(shape, shell, tested, wanted, *, rays=64):
+    """What so many rays from each triangle, on both sides of the tested polygons, meet: _Views."""
     # Triangles of all polygons near the origin, rounded to micrometres, so that the noise of large
-    # coordinates has no effect; rays start from the triangles of tested polygons.
-    places = np.round(shape[0] - shape[0].min(axis=0), 6)  # near zero
+    # coordinates has no effect.
+    places = np.round(shape[0] - shape[0].min(axis=0), 6)
     triangles, owner = triangulate(places, *shape[1:])
-    # (t, 3, 3) [m] and (t, 3) [m²]
-    corners, doubled = (
-        places[triangles],
-        normals_of(places, triangles),
-    )
-    size = np.linalg.norm(doubled, axis=1)
-    normal = doubled / size[:, None]
-    start, point, direction = _start_rays((corners, normal, size), owner, tested)
-    # Rays start 1 mm off their face, or 16 spacings of float32 if that is more.
-    offset = max(1e-3, 16 * float(np.spacing(np.float32(np.abs(places).max()))))
-    scene = RayScene(places, triangles)
-    turn = np.where(wanted, -1.0, 1.0)[owner]
-    # From the front as drawn and from the back: shares of sky, downwards, and backs as drawn, with
-    # all candidates turned, and with the own shell the other way round.
-    found_shares = np.empty((2, 5, len(tested)))
-    for side, sign in enumerate((1.0, -1.0)):
-        towards = sign * direction
-        hit = scene.trace_closest(
-            (point + sign * offset * normal[start]).astype(np.float32), towards.astype(np.float32)
-        ).reshape(len(tested), RAYS)
-        along = np.einsum("kd,kd->k", towards, normal[hit.reshape(-1)]).reshape(hit.shape)
-        missed, own = hit < 0, shell[owner[hit]] == shell[tested][:, None]
-        rises = (towards[:, 2] > 0).reshape(hit.shape)
-        after = along * turn[hit]
-        views = missed & rises, missed & ~rises, ~missed & (along > 0), ~missed & (after > 0)
-        found_shares[side] = [
-            view.mean(axis=1) for view in (*views, ~missed & (np.where(own, -after, after) > 0))
-        ]
-    return _Views(*found_shares.transpose(1, 2, 0))
+    nothing = np.zeros(len(triangles), bool)
+    faces, area = faces_of_triangles(places[triangles], nothing, nothing - np.int32(1))
+    rows = np.flatnonzero(np.isin(owner, tested) & (area > 0))
+    place = np.searchsorted(tested, owner[rows])
+    whole = np.bincount(place, area[rows], len(tested))
 
+    def tally(some, met):
+        # Shares of sky, downwards, and backs as drawn, with all candidates turned, and with the own
+        # shell the other way round.
+        hit = met.places.triangle
+        missed, own = hit < 0, shell[owner[hit]] == np.repeat(shell[owner[some]], rays)
+        after = met.behind != wanted[owner[hit]]
+        views = (
+            met.fate == SKY,
+            met.fate == FAR_GROUND,
+            met.behind,
+            ~missed & after,
+            ~missed & (after != own),
+        )
+        return np.stack(views).reshape(len(views), -1, rays).mean(axis=2)
 
-def _start_rays(faces, owner, tested):
-    """RAYS rays from each polygon tested: triangle (k·RAYS,), point (k·RAYS, 3) [m], direction
-    (k·RAYS, 3) in front.
-    """
-    corners, normal, size = faces
-    # Four numbers of a sequence for each ray: two for its place, two for its direction.
-    one, other, height, turn = np.mod(additive_recurrence(RAYS, 4).T + 0.5, 1)
-    # Choose triangles by area; the remainder of the same random number gives the place along one
-    # edge.
-    ends = np.cumsum(size)
-    first, last = np.searchsorted(owner, tested), np.searchsorted(owner, tested, "right") - 1
-    low = ends[first] - size[first]
-    target = low[:, None] + one * (ends[last] - low)[:, None]  # (k, RAYS)
-    start = np.clip(np.searchsorted(ends, target, "right"), first[:, None], last[:, None])
-    # Evenly over the triangle: the root makes places as dense near a corner as elsewhere.
-    along = np.sqrt(np.clip((target - ends[start] + size[start]) / size[start], 0, 1))
-    weights = np.stack([1 - along, along * (1 - other), along * other], axis=-1)
-    point = np.einsum("krc,krcd->krd", weights, corners[start]).reshape(-1, 3)
-    # Directions by the cosine, in the frame of the triangle.
-    axes = np.stack([*plane_axes(normal), normal], axis=1)  # (t, 3, 3)
-    direction = np.einsum(
-        "ar,krad->krd", np.stack(cosine_direction(height, turn)), axes[start]
-    ).reshape(-1, 3)
-    return start.reshape(-1), point, direction
+    scene, sides = RayScene(places, triangles), []
+    for side in (1, -1):
+        shares = surroundings.ask_sides(scene, faces, rows, side, rays, tally=tally)
+        sums = [np.bincount(place, area[rows] * share, len(tested)) for share in shares]
+        sides.append(np.divide(sums, whole, out=np.zeros((5, len(tested))), where=whole > 0))
+    return _Views(*np.stack(sides, axis=-1))

@@ -16,7 +16,8 @@ import numpy as np
 from ..city.scene import FAR, OWN, Scene
 from ..effects.effect import TracePlan
 from ..light.prepare_scene import prepare_scene
-from ..rays.hemisphere_rays import rays_from_patches
+from ..rays.faces import leave_faces
+from ..rays.ray_scene import HitPlaces
 from ..rays.sample_points import cosine_direction
 from ..results.transfer_file import write_transfer
 from ..results.write_summary import finite, peak_memory
@@ -152,11 +153,11 @@ def _measure_halo(prepared, seed, part, city, *, rays=8192):
         return {}
     generator = np.random.default_rng([seed, 0x7E1E])
     start = generator.choice(len(area), rays, p=area / area.sum())
-    b1, b2, *angles = generator.random((4, rays, 1), np.float32)
+    b1, b2, *angles = generator.random((4, rays), np.float32)
     # fold the square into the triangle
     b1, b2 = (np.where(b1 + b2 > 1, 1 - one, one) for one in (b1, b2))
-    origins, directions = rays_from_patches(patches, start, b1, b2, cosine_direction(*angles))
-    origins, directions = origins[:, 0], directions[:, 0]
+    places = HitPlaces(start, b1, b2)
+    origins, directions = leave_faces(patches, places, cosine_direction(*angles))
     hit = prepared.plan.ray_scene.trace_closest(origins, directions)
     # Rays that are still above the city where they leave the box.
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -5,7 +5,7 @@ no room for modules.
            turned against its own
 │→│ house  within the clearance: a neighbour's wall, the back of a lift shaft, a canopy close above
            a roof. What is
-│ │        narrower than `inside_test.CONTACT` touches, all else is a gap: light falls into it and
+│ │        narrower than `find_covered.CONTACT` touches, all else is a gap: light falls into it and
            leaves it again, but
            does not count in the means of surfaces whose other parts may carry modules.
 """
@@ -16,9 +16,9 @@ from ..city.racks import RACK, find_racked_roofs
 from ..patches.cover_cells import pack_cells, unpack_cells
 from ..patches.facing_scene import FacingScene
 from ..patches.find_covered import UPRIGHT, find_covered_cells, starts_in_cells
-from ..patches.inside_test import facing_distance
 from ..patches.patches import patches_of_scene
 from ..rays.hemisphere_rays import CELL_DIVISIONS, points_of_patches
+from ..rays.surroundings import facing_distance
 from ..settings.progress import silent
 from ..settings.system_settings import CLEARANCES
 from ..settings.threads import map_in_order, usable_threads

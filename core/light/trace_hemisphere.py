@@ -13,17 +13,9 @@ from numba import njit
 
 from ..patches import find_covered
 from ..patches.cover_cells import enclosed_cells, unpack_cells
-from ..patches.hit_kinds import (
-    BACK,
-    DARK,
-    FAR_GROUND,
-    FRONT,
-    LEAVES,
-    SKY,
-    classify_rays,
-    stop_in_crowns,
-)
+from ..patches.crown_hits import stop_in_crowns
 from ..rays import sample_points
+from ..rays.faces import BACK, DARK, FAR_GROUND, FRONT, LEAVES, SKY
 from ..rays.hemisphere_rays import (
     CELL_DIVISIONS,
     hemisphere_rays,
@@ -134,9 +126,7 @@ def _follow_rays(city, covered, rays):
     """
     ray_scene, patches, (origins, directions, start_cells) = city.ray_scene, city.patches, rays
     hits = ray_scene.trace_places(origins.reshape(-1, 3), directions.reshape(-1, 3))
-    fate = np.empty(start_cells.shape, np.uint8)
-    upwards = np.ascontiguousarray(np.moveaxis(directions, -1, 0))
-    classify_rays(hits.triangle.reshape(fate.shape), upwards, patches.facing, fate)
+    fate, _ = patches.classify(hits.triangle.reshape(start_cells.shape), directions)
     within = np.flatnonzero(covered.any(axis=1))
     fate[within] = _darken_rays(fate[within], start_cells[within].astype(np.intp), covered[within])
     # Along the ground line the start of each ray is tested for being below ground.

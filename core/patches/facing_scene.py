@@ -19,9 +19,9 @@ from numba import njit
 from ..city.canopy import LeafyScene
 from ..rays.random_numbers import mix
 from ..rays.ray_scene import HitPlaces
+from ..rays.surroundings import lie_inside
 from ..settings.threads import map_in_order
 from .find_coincident import Coincident, find_coincident
-from .inside_test import lie_inside
 
 
 class FacingScene(LeafyScene):
@@ -113,7 +113,7 @@ def _place_on(places, entry, b1, b2):
 
 @njit(nogil=True, cache=True, inline="always")
 def _runs_along(facing, face, x, y, z):
-    """Whether a ray in a direction hits the back of a face, as in `meets_back`."""
+    """Whether a ray in a direction hits the back of a face, as in `rays.surroundings`."""
     along = x * facing[face, 0] + y * facing[face, 1] + z * facing[face, 2]
     return along + facing[face, 3] > 0
 

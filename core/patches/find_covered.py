@@ -2,44 +2,26 @@
 cells.
 
 A surface counts as covered where more than half of its area is (`counted_area`). What the cells of
-a patch tell on each other stands in `cover_cells`, rays that go on from fronts in `inside_test`.
+a patch tell on each other stands in `cover_cells`, what their rays meet in `rays.surroundings`.
 """
 
 import numpy as np
 
-from ..rays import sample_points
-from ..rays.hemisphere_rays import CELL_DIVISIONS, points_of_patches, rays_from_patches
+from ..rays import sample_points, surroundings
+from ..rays.faces import BACK, FAR_GROUND, FRONT, SKY
+from ..rays.hemisphere_rays import CELL_DIVISIONS, points_of_patches
 from ..rays.random_numbers import mix, uniform_of
 from ..rays.ray_scene import HitPlaces
-from .cover_cells import (
-    COVERED,
-    FACING,
-    LEADING,
-    OPEN,
-    TOUCHING,
-    UNKNOWN,
-    enclosed_cells,
-    settled_cells,
-    share_verdicts,
-)
-from .hit_kinds import BACK, DARK, FRONT, SKY, classify_rays
-from .inside_test import (
-    CONTACT,
-    MANY_TURNS,
-    RAYS,
-    STRAY_RAYS,
-    find_touching,
-    follow,
-    judge_ends,
-    lie_inside,
-    number_rays,
-)
+from ..rays.surroundings import RAYS
+from . import cover_cells
+from .cover_cells import COVERED, FACING, OPEN, TOUCHING, UNKNOWN
 
-AFTER_FIRST = np.arange(RAYS) > 0
+# [m]: faces that look at each other from closer than this touch, but for the rounding of a model
+CONTACT = 0.01
+STATE_OF_FATE = np.full(BACK + 1, UNKNOWN)
+STATE_OF_FATE[[FRONT, SKY, BACK]] = FACING, OPEN, COVERED
 # cells: all along the edges, half of the others
 UPRIGHT = np.flatnonzero(sample_points.cell_places(CELL_DIVISIONS)[1] % 2 == 0)
-STATE_OF_FATE = np.full(DARK + 1, UNKNOWN)
-STATE_OF_FATE[[FRONT, SKY, BACK]] = FACING, OPEN, COVERED
 
 
 def find_covered_cells(ray_scene, patches, chosen):
@@ -71,12 +53,12 @@ def find_covered_cells(ray_scene, patches, chosen):
     first = _first_states(ray_scene, patches, chosen, starts, rising=True)
     covered = np.zeros((len(chosen), CELL_DIVISIONS**2), bool)
     # Where all first rays met fronts, rays from the middle that go on tell a closed room from a
-    # court.
+    # court. Of a shaft 50 times as deep as wide one turn in a hundred leaves.
     suspected, shut = (first >= TOUCHING).any(axis=1), np.flatnonzero((first == FACING).all(axis=1))
     middle = np.full(len(shut), 1 / 3, np.float32)
     keys = mix(patches.place_key[chosen[shut]] ^ np.uint64(0xC105ED))
     places = HitPlaces(chosen[shut], middle, middle)
-    suspected[shut] = lie_inside(ray_scene, patches, places, keys, turns=MANY_TURNS)
+    suspected[shut] = surroundings.lie_inside(ray_scene, patches, places, keys, turns=200)
     # Only suspects are examined cell by cell.
     suspect = np.flatnonzero(suspected)
     if len(suspect):
@@ -120,29 +102,34 @@ def _first_states(ray_scene, patches, chosen, starts, *, rising=False):
     # One cosine-distributed ray from each point, turned upwards where it would descend and the
     # surface still sees it.
     b1, b2, shifts = starts
-    u, v = (
-        sample_points.shifted(around, shifts[axis])[..., 0]
-        for axis, around in enumerate(sample_points.additive_recurrence(1, 2).T)
-    )
-    local = sample_points.cosine_direction(u, v)
-    origins, directions = rays_from_patches(patches, chosen, b1, b2, local)
+    places = HitPlaces(np.repeat(chosen, b1.shape[1]), b1.ravel(), b2.ravel())
+    x, y, z = _directions(1, [part.ravel() for part in shifts])[..., 0]
     if rising:
-        height = directions[..., 2]
-        turned = (height < 0) & (local[2] > 2 * height * patches.normal[chosen, 2:])
-        np.negative(height, where=turned, out=height)
+        frames = [
+            part[places.triangle, 2]
+            for part in (*np.moveaxis(patches.tangents, 1, 0), patches.normal)
+        ]
+        height = x * frames[0] + y * frames[1] + z * frames[2]
+        turned = (height < 0) & (z > 2 * height * frames[2])
+        x, y, z = (
+            np.where(turned, part - 2 * height * up, part)
+            for part, up in zip((x, y, z), frames, strict=True)
+        )
     # The kind of face that each ray meets: a back inside something, a front, or none.
-    rays, own = (origins.reshape(-1, 3), directions.reshape(-1, 3)), np.repeat(chosen, u.shape[1])
-    places = ray_scene.trace_places(*rays)
-    hit = places.triangle.reshape(u.shape)
-    fate = np.empty(hit.shape, np.uint8)
-    classify_rays(hit, np.ascontiguousarray(np.moveaxis(directions, -1, 0)), patches.facing, fate)
-    # The back of a sheet is lit from there, so it counts as a front.
-    backs = np.nonzero(fate == BACK)
-    fate[backs] = np.where(patches.other_side[hit[backs]] < 0, BACK, FRONT)  # sheets have none
-    states = STATE_OF_FATE[fate]
-    touching = find_touching(patches, own, places).reshape(u.shape)
+    met = surroundings.send(ray_scene.trace_places, patches, places, (x, y, z))
+    states = STATE_OF_FATE[met.fate]
+    touching = _find_touching(patches, places.triangle, met.places)
     states[touching & (states == FACING)] = TOUCHING
-    return states
+    return states.reshape(b1.shape)
+
+
+def _directions(count, shifts):
+    """Directions by the cosine law, shifted from point to point by random numbers, two (k,): (3, k,
+    count) float32.
+    """
+    around = sample_points.additive_recurrence(count, 2)
+    u, v = (sample_points.shifted(around[:, axis], shifts[axis]) for axis in (0, 1))
+    return np.stack(sample_points.cosine_direction(u, v))
 
 
 def _examine_cells(ray_scene, patches, chosen, starts):
@@ -170,7 +157,7 @@ def _examine_cells(ray_scene, patches, chosen, starts):
     """
     # First rays settle cells whose neighbours all agree.
     states, (b1, b2, shifts) = _first_states(ray_scene, patches, chosen, starts), starts
-    verdict = settled_cells(states)
+    verdict = cover_cells.settled_cells(states)
 
     def judge(asked):
         row, cell = np.nonzero(asked & (verdict == UNKNOWN))
@@ -182,8 +169,8 @@ def _examine_cells(ray_scene, patches, chosen, starts):
 
     # Leading cells vote by RAYS rays; what they agree on goes to the cells between; the rest vote
     # too.
-    judge(np.isin(np.arange(states.shape[1]), LEADING))
-    verdict = share_verdicts(verdict, states)
+    judge(np.isin(np.arange(states.shape[1]), cover_cells.LEADING))
+    verdict = cover_cells.share_verdicts(verdict, states)
     judge(np.ones(1, bool))
     # What lies below the ground is covered, whatever the rays say.
     earth = lie_in_earth(ray_scene, patches, points_of_patches(patches, chosen, b1, b2))
@@ -207,56 +194,42 @@ def _judge_cells(ray_scene, patches, places, shifts, keys):
     -------
     (k,) bool
     """
-    hits, back, sky, below = _trace_vote(ray_scene, patches, places, shifts)
-    backs, skies, belows = ends = np.stack([which.sum(axis=1) for which in (back, sky, below)])
-    # Inside something, or in the earth.
-    inside = ((2 * backs > RAYS) & (skies <= STRAY_RAYS)) | (
-        (4 * backs > RAYS) & (backs + belows == RAYS)
-    )
+    # RAYS rays from each cell, and how many end at backs, in the sky and below the horizon.
+    point = np.repeat(np.arange(len(keys)), RAYS)
+    local = _directions(RAYS, shifts.T).reshape(3, -1)
+    met = surroundings.send(ray_scene.trace_as_drawn, patches, places.take(point), local)
+    fate = met.fate.reshape(-1, RAYS)
+    ends = np.stack([(fate == kind).sum(axis=1) for kind in (BACK, SKY, FAR_GROUND)])
     # No ray reached the sky, and too few met backs: is there a face that looks back within touch?
+    inside = surroundings.lies_inside(ends, closed=False)
     doubtful = ~inside & (ends[1] == 0)
-    touching = np.zeros(len(inside), bool)
     own, b1, b2 = places.take(doubtful)
     origins = points_of_patches(patches, own, b1[:, None], b2[:, None])[:, 0]
-    touching[doubtful] = find_touching(
-        patches, own, ray_scene.trace_places(origins, patches.normal[own])
-    )
-    # hidden  places from which no ray met a back or the sky; going  rays that go on from the fronts
-    # they met.
-    hidden = doubtful & ~touching & (ends[0] == 0)
-    going = (inside | (doubtful & ~touching))[:, None] & ~(back | sky | below)
-    # Of places from which all rays met fronts most are in the open: one that leaves tells, and
-    # spares the others.
-    for part in (going & ~(hidden[:, None] & AFTER_FIRST), going & (hidden[:, None] & AFTER_FIRST)):
-        point, ray = np.nonzero(part & ~(hidden & (ends[1] + ends[2] > 0))[:, None])
-        rays = hits.take((point, ray)), point, number_rays(keys)[point, ray]
-        follow(ray_scene, patches, rays, ends, owner=places.triangle)
-    # Their ends decide; a place that touches another face is judged from behind that face.
-    mixed = going.any(axis=1)
-    inside[mixed] = judge_ends(*ends[:, mixed])
-    inside[touching] = lie_inside(
+    ahead = ray_scene.trace_places(origins, patches.normal[own])
+    touching = np.zeros(len(inside), bool)
+    touching[doubtful] = _find_touching(patches, own, ahead)
+    # Otherwise rays go on from the fronts that they met, and their ends decide.
+    asked = inside | (doubtful & ~touching)
+    going = np.flatnonzero((met.fate == FRONT) & asked[point])
+    side = np.where(met.behind[going], np.float32(-1), np.float32(1))
+    numbers = surroundings.number_rays(keys).ravel()[going]
+    rays = met.places.take(going), side, point[going], numbers
+    surroundings.follow(ray_scene.trace_places, patches, rays, ends)
+    inside = surroundings.lies_inside(ends)
+    # A place that touches another face is judged from behind that face.
+    inside[touching] = surroundings.lie_inside(
         ray_scene, patches, places.take(touching), keys[touching], CONTACT
     )
     return inside
 
 
-def _trace_vote(ray_scene, patches, places, shifts):
-    """Where the rays of a vote end: HitPlaces, and whether at a back, in the sky, below the
-    horizon: all (k, RAYS).
+def _find_touching(patches, own, hits):
+    """Which rays from patches, (m,) int, meet a face that looks back at these from less than
+    CONTACT: (m,) bool.
     """
-    # RAYS directions by the cosine, shifted from point to point.
-    around = sample_points.additive_recurrence(RAYS, 2)
-    u, v = (sample_points.shifted(around[:, axis], shifts[:, axis]) for axis in (0, 1))
-    own, b1, b2 = places
-    b1, b2 = (np.repeat(weights[:, None], RAYS, axis=1) for weights in (b1, b2))
-    origins, directions = rays_from_patches(
-        patches, own, b1, b2, sample_points.cosine_direction(u, v)
-    )
-    rays = origins.reshape(-1, 3), directions.reshape(-1, 3)
-    hits = ray_scene.trace_as_drawn(*rays)
-    hits = HitPlaces(*(part.reshape(u.shape) for part in hits))
-    gone, upwards = hits.triangle < 0, directions[..., 2] > 0
-    return hits, patches.meets_back(hits.triangle, directions), gone & upwards, gone & ~upwards
+    # On patches smaller than 1 m (the root of the area) they must be closer in proportion.
+    closest = (CONTACT * np.minimum(np.sqrt(patches.area[own]), 1)).astype(np.float32)
+    return surroundings.facing_distance(patches, own, hits) < closest
 
 
 def lie_in_earth(ray_scene, patches, points):
@@ -293,5 +266,5 @@ def cells_near_cover(covered, within):
     """
     near_cover = np.zeros(covered.shape, bool)
     # all but open cells surrounded by open ones
-    near_cover[within] = ~enclosed_cells(~covered[within])
+    near_cover[within] = ~cover_cells.enclosed_cells(~covered[within])
     return near_cover

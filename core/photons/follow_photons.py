@@ -12,11 +12,12 @@ from functools import cached_property
 import numpy as np
 
 from ..patches.cover_cells import unpack_cells
+from ..patches.crown_hits import stop_in_crowns
 from ..patches.facing_scene import FacingScene
 from ..patches.find_covered import lie_in_earth
-from ..patches.hit_kinds import stop_in_crowns
 from ..patches.patches import Patches
 from ..patches.read_albedo import TriangleBrdfs
+from ..rays.faces import leave_faces
 from ..rays.hemisphere_rays import CELL_DIVISIONS, points_of_patches
 from ..rays.random_numbers import GOLDEN, mix, uniform
 from ..rays.sample_points import cell_of_point, cosine_direction
@@ -232,7 +233,7 @@ def _slip_past_edges(target, places, directions, front):
     near = np.flatnonzero(front & (inside < target.patches.offset[hit]))
     slipped = np.zeros(len(hit), bool)
     if len(near):
-        origins, _ = leave_patches(target.patches, places.take(near), np.zeros((3, len(near))))
+        origins, _ = leave_faces(target.patches, places.take(near), np.zeros((3, len(near))))
         slipped[near] = target.ray_scene.trace_closest(origins, -directions[near]) >= 0
     return slipped
 
@@ -323,31 +324,5 @@ def reflect_photons(target, key, photons, places, bounce, *, numbers=3):
         leaving, share[chosen] = brdf.sample(arriving, draws[chosen])
         local[:, chosen] = leaving.T
     weight = np.rint(photons.weight * share / QUANTUM) * QUANTUM
-    reflected = Photons(*leave_patches(patches, places, local), weight, photons.number, photons.row)
+    reflected = Photons(*leave_faces(patches, places, local), weight, photons.number, photons.row)
     return reflected.take(weight > 0)
-
-
-def leave_patches(patches, places, local):
-    """Rays from points on patches in directions given in the patches' local frames.
-
-    They start like hemisphere rays of gather: slightly above the patch, an offset inside its edges.
-
-    Parameters
-    ----------
-    patches : Patches
-    places : HitPlaces
-    local : tuple of three (m,) float
-        Along the two tangents and the normal.
-
-    Returns
-    -------
-    origins, directions : (m, 3) float32
-    """
-    hit, b1, b2 = places
-    b1 = np.clip(b1, 0, 1)
-    b2 = np.clip(b2, 0, 1 - b1)
-    edges, tangents, normal = patches.edges[hit], patches.tangents[hit], patches.normal[hit]
-    origins = patches.corner[hit] + patches.offset[hit, None] * normal
-    origins += b1[:, None] * edges[:, 0] + b2[:, None] * edges[:, 1]
-    x, y, z = np.asarray(local, np.float32)[:, :, None]
-    return origins, x * tangents[:, 0] + y * tangents[:, 1] + z * normal

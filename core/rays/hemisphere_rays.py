@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 from numba import njit
 
+from .faces import leave_faces
 from .random_numbers import uniform
+from .ray_scene import HitPlaces
 from .sample_points import DIGITS, HEMISPHERE_REPLICATES, grid_of, points_of_grid, sobol_points
 
 # each patch is divided into 64 cells, tested for being inside or under something
@@ -174,42 +176,20 @@ def cell_at(b1, b2, divisions):
     return row * (2 * divisions - row) + min(2 * along + int(inverted), 2 * (divisions - 1 - row))
 
 
-def rays_from_patches(patches, chosen, b1, b2, local):
-    """Rays from points on patches (barycentric coordinates) in directions given in the patches'
-    local frames.
+def points_of_patches(patches, chosen, b1, b2):
+    """Ray origins just in front of patches: (c, m, 3) float32.
 
     Parameters
     ----------
+    patches : Faces
     chosen : (c,) int
-    b1, b2 : (c, rays) float32
-    local : tuple of three (c, rays) float32
-        Along the two tangents and the normal.
-
-    Returns
-    -------
-    origins, directions : (c, rays, 3) float32
-        In memory all x come first, then all y, then all z.
+    b1, b2 : (c, m) float32
+        Barycentric weights.
     """
-    frames = np.concatenate([patches.tangents[chosen], patches.normal[chosen, None]], axis=1)
-    return points_of_patches(patches, chosen, b1, b2), _add_vectors(frames, local)
-
-
-def points_of_patches(patches, chosen, b1, b2):
-    """Ray origins just in front of patches: (c, m, 3) float32. Parameters as in
-    `rays_from_patches`.
-    """
-    start = patches.corner[chosen] + patches.offset[chosen, None] * patches.normal[chosen]
-    frames = np.concatenate([start[:, None], patches.edges[chosen]], axis=1)
-    return _add_vectors(frames, (np.ones(b1.shape), b1, b2))
-
-
-def _add_vectors(frames, weights):
-    """Sums of three vectors of each patch, (c, 3, 3) float32, by their weights, three (c, m): (c,
-    m, 3) float32.
-    """
-    first, second, third = (part.astype(np.float32, copy=False) for part in weights)
-    one, other, last = frames.transpose(1, 2, 0)[..., None]
-    return np.moveaxis(first * one + second * other + third * last, 0, -1)
+    places = HitPlaces(np.repeat(chosen, b1.shape[1]), b1.reshape(-1), b2.reshape(-1))
+    none = np.zeros(len(places.b1), np.float32)
+    origins, _ = leave_faces(patches, places, (none, none, none))
+    return np.moveaxis(origins.T.reshape(3, *b1.shape), 0, -1)
 
 
 def is_compiled():

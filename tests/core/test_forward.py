@@ -18,12 +18,12 @@ from citypv.core.photons.emit_photons import FROM_ABOVE, box_of_scene, make_sour
 from citypv.core.photons.follow_photons import (
     Photons,
     Target,
-    leave_patches,
     meet_fronts,
     reflect_photons,
 )
 from citypv.core.photons.light_of_photons import Tally
 from citypv.core.photons.trace_sources import PHOTON_REPLICATES
+from citypv.core.rays.faces import leave_faces
 from citypv.core.rays.ray_scene import HitPlaces, RayScene
 from citypv.core.rays.sample_points import barycentric_of_square, cosine_direction
 
@@ -129,7 +129,7 @@ def test_closed_furnace(albedo, bounces, mirrors):
     generator = np.random.default_rng(0)
     hit = generator.choice(12, count, p=patches.area / patches.area.sum())
     places = HitPlaces(hit, *barycentric_of_square(*generator.random((2, count), np.float32)))
-    _, outwards = leave_patches(patches, places, cosine_direction(*generator.random((2, count))))
+    _, outwards = leave_faces(patches, places, cosine_direction(*generator.random((2, count))))
     photons = Photons(
         np.zeros((count, 3)), -outwards, np.ones(count), np.arange(count), np.zeros(count, int)
     )

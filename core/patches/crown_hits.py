@@ -1,35 +1,6 @@
-"""Fates of rays: what each of them reaches, or whether it ends in a crown before."""
+"""Rays that end in the crown of a tree before what they hit."""
 
 import numpy as np
-from numba import njit
-
-SKY, FAR_GROUND, FRONT, LEAVES, BACK, DARK = range(6)  # fate of a ray; the last three carry nothing
-
-
-@njit(nogil=True, cache=True)
-def classify_rays(hit, directions, facing, fate):
-    """Write the fate of each ray into the last argument.
-
-    Parameters
-    ----------
-    hit : (c, rays) int32
-    directions : (3, c, rays) float32
-    facing : (p, 4) float32
-    fate : (c, rays) uint8
-    """
-    for patch in range(len(hit)):
-        for ray in range(hit.shape[1]):
-            met = hit[patch, ray]
-            x, y, z = (
-                directions[0, patch, ray],
-                directions[1, patch, ray],
-                directions[2, patch, ray],
-            )
-            if met < 0:
-                fate[patch, ray] = SKY if z > 0 else FAR_GROUND
-                continue
-            along = x * facing[met, 0] + y * facing[met, 1] + z * facing[met, 2] + facing[met, 3]
-            fate[patch, ray] = BACK if along > 0 else FRONT
 
 
 def stop_in_crowns(ray_scene, patches, rays, places, wanted):
