@@ -201,6 +201,7 @@ class EnergyPanel(_Step, bpy.types.Panel):
         if settings.weather == "file":
             year = "weather_file", "weather_point", "weather_place"
         names = "weather", *year, *settings_of_panel("weather"), *settings_of_panel("energy")
+        names += ("leave_out",)
         draw_settings(column, settings, *names)
         column.operator("citypv.find_module", icon="VIEWZOOM")
         effects = open_panel(column, "citypv_electric_effects", "Effects of the modules")
@@ -246,7 +247,8 @@ class ResultsPanel(_Result, bpy.types.Panel):
         """Show the best buildings, with buttons that select them and look at them, and what can be
         written.
         """
-        column, _, city = self.start(context)
+        column, settings, city = self.start(context)
+        draw_settings(column, settings, "least_hours")
         best = read_best(city)
         body = best and open_panel(column, "citypv_best", "Best buildings, per year")
         table = body.column(align=True) if body else None

@@ -18,7 +18,7 @@ from ..operators.city.declare_settings import build_properties
 from ..operators.city.read_materials import MATERIALS
 from ..operators.city.read_settings import ADDON, ASKED_BY_KEY, FILES_WORDS, use_cache_folder
 from ..operators.run.plan_trace import DAYS
-from ..operators.show import show_result
+from ..operators.show import choose_faces, show_result
 from ..operators.show.timeline import TIMED, follow_timeline_show
 
 LODS = [
@@ -199,6 +199,11 @@ class Settings(bpy.types.PropertyGroup):
             "say them"
         ),
     )
+    leave_out: StringProperty(
+        name="Leave out",
+        description="CSV with the columns id,words: faces or buildings without modules",
+        subtype="FILE_PATH",
+    )
     # Colour
     attribute: EnumProperty(
         name="Show",
@@ -246,7 +251,7 @@ class Settings(bpy.types.PropertyGroup):
     )
 
 
-Settings.__annotations__.update(build_properties())
+Settings.__annotations__.update(build_properties({"least_hours": choose_faces.follow_least_hours}))
 
 
 class Seeing(bpy.types.PropertyGroup):

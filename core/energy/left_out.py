@@ -75,7 +75,7 @@ def describe_gone(surfaces, path):
     gone = list_unknown(surfaces, read_left_out(path)) if path else []
     if not gone:
         return ""
-    return f"Left out by --leave-out, and not in this edited city: {list_some(gone, 5)}"
+    return f"To be left out, but not in this city any more: {list_some(gone, 5)}"
 
 
 def words_of_surfaces(surfaces, left_out):

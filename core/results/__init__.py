@@ -30,6 +30,7 @@ DOORS = (
     "compare_runs.describe_light",
     "compare_runs.mark_of",
     "compare_runs.match_shapes",
+    "compare_runs.share_modules",
     "compare_runs.sum_buildings",
     "compare_runs.sum_states",
     "compare_runs.tell_yields",

@@ -101,10 +101,16 @@ def compare_folders(before, after):
             **_read_by_id(folders[1], BEFORE, BEFORE_COLUMNS, before)
         )
     # Yields of each surface in both on the modules of before, then sums of buildings and of all.
-    power, crossed = _share_modules(before, after, match)
+    # Hours are means over the whole polygon; modules lie on the part that counts.
+    faces = before.faces, after.faces
+    power = [
+        (one["kwp"] * one["area"] / one["counted_area"].where(one["kwp"] > 0) / 1000).to_numpy()
+        for one in faces
+    ]
+    power[1], crossed = share_modules(power, [one["reason"].to_numpy() for one in faces], match)
     states = [
-        pd.concat([one.faces[TEXTS], _yields_of(one, own)], axis=1)
-        for one, own in zip((before, after), power, strict=True)
+        pd.concat([one[TEXTS], _yields_of(one, own)], axis=1)
+        for one, own in zip(faces, power, strict=True)
     ]
     table = compare_surfaces(*states, match, known)
     buildings = sum_buildings(table)
@@ -280,43 +286,37 @@ def _shapes_of(results):
     return np.column_stack([middle, np.sqrt(faces["area"]), *normal])
 
 
-def _share_modules(before, after, match):
-    """Power of the modules of both states by which hours of whole polygons count, where what has
-    too few hours in one state alone carries the modules that it had before.
+def share_modules(power, reasons, match):
+    """Power of the modules of two states, where what has too few hours in one of them alone carries
+    the modules that it had before.
 
     Parameters
     ----------
-    before, after : Results
+    power : list of (m,) and (n,) float [MW]
+        Of surfaces before and after, NaN where there are no modules.
+    reasons : list of (m,) and (n,) str
+        Why there are none, of `REASONS`.
     match : (n,) int
         Of `match_shapes`.
 
     Returns
     -------
-    power : list of (m,) and (n,) float [MW]
-        NaN where there are no modules.
+    power : (n,) float [MW]
+        After, on the modules of before.
     crossed : dict of str to (n,) bool
         Surfaces that an edit brings below the least hours, `no_longer`, or above, `newly`.
     """
-    # Hours are means over the whole polygon; modules lie on the part that counts.
-    power = [
-        (one["kwp"] * one["area"] / one["counted_area"].where(one["kwp"] > 0) / 1000).to_numpy()
-        for one in (before.faces, after.faces)
-    ]
-    # Surfaces of both states from which, or to which, only hours take or give modules.
-    few = "low-hours"
-    old = np.where(match >= 0, before.faces["reason"].to_numpy()[match], "new")
-    new = after.faces["reason"].to_numpy()
+    few, (earlier, new) = "low-hours", reasons
+    old = np.where(match >= 0, earlier[match], "new")
     crossed = {"no_longer": (old == "") & (new == few), "newly": (old == few) & (new == "")}
-    power[1] = np.where(crossed["no_longer"], power[0][match], power[1])
-    power[1] = np.where(crossed["newly"], np.nan, power[1])
-    return power, crossed
+    shared = np.where(crossed["no_longer"], power[0][match], power[1])
+    return np.where(crossed["newly"], np.nan, shared), crossed
 
 
-def _yields_of(results, power):
+def _yields_of(faces, power):
     """Hours [h] and energy [MWh] of each surface with modules of so much power, (n,) [MW], with
     standard errors: pandas.DataFrame.
     """
-    faces = results.faces
     return tell_yields(power, faces["full_load_hours"], faces["full_load_hours_standard_error"])
 
 

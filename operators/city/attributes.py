@@ -56,6 +56,7 @@ VIEWS = tuple(
             for q in QUANTITIES
             if q.name in COMPARED
         ),
+        ("module_hours", "energy", "Full load hours of faces with modules", "h per year"),
     )
 )
 RESULTS = {quantity.name: quantity for quantity in (*QUANTITIES, *VIEWS)}
@@ -151,9 +152,21 @@ def write_results(city, ground, transfer, energy=None):
             write_surface_values(
                 city, ground, quantity.name, column_values(quantity, transfer, energy)
             )
-    if energy is None:
+    if energy is not None:
+        write_surface_values(city, ground, "module_hours", _hours_of_modules(transfer, energy))
+    else:
         gone = [quantity for quantity in QUANTITIES if quantity.owner == "energy"]
         remove_face_attributes(city, ground, *(one.name for one in (*gone, *VIEWS)))
+
+
+def _hours_of_modules(transfer, energy):
+    """Full load hours of the modules of each surface, NaN where it carries none: (n,)."""
+    # Hours are means over whole surfaces; modules lie on the area that counts.
+    energy_of_modules = energy.kwp_of_hours(transfer.surfaces.area) * energy.full_load_hours
+    carries = energy.kwp > 0
+    return np.divide(
+        energy_of_modules, energy.kwp, out=np.full(len(carries), np.nan), where=carries
+    )
 
 
 def write_surface_values(city, ground, name, values):

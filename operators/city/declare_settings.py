@@ -39,13 +39,16 @@ def _left_to_program(details):
     return details.kind == "integer" and bool(details.none)
 
 
-def build_properties():
+def build_properties(follow):
     """Properties of all settings that have a title, by the names of the settings, and switches of
     effects: dict.
+
+    `follow` has what is called when a setting changes, by its name.
     """
     properties = {}
     for name, default, details in _list_titled():
-        properties[name] = _build_property(default, details)
+        more = {"update": follow[name]} if name in follow else {}
+        properties[name] = _build_property(default, details, **more)
         if _left_to_program(details):
             properties[AUTO + name] = _build_switch(name, details)
     return properties | {
@@ -65,7 +68,7 @@ def _build_switch(name, details):
     )
 
 
-def _build_property(default, details):
+def _build_property(default, details, **more):
     """Property of one setting.
 
     Parameters
@@ -82,7 +85,7 @@ def _build_property(default, details):
     words = details.words[0].upper() + details.words[1:]
     subtype = {"m": "DISTANCE", "%": "PERCENTAGE"}.get(details.unit, "NONE")
     unit = f" [{details.unit}]" if details.unit and subtype == "NONE" else ""
-    named = {"name": details.title, "description": words + unit}
+    named = {"name": details.title, "description": words + unit, **more}
     if details.kind == "choice":
         # Units and axes stay as they are.
         items = [
@@ -115,8 +118,9 @@ def _build_property(default, details):
                 "min": int(named.get("min", -LARGEST)),
             }
         )
-    lowest = {"min": details.above + 10**-3} if details.above is not None else {}
-    precision = 1 if details.unit in ("%", "km") else 3
+    lowest = {"step": 1000} if details.unit == "h" else {}  # [1/100] of an arrow of the field
+    lowest |= {"min": details.above + 10**-3} if details.above is not None else {}
+    precision = {"%": 1, "km": 1, "h": 0}.get(details.unit, 3)
     return FloatProperty(**named, **lowest, subtype=subtype, precision=precision)
 
 

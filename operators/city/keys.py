@@ -56,6 +56,7 @@ class Key:
     ALBEDOS, UNREAD = PREFIX + "albedos", PREFIX + "unread"
     INTERRUPTED = PREFIX + "interrupted"  # which suns were traced, in words
     KWP = PREFIX + "kwp"  # of each surface
+    FEW = PREFIX + "few"  # surfaces that too few hours take their modules from
     COMPARED, MATCHED = PREFIX + "compared", PREFIX + "matched"  # before and after; a sentence
     # buildings: id, power [kWp], energy [MWh per year], P50 and P90 of years
     BEST = PREFIX + "best"

@@ -6,6 +6,7 @@ A step is done, stale because a setting was changed since, or still to do.
 
 import os
 import sys
+from ast import literal_eval
 from pathlib import Path
 
 import bpy
@@ -41,6 +42,7 @@ STEPS = {  # step -> settings of the panel that it depends on; files keep their 
         *settings_of_panel("weather"),
         *settings_of_panel("energy"),
         *map(name_switch, ELECTRIC),
+        "leave_out",
     ),
 }
 _answers = {}  # "folder": of `folder_of_answers`
@@ -98,6 +100,7 @@ def read_settings(settings):
         horizon=bpy.path.abspath(settings.horizon) or None,
         weather_place=_read_weather_place(settings) if settings.weather == "file" else None,
         albedo_file=albedo_file,
+        leave_out=bpy.path.abspath(settings.leave_out) or None,
         threads=settings.threads or preferred or threads_beside_window(not bpy.app.background),
     )
 
@@ -189,6 +192,14 @@ def remember_step(city, step, settings):
     for later in order[order.index(step) + 1 :]:
         city.pop(Key.ASKED + later, None)
     city[Key.ASKED + step] = _describe_settings(step, settings)
+
+
+def remember_choice(city, settings, name):
+    """Store a setting of the energy that acts at once, so that the step is done if it was before."""
+    if Key.ASKED + "energy" in city:
+        kept = literal_eval(city[Key.ASKED + "energy"])
+        kept[STEPS["energy"].index(name)] = getattr(settings, name)
+        city[Key.ASKED + "energy"] = repr(kept)
 
 
 def state_of_step(city, step, settings):

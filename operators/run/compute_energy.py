@@ -18,7 +18,7 @@ from ..show.compare_results import compare_with_before
 from ..show.keep_report import find_faces
 from ..show.select_faces import select_faces
 from ..show.show_result import show_result
-from ..show.summarise import summarise_energy
+from ..show.summarise import sum_energy, summarise_energy
 
 
 class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
@@ -31,23 +31,17 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
     @staticmethod
     def work(task, progress):
         """Read the weather and compute the energy."""
-        from ...core.energy.pv_system import build_system
-        from ...core.results.write_buildings import sum_buildings
-        from ...core.results.write_summary import sum_totals
+        from ...core.energy.left_out import describe_gone
 
         session, kept, request = task
         transfer, weather, energy = weigh(session, kept, request, progress)
-        kwp = energy.kwp_of_hours(transfer.surfaces.area)
-        told = {
-            "place": weather.describe_distance(transfer.site),
-            "whole": sum_totals(transfer, energy, build_system(request)),
-        }
-        told["buildings"] = sum_buildings(transfer, energy, weather)
-        return session, transfer, weather, energy, request, (told, kwp)
+        told = sum_energy(transfer, weather, energy, request)
+        gone = describe_gone(transfer.surfaces, request.leave_out)
+        return session, transfer, weather, energy, request, (told, gone)
 
     def finish(self, context, result):
         """Write the results onto the faces and colour them by full load hours."""
-        session, transfer, weather, energy, request, (told, kwp) = result
+        session, transfer, weather, energy, request, (told, gone) = result
         city, ground = find_own_city(context.scene, session)
         write_results(city, ground, transfer, energy)
         session.transfer, session.weather, session.energy, session.request = (
@@ -57,13 +51,12 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
             request,
         )
         text = summarise_energy(city, weather, energy, **told)
-        city[Key.KWP] = kwp.tolist()
         remember_step(city, "energy", context.scene.citypv)
         changed = compare_with_before(context.scene, city, ground)
         show_result(
             context, city, ground, CHANGE + "full_load_hours" if changed else "full_load_hours"
         )
-        return text
+        return "; ".join(filter(None, (text, gone)))
 
 
 class ShowBuilding(OfCity, Action, bpy.types.Operator):

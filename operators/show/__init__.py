@@ -6,6 +6,7 @@ city.blend and preview.png, tables of the panel. Read first: `show_result`.
 """
 
 DOORS = (
+    "choose_faces.follow_least_hours",
     "colour_faces.read_scale",
     "colour_user_meshes.colour_user_meshes",
     "colour_user_meshes.draw_as_before",
@@ -38,6 +39,7 @@ DOORS = (
     "show_result.has_result",
     "show_result.show_result",
     "summarise.OF_ENERGY",
+    "summarise.sum_energy",
     "summarise.summarise_albedo",
     "summarise.summarise_energy",
     "timeline.FRAMES",

@@ -42,6 +42,12 @@ def compare_with_before(stage, city, ground):
             _read_state(city, city),
         )
         match = compare_runs.match_shapes(old_shapes, shapes)  # (n,) row of `olds`, -1 for new ones
+        # Energy counts on the modules of before.
+        power, reasons = ([state[name] for state in (olds, news)] for name in ("power", "reason"))
+        power[1], crossed = compare_runs.share_modules(power, reasons, match)
+        olds, news = (
+            _tell_yields(state, own) for state, own in zip((olds, news), power, strict=True)
+        )
     # Nothing to compare: what an earlier comparison left on the faces goes.
     if match is None or not (match >= 0).any():
         for key in (Key.COMPARED, Key.MATCHED):
@@ -79,6 +85,7 @@ def compare_with_before(stage, city, ground):
         f"{count_of(int(matched.sum()), 'surface')} matched by shape; grey: {new:,} new, and changes below \
 two standard errors"
         + (f"; {gone:,} are gone" if gone else "")
+        + (f"; {few:,} would no longer pay" if (few := int(crossed["no_longer"].sum())) else "")
     )
     return True
 
@@ -94,15 +101,14 @@ def _read_state(item, city):
 
     Returns
     -------
-    yields : pandas.DataFrame
-        Of `core.results.compare_runs.tell_yields`, with building_id and kind: k rows.
+    surfaces : dict
+        building_id, kind, power [MW] of modules, NaN without; reason why there are none, hours and
+        error [h]: k rows.
     rows : (k,) int
         Surfaces.
     shapes : (k, 7) float64 [m]
         Of `core.results.compare_runs.match_shapes`.
     """
-    from ...core.results.compare_runs import tell_yields
-
     # Surfaces by number, with the faces of each.
     mesh = item.data
     rows, first, own = np.unique(
@@ -129,21 +135,31 @@ def _read_state(item, city):
         attributes.read_face_attribute(mesh, name)[first]
         for name in (HOURS, HOURS + "_standard_error")
     )
-    kwp = np.array(item[Key.KWP])[rows]
-    table = tell_yields(
-        np.where(kwp > 0, kwp / 1000, np.nan), hours.astype(float), error.astype(float)
-    )
+    kwp, few = np.array(item[Key.KWP])[rows], np.isin(rows, item.get(Key.FEW, []))
     names, words = (
         np.array(list(item[Key.BUILDINGS]), dtype=object),
         {code: kind for kind, code in KIND_CODES.items()},
     )
-    table.insert(0, "building_id", names[attributes.read_face_attribute(mesh, "building")[first]])
-    table.insert(
-        1,
-        "kind",
-        [words[code] for code in attributes.read_face_attribute(mesh, "kind")[first].tolist()],
-    )
+    kinds = attributes.read_face_attribute(mesh, "kind")[first].tolist()
+    table = {
+        "building_id": names[attributes.read_face_attribute(mesh, "building")[first]],
+        "kind": [words[code] for code in kinds],
+        "power": np.where(kwp > 0, kwp / 1000, np.nan),
+        "reason": np.select([kwp > 0, few], ["", "low-hours"], "other"),
+        "hours": hours.astype(float),
+        "error": error.astype(float),
+    }
     return table, rows, shapes
+
+
+def _tell_yields(surfaces, power):
+    """What surfaces of `_read_state` yield on modules of some power, (k,) [MW]: pandas.DataFrame of
+    `core.results.compare_runs.tell_yields`, with building_id and kind.
+    """
+    from ...core.results.compare_runs import tell_yields
+
+    table = tell_yields(power, surfaces["hours"], surfaces["error"])
+    return table.assign(building_id=surfaces["building_id"], kind=surfaces["kind"])
 
 
 def _errors_of_surfaces(before, city, rows):
@@ -256,7 +272,7 @@ class KeepBefore(OfCity, Action, bpy.types.Operator):
         item.data.name, item.matrix_world = item.name, city.matrix_world
         # what the panel shows of the city
         numbers = Key.TOTALS, Key.ENERGY_TOTALS, Key.WEATHER, Key.KWP
-        for key in (*numbers, Key.BUILDINGS, Key.ORIGIN, Key.CONVERGENCE):
+        for key in (*numbers, Key.FEW, Key.BUILDINGS, Key.ORIGIN, Key.CONVERGENCE):
             if key in city:
                 item[key] = city[key]
         item[Key.PART] = BEFORE

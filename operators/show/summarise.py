@@ -13,6 +13,7 @@ OF_ENERGY = (
     Key.TOTALS,
     Key.ENERGY_TOTALS,
     Key.KWP,
+    Key.FEW,
     Key.COMPARED,
     Key.MATCHED,
     Key.BEST,
@@ -21,7 +22,21 @@ OF_ENERGY = (
 )
 
 
-def summarise_energy(item, weather, energy, *, place, whole, buildings):
+def sum_energy(transfer, weather, energy, request):
+    """What `summarise_energy` stores: place of the weather, totals, sums of buildings, power."""
+    from ...core.energy.pv_system import build_system
+    from ...core.results.write_buildings import sum_buildings
+    from ...core.results.write_summary import sum_totals
+
+    return {
+        "place": weather.describe_distance(transfer.site),
+        "whole": sum_totals(transfer, energy, build_system(request)),
+        "buildings": sum_buildings(transfer, energy, weather),
+        "kwp": energy.kwp_of_hours(transfer.surfaces.area),
+    }
+
+
+def summarise_energy(item, weather, energy, *, place, whole, buildings, kwp):
     """Store annual full load hours of each group, totals and the best buildings on the object;
     return a sentence.
 
@@ -37,8 +52,14 @@ def summarise_energy(item, weather, energy, *, place, whole, buildings):
         `core.results.write_summary.sum_totals`.
     buildings : pandas.DataFrame
         Of `core.results.write_buildings.sum_buildings`.
+    kwp : (n,) float [kWp]
+        Of `Energy.kwp_of_hours`.
     """
     from ...core.results.read_results import kind_title
+
+    # Power of each surface, and those that only have too few hours for modules.
+    item[Key.KWP] = kwp.tolist()
+    item[Key.FEW] = np.flatnonzero(energy.reason == "low-hours").tolist()
 
     # Totals of all and of each kind, as lines of the panel's table.
     totals = {"All": whole} | {kind_title(kind): one for kind, one in whole["kinds"].items()}

@@ -197,7 +197,7 @@ def test_an_edit_keeps_the_choice_and_names_what_it_removed(tmp_path, capfd):
     (tmp_path / "list.csv").unlink()
     made = ["variant", str(base), "--remove", "b", "--out", str(tmp_path / "edited")]
     assert main(made) == 0
-    assert "not in this edited city: b" in capfd.readouterr().err
+    assert "not in this city any more: b" in capfd.readouterr().err
     rows = read_rows(tmp_path / "edited")
     assert {row["reason_note"] for row in rows if row["reason"] == "left-out"} == {"protected"}
     summary = json.loads((tmp_path / "edited" / "summary.json").read_text("utf-8"))
@@ -207,7 +207,7 @@ def test_an_edit_keeps_the_choice_and_names_what_it_removed(tmp_path, capfd):
     capfd.readouterr()
     again = ["yield", str(tmp_path / "edited"), "--out", str(tmp_path / "again")]
     assert main([*again, "--leave-out", path]) == 0
-    assert "not in this edited city: b" in capfd.readouterr().err
+    assert "not in this city any more: b" in capfd.readouterr().err
     assert describe_gone(read_transfer_surfaces(tmp_path / "base"), path) == ""
 
 

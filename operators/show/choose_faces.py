@@ -1,0 +1,40 @@
+"""Which faces pay: take the modules off faces with too few hours as soon as the panel asks for
+others, and show the map of what stays.
+
+Light and hours are known; only sums change.
+"""
+
+from dataclasses import replace
+
+from ..city.attributes import write_results
+from ..city.declare_settings import read_properties
+from ..city.read_settings import remember_choice
+from ..city.session import find_city, find_session
+from .compare_results import compare_with_before
+from .show_result import show_result
+from .summarise import sum_energy, summarise_energy
+
+
+def follow_least_hours(settings, context):
+    """Choose anew when *Least hours* changes (`update` of the property), where there is energy."""
+    city, ground = find_city(context.scene)
+    session = find_session(city)
+    if session is None or session.energy is None or session.request is None:
+        return
+    from ...core.energy.paying import choose_again
+    from ...core.energy.pv_system import build_system
+
+    least = read_properties(settings)["least_hours"]
+    if least == session.request.least_hours:
+        return
+    session.request = request = replace(session.request, least_hours=least)
+    timed, before = session.timeline, session.energy
+    session.energy = choose_again(before, session.transfer, build_system(request))
+    if timed is not None and timed[0] is before:
+        session.timeline = session.energy, timed[1]
+    write_results(city, ground, session.transfer, session.energy)
+    told = sum_energy(session.transfer, session.weather, session.energy, request)
+    summarise_energy(city, session.weather, session.energy, **told)
+    remember_choice(city, settings, "least_hours")
+    compare_with_before(context.scene, city, ground)
+    show_result(context, city, ground, "module_hours")
