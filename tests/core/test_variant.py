@@ -33,9 +33,7 @@ OPTIONS = [
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A result folder of three houses that can be edited; the files that it was made of
-    are gone.
-    """
+    """A result folder of three houses that can be edited; its files are gone."""
     folder = tmp_path_factory.mktemp("variant")
     city, albedo = write_small_city(folder / "small.gml"), folder / "albedo.csv"
     albedo.write_text("surface,albedo\nroof,0.4\n", encoding="utf-8")
