@@ -18,6 +18,7 @@ from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import ELECTRIC, build_system
 from ..light.transfer import SourceLight
 from ..settings.progress import silent
+from ..settings.request import BEST_SKY
 from ..settings.threads import usable_threads
 from ..sky.sky_models import choose_sky, sources_of
 from .pilot import LARGE, trace_few, traced_patches
@@ -45,7 +46,6 @@ SWITCHED_OFF = {
     "bound": None,
     "outcome": None,
 }
-KEY = "perez"
 
 
 def measure_effects(inputs, progress=silent):
@@ -234,7 +234,7 @@ def state_effects(summary, transfer, weather, system, *, sky, threads=None):
     shares = shares_of_effects(transfer, weather, system, threads, sky=sky)
     if shares:
         measured = {key: (share, abs(share), getattr(system, key)) for key, share in shares.items()}
-        measured[KEY] = *share_of_sky(transfer, weather, system, threads), sky == KEY
+        measured[BEST_SKY] = *share_of_sky(transfer, weather, system, threads), sky == BEST_SKY
         state_shares(summary, measured)
     return shares
 
@@ -294,14 +294,14 @@ def share_of_sky(transfer, weather, system, threads=None):
     few = _with_sources(transfer.take(rows))
     of_sky = [
         compute_energy(few, weather, system, threads, sky=sky).full_load_hours
-        for sky in (KEY, "isotropic")
+        for sky in (BEST_SKY, "isotropic")
     ]
     names = np.char.add(
         np.asarray(few.surfaces.kind, str), np.asarray(few.surfaces.orientation, str)
     )
     groups = [np.where(names == name, weight, 0) for name in np.unique(names)]
-    perez, isotropic = np.nan_to_num(of_sky)
-    sums = ((one @ perez, one @ (perez - isotropic)) for one in (weight, *groups))
+    best, isotropic = np.nan_to_num(of_sky)
+    sums = ((one @ best, one @ (best - isotropic)) for one in (weight, *groups))
     share, *of_groups = (float(change / whole) if whole > 0 else 0.0 for whole, change in sums)
     return share, max(map(abs, of_groups))
 
@@ -314,6 +314,6 @@ def _with_sources(transfer):
     normal = np.asarray(transfer.surfaces.normal, float)
     # openness  share of the sky visible of what the surface faces [–].
     openness = np.clip(transfer.sky_view_factor / np.maximum((1 + normal[:, 2]) / 2, 1e-9), 0, 1)
-    views = {one.name: one.unshaded(normal) * openness for one in sources_of(KEY)}
+    views = {one.name: one.unshaded(normal) * openness for one in sources_of(BEST_SKY)}
     estimated = {name: SourceLight(view, view, np.zeros(len(view))) for name, view in views.items()}
     return replace(transfer, bare=bare, sources=estimated | transfer.sources)

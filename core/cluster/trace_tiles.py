@@ -26,7 +26,7 @@ from ..patches.read_albedo import name_brdfs
 from ..results.transfer_file import read_transfer
 from ..settings.errors import InputError
 from ..settings.progress import silent
-from ..settings.request import option_of
+from ..settings.request import BEST_SKY, option_of
 from ..settings.version import __version__
 from ..study import prepare_study
 from .join_tiles import join_tiles
@@ -236,7 +236,7 @@ def _settle(prepared, request):
     )
     effects = {key: on for key, on in request.effects.items() if key != "terrain-horizon"}
     effects |= {
-        key: plan[key].on for key in ("reflections", "far-ground", "perez", "trees", "specular")
+        key: plan[key].on for key in ("reflections", "far-ground", BEST_SKY, "trees", "specular")
     }
     bounces = count_surely(brightest) if plan.max_bounces is None else plan.max_bounces
     return replace(request, threads=None, horizon=None, max_bounces=bounces, effects=effects)

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.errors import show_number
+from ..settings.request import BEST_SKY
 from ..sky.horizon import UP, is_above, sunlit_year
 from ..sky.sky_models import RAYS_SHARE, split_sky
 from ..sun.solar_position import MINIMUM_ELEVATION, sun_direction
@@ -120,7 +121,7 @@ def _find_hidden(inputs, horizon):
 
 def _year_of(inputs):
     """SunlitYear of the weather, under the sky that the run asks for."""
-    sky = inputs.request.sky if inputs.request.sky == "isotropic" else "perez"
+    sky = inputs.request.asked_sky or BEST_SKY
     return sunlit_year(inputs.weather, split_sky(inputs.weather, sky))
 
 
@@ -254,54 +255,48 @@ def shade_at_edge(reach, suns):
     return float((1 - np.cos(lowest)) / 2), float(of_sun)
 
 
-PEREZ = "perez"
-
-
-def decide_perez(inputs):
-    """The sky of Perez where inclined surfaces count; every weather has the direct and diffuse
-    light that it needs.
+def decide_sky(inputs):
+    """A sky that is not equally bright where inclined surfaces count; every weather has the direct
+    and diffuse light that it needs.
     """
     # Does it change anything? Its effect on planes in the open that face as the surfaces do.
-    sky, asked, surfaces = inputs.request.sky, inputs.asked(PEREZ), inputs.scene.surfaces
+    request, surfaces, plan = inputs.request, inputs.scene.surfaces, inputs.plan
     counted = surfaces_that_count(surfaces)
     area = float(np.asarray(surfaces.area)[counted].sum())
     change, words = np.zeros(0), ""
+    plan.sky = sky_of_surfaces(request, surfaces)
+    compared = BEST_SKY if plan.sky == "isotropic" else plan.sky
     if inputs.weather is not None and counted.any():
         change = change_unshaded(
-            inputs.weather, _planes_of(surfaces, counted), inputs.scene.ground_albedo
+            inputs.weather, _planes_of(surfaces, counted), inputs.scene.ground_albedo, compared
         )
         low, high = (show_number(100 * one, 1, plus=True) for one in (change.min(), change.max()))
         words = f"; it changes unshaded ones by {low} to {high} %"
-    by_scene = sky == "auto" and asked is None
     # With it, rays go to the horizon too: as few as its noise allows.
-    if sky_of_surfaces(inputs.request, surfaces) == PEREZ:
-        reason = f"{area:,.0f} m² of inclined surfaces count" if by_scene else "as asked"
-        inputs.plan.sky = PEREZ
-        if (
-            inputs.weather is not None and inputs.plan.receivers is not None
-        ):  # else all surfaces get all rays
+    if plan.sky != "isotropic":
+        scene_calls = f"{area:,.0f} m² of inclined surfaces count"
+        if inputs.weather is not None and plan.receivers is not None:  # else all get all rays
             # Rays of a replicate, as a power of two no larger: further rounds go on in such steps.
-            rays = 1 << max(inputs.request.samples // HEMISPHERE_REPLICATES, 1).bit_length() - 1
-            inputs.plan.rays_share = min(
-                split_sky(inputs.weather, PEREZ).rays_share(), max(RAYS_SHARE, rays)
+            rays = 1 << max(request.samples // HEMISPHERE_REPLICATES, 1).bit_length() - 1
+            plan.rays_share = min(
+                split_sky(inputs.weather, plan.sky).rays_share(), max(RAYS_SHARE, rays)
             )
         extent = (
-            f"dome, circumsolar light and horizon, one horizon ray for {inputs.plan.rays_share} of "
-            "the dome"
+            f"dome, circumsolar light and horizon, one horizon ray for {plan.rays_share} of the "
+            "dome"
         )
-        return Effect(PEREZ, True, extent, reason + words, 0.0)
+        reason = "as asked" if request.asked_sky else scene_calls
+        return Effect(BEST_SKY, True, extent, reason + words, 0.0)
     # Without it, the change on these planes bounds what is left out.
-    reason = "no inclined surface counts" if by_scene else "as asked"
+    reason = "as asked" if request.asked_sky else "no inclined surface counts"
     bound = bound_change(inputs.weather, change) if len(change) else 0.0 if area == 0 else None
-    return Effect(PEREZ, False, "isotropic sky", reason + words, bound)
+    return Effect(BEST_SKY, False, "isotropic sky", reason + words, bound)
 
 
 def sky_of_surfaces(request, surfaces):
     """Model of the sky that these surfaces call for, or that is asked for: str."""
-    asked = request.effects.get(PEREZ)
-    if asked is None and request.sky == "auto":
-        asked = np.asarray(surfaces.area)[surfaces_that_count(surfaces)].sum() > 0
-    return PEREZ if asked or (asked is None and request.sky == PEREZ) else "isotropic"
+    counted = np.asarray(surfaces.area)[surfaces_that_count(surfaces)].sum() > 0
+    return request.asked_sky or (BEST_SKY if counted else "isotropic")
 
 
 def surfaces_that_count(surfaces):
@@ -324,30 +319,31 @@ def bound_change(weather, change):
     but its dome's part of DHI. Both as shares of the light under Perez's sky, as for all effects
     that are switched off.
     """
-    parts = split_sky(weather, PEREZ)
+    parts = split_sky(weather, BEST_SKY)
     dome, circumsolar = float(parts.dome.sum()), float(parts.circumsolar_horizontal.sum())
     return max(
         circumsolar / max(dome, 1e-9), *(abs(one) / max(1 + one, 1e-9) for one in change.tolist())
     )
 
 
-def change_unshaded(weather, normal, ground_albedo):
-    """What Perez's sky changes in the annual irradiation of unshaded planes.
+def change_unshaded(weather, normal, ground_albedo, sky=BEST_SKY):
+    """What a model of the sky changes in the annual irradiation of unshaded planes.
 
     Parameters
     ----------
     weather : Weather
     normal : (k, 3) float64
     ground_albedo : float
+    sky : str
 
     Returns
     -------
     (k,) float64
         Share of that under the isotropic sky.
     """
-    years = [sunlit_year(weather, split_sky(weather, sky)) for sky in ("isotropic", PEREZ)]
+    years = [sunlit_year(weather, split_sky(weather, model)) for model in ("isotropic", sky)]
     reflected = ground_albedo * (1 - normal[:, 2]) / 2
-    isotropic, perez = (
+    isotropic, other = (
         year.first_light(normal) + reflected * year.first_light(UP) for year in years
     )
-    return np.divide(perez - isotropic, isotropic, out=np.zeros(len(normal)), where=isotropic > 0)
+    return np.divide(other - isotropic, isotropic, out=np.zeros(len(normal)), where=isotropic > 0)

@@ -14,7 +14,8 @@ from ..patches.brdfs import Lambertian
 from ..patches.materials import describe_brdf
 from ..patches.read_albedo import brdfs_of_triangles
 from ..settings.progress import silent
-from .beyond_scene import decide_far_ground, decide_perez, decide_terrain
+from ..settings.request import BEST_SKY
+from .beyond_scene import decide_far_ground, decide_sky, decide_terrain
 from .effect import Effect, Inputs
 from .rays import decide_rays, decide_receivers, decide_reflections
 from .table import PLANNING, RETIRED, TABLE, check_effects
@@ -97,7 +98,7 @@ RULES = {
     "receivers": decide_receivers,
     "reflections": decide_reflections,
     "far-ground": decide_far_ground,
-    "perez": decide_perez,
+    BEST_SKY: decide_sky,
     "specular": _decide_specular,
     **{key: partial(_decide_of_modules, key=key) for key in OF_MODULES},
 }

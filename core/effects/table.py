@@ -5,6 +5,7 @@
 from typing import NamedTuple
 
 from ..settings.errors import InputError
+from ..settings.request import BEST_SKY
 
 PLANNING = "planning effects"  # name of the stage
 
@@ -29,7 +30,7 @@ TABLE = {
     "far-ground": Row(
         "Far ground", "Light from the open ground beyond the city, up to the horizon"
     ),
-    "perez": Row(
+    BEST_SKY: Row(
         "Perez sky",
         "A sky that is brighter around the sun and at the horizon, instead of an even one",
     ),

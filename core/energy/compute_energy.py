@@ -51,7 +51,8 @@ def compute_energy(
     series : sequence of int
         Surfaces (row indices) whose time series are kept.
     sky : str
-        Model of the diffuse sky, of `sky_models.MODELS`. The Transfer must have its traced sources.
+        Model of the diffuse sky, of `settings.request.SKIES`. The Transfer must have its traced
+        sources.
 
     Returns
     -------

@@ -8,7 +8,7 @@ import numpy as np
 from ..city.written_scene import written_scene
 from ..settings.errors import InputError
 from ..settings.progress import silent
-from ..settings.request import Request
+from ..settings.request import BEST_SKY, Request
 from ..sky.horizon import without_hidden
 from ..sun.suns import Suns
 from .measure_cover import choose_left_out
@@ -50,7 +50,7 @@ class EditableCity:
         plan = self.city.prepared.plan
         # These effects and fields of the plan are decided as in the base.
         on, kept = (
-            {key: plan[key].on for key in ("receivers", "perez", "far-ground")},
+            {key: plan[key].on for key in ("receivers", BEST_SKY, "far-ground")},
             {
                 name: getattr(plan, name)
                 for name in ("terrain", "hidden_suns", "max_bounces", "sky", "rays_share")

@@ -5,6 +5,7 @@ asks for.
 from dataclasses import replace
 
 from ..settings.progress import Clock, silent
+from ..settings.request import BEST_SKY
 from .annual_light import solve_annual
 from .change_suns import solve_known_suns
 from .editable_city import EditableCity, prepare_decided, trace_editable
@@ -27,7 +28,7 @@ def match_light(base, sky, bounces, progress=silent):
     Parameters
     ----------
     base : EditableCity
-    sky : {"isotropic", "perez"}
+    sky : str
     bounces : int
     progress : callable, optional
         See `core.settings.progress`.
@@ -87,7 +88,9 @@ def _with_sky(base, sky, progress):
     horizon: EditableCity.
     """
     known = base.decisions
-    known = replace(known, on=known.on | {"perez": sky == "perez"}, plan=known.plan | {"sky": sky})
+    known = replace(
+        known, on=known.on | {BEST_SKY: sky != "isotropic"}, plan=known.plan | {"sky": sky}
+    )
     prepared = prepare_decided(known, base.city.prepared.scene, base.request, progress)
     traced_again = trace_editable(
         prepared, base.suns, base.request, progress, specular=base.specular

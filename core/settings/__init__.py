@@ -39,6 +39,7 @@ DOORS = (
     "progress.report_polygons",
     "progress.silent",
     "progress.with_prefix",
+    "request.BEST_SKY",
     "request.Request",
     "request.SKIES",
     "request.check_request",

@@ -20,6 +20,7 @@ SKIES = {
     "perez": "Brighter around the sun and at the horizon (Perez et al. 1990)",
     "isotropic": "Equally bright all over",
 }
+BEST_SKY = "perez"  # what "auto" takes where inclined surfaces count, and the key of its effect
 KINDS = {int: "integer", float: "number", bool: "switch"}  # by type; others: text
 METAVARS = {"°": "D", "m": "M", "km": "KM", "min": "MIN", "s": "S", "%": "P", "m²/m³": "D"}
 
@@ -304,6 +305,16 @@ class Request(SystemSettings):
     def wants_rounds(self):
         """Whether a run goes on after its first round."""
         return self.target_error is not None or self.time_budget is not None
+
+    @property
+    def asked_sky(self):
+        """Model of the sky that is asked for, by name or as an effect; None: the scene decides."""
+        switched = self.effects.get(BEST_SKY)
+        if switched is None:
+            return None if self.sky == "auto" else self.sky
+        if not switched:
+            return "isotropic"
+        return BEST_SKY if self.sky in ("auto", "isotropic") else self.sky
 
     def as_dict(self):
         """All settings by name."""

@@ -1,24 +1,20 @@
-"""Share the diffuse light of the sky out by dome, circumsolar disc and horizon: an isotropic sky,
-or Perez'.
+"""Models of the sky: how each shares its diffuse light out by dome, circumsolar disc and horizon.
 
              dome: equally bright, (1 + cos tilt)/2 on an unshaded surface
           ▁▂▃▄▅▆▇█ circumsolar: from the place of the sun, like direct light
     ─────────────── horizon: sin tilt on an unshaded surface, traced by itself
 
-References
-----------
-R. Perez, P. Ineichen, R. Seals, J. Michalsky, R. Stewart (1990), Modeling daylight availability and
-irradiance components from direct and global irradiance. :doi:`10.1016/0038-092X(90)90055-H`
+A new model is a file beside this one with its `SOURCES` and `split(weather)`, and a line with its
+name and words in `settings.request.SKIES`.
 """
 
 from dataclasses import dataclass
+from importlib import import_module
 
 import numpy as np
-import pvlib
 
-from .horizon_band import HORIZON
+from ..settings.request import BEST_SKY
 
-MODELS = ("isotropic", "perez")
 # hemisphere rays for each ray towards the horizon, which is a small part of the light
 RAYS_SHARE = 4
 
@@ -71,67 +67,21 @@ class SkyParts:
         return share
 
 
-def split_sky(weather, model, *, small_tilt=1.0):
-    """Light of the sky in each interval of a weather.
-
-    Parameters
-    ----------
-    weather : Weather
-    model : str
-        Of MODELS. Perez' has the coefficients "allsitescomposite1990" of pvlib; with the sun below
-        the horizon, where it is not defined, the sky is isotropic.
-
-    Returns
-    -------
-    SkyParts
-
-    Notes
-    -----
-    On an unshaded surface of tilt β, with a = max(0, cos aoi) and b = max(cos 85°, cos z),
-
-        E = DHI [(1 - F₁) (1 + cos β)/2 + F₁ a/b + F₂ sin β]   # Eq. 9
-
-    pvlib takes the apparent zenith angle and the relative air mass.
+def split_sky(weather, model):
+    """Light of the sky in each interval of a weather, by a model of `settings.request.SKIES`:
+    SkyParts.
     """
-    data = weather.data
-    dhi, zenith = data["dhi"].to_numpy(float), data["apparent_zenith"].to_numpy(float)
-    if model == "isotropic":
-        return SkyParts(dhi, np.zeros(len(dhi)), np.zeros(len(dhi)), {})
-    # pvlib's three parts on a plane that is nearly level, with harmless values where the model is
-    # not defined.
-    airmass = pvlib.atmosphere.get_relative_airmass(zenith, "kastenyoung1989")
-    defined = np.isfinite(airmass) & (dhi > 0)
-    # `small_tilt`: [°] of the plane that tells the parts apart: each is positive on it.
-    parts = pvlib.irradiance.perez(
-        *(small_tilt, 180.0, np.where(defined, dhi, 1.0), data["dni"].to_numpy(float)),
-        dni_extra=pvlib.irradiance.get_extra_radiation(
-            data.index + weather.interval / 2
-        ).to_numpy(),
-        solar_zenith=zenith,
-        solar_azimuth=data["solar_azimuth"].to_numpy(float),
-        airmass=np.where(defined, airmass, 1.0),
-        return_components=True,
-    )
-    # Each part per its view from that plane: (1 - F₁) DHI, F₁ DHI, and F₂ DHI of Eq. 9.
-    tilt = np.radians(small_tilt)
-    dome = np.where(defined, parts["poa_isotropic"] / ((1 + np.cos(tilt)) / 2), dhi)
-    around = np.maximum(dhi - dome, 0.0)
-    # F₁ DHI is what level ground has from the sun's place; normal to it there is 1/b times as much,
-    # b = max(cos 85°, cos z).
-    # From a zenith angle of 85° on the circumsolar disc is taken as if it stood there (Eq. 9).
-    height = np.maximum(np.cos(np.radians(zenith)), np.cos(np.radians(85.0)))
-    horizon = np.where(defined, parts["poa_horizon"] / np.sin(tilt), 0.0)
-    return SkyParts(dome, around / height, around, {HORIZON.name: horizon})
+    return import_module(f".{model}", __package__).split(weather)
 
 
 def sources_of(model):
     """Parts that are traced for a model of the sky, beside its dome: tuple of HorizonBand."""
-    return (HORIZON,) if model == "perez" else ()
+    return import_module(f".{model}", __package__).SOURCES
 
 
 def model_traced(names):
     """Model of the sky whose parts were traced, from their names: str."""
-    return "perez" if HORIZON.name in names else "isotropic"
+    return BEST_SKY if {source.name for source in sources_of(BEST_SKY)} <= {*names} else "isotropic"
 
 
 def choose_sky(request, transfer):
@@ -140,14 +90,10 @@ def choose_sky(request, transfer):
     Parameters
     ----------
     request : Request
-        Its `sky` and `effects` count.
     transfer : Transfer
 
     Returns
     -------
-    {"isotropic", "perez"}
+    str
     """
-    asked = request.effects.get("perez")
-    if asked is None:
-        return model_traced(transfer.sources) if request.sky == "auto" else request.sky
-    return "perez" if asked else "isotropic"
+    return request.asked_sky or model_traced(transfer.sources)

@@ -69,7 +69,8 @@ def compute_world(
     way : {"exact", "paper"}
         Sun of the place itself, or Greenwich's shifted in time.
     sky : str
-        Model of the diffuse sky, of `sky_models.MODELS`, which the environments were built for.
+        Model of the diffuse sky, of `settings.request.SKIES`, which the environments were built
+        for.
     threads : int, optional
         By default all processors; the result does not depend on it.
     progress : callable, optional

@@ -201,7 +201,7 @@ def read_environments(texts, system, sky="isotropic"):
     -------
     environments : list of Environment
     sky : str
-        A key of `sky_models.MODELS`.
+        A key of `settings.request.SKIES`.
 
     Raises
     ------

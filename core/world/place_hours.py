@@ -48,7 +48,7 @@ def prepare_place(weather, system, years, sky="isotropic"):
     years : float
         Number of years that the weather covers.
     sky : str
-        Model of the diffuse sky, of `sky_models.MODELS`.
+        Model of the diffuse sky, of `settings.request.SKIES`.
 
     Returns
     -------

@@ -2,8 +2,9 @@
 forward.
 """
 
+import sys
 from dataclasses import replace
-from types import SimpleNamespace
+from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pvlib
@@ -26,9 +27,9 @@ from citypv.core.effects.beyond_scene import surfaces_that_count
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.settings.errors import InputError
-from citypv.core.settings.request import Request
+from citypv.core.settings.request import SKIES, Request, check_request
 from citypv.core.sky.horizon_band import HEIGHT, HORIZON
-from citypv.core.sky.sky_models import split_sky
+from citypv.core.sky.sky_models import SkyParts, choose_sky, split_sky
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.compute_world import compute_world
@@ -102,6 +103,40 @@ def test_a_year_on_open_planes(station):
             )
             assert found == pytest.approx(same, rel=1e-6), (tilt, azimuth, sky)
             assert found == pytest.approx(other, rel=2e-3), (tilt, azimuth, sky)
+
+
+def split_by_hay_and_davies(weather):
+    """Diffuse light in proportion to the clearness of the direct light from around the sun."""
+    data = weather.data
+    extra = pvlib.irradiance.get_extra_radiation(data.index + HOUR / 2).to_numpy()
+    dhi, around = data["dhi"].to_numpy(), (data["dhi"] * data["dni"]).to_numpy() / extra
+    height = np.maximum(np.cos(np.radians(data["apparent_zenith"].to_numpy())), 0.01745)
+    return SkyParts(dhi - around, around / height, around, {})
+
+
+@pytest.mark.slow
+def test_another_model_of_the_sky_is_a_file_and_a_line(monkeypatch):
+    """Hay and Davies' sky, added as such, gives on an open plane what pvlib's gives in a year."""
+    file = ModuleType("citypv.core.sky.hay_davies")
+    file.SOURCES, file.split = (), split_by_hay_and_davies
+    monkeypatch.setitem(sys.modules, file.__name__, file)
+    with pytest.raises(InputError, match="'hay_davies' is not known; give auto or perez"):
+        check_request(Request(sky="hay_davies"))
+    monkeypatch.setitem(SKIES, "hay_davies", "In proportion to the clearness")
+    weather, request = read_weather(*STATIONS["New York"]), Request(sky="hay_davies")
+    scene, suns = open_plane(50, 225), choose_suns("hourly", *weather.axis)
+    transfer = run_gather(scene, suns, ground_albedo=ALBEDO, sky=request.sky)
+    (effect,) = (one for one in transfer.record.effects if one["key"] == "perez")
+    assert effect["on"] and effect["reason"].startswith("as asked") and not transfer.sources
+    assert choose_sky(request, transfer) == "hay_davies"
+    data = weather.data
+    sun = data["apparent_zenith"], data["solar_azimuth"]
+    extra = pvlib.irradiance.get_extra_radiation(data.index + HOUR / 2)
+    diffuse = pvlib.irradiance.haydavies(50, 225, data["dhi"], data["dni"], extra.to_numpy(), *sun)
+    direct, even, ground, _ = light_on_plane(data, 50, 225)
+    whole, other = ((direct + part + ground).sum() / 1000 for part in (diffuse, even))
+    found = compute_energy(transfer, weather, sky="hay_davies").poa_global_annual[0]
+    assert found == pytest.approx(whole, rel=1e-6) and whole > 1.02 * other
 
 
 # -- the horizon as a source of light --
