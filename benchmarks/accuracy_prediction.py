@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 from town import WEATHER, write_town
 
-from citypv.core.accuracy.cost_curve import list_prices
+from citypv.core.accuracy.cost_curve import predict_costs
 from citypv.core.accuracy.yield_errors import split_errors
 from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.settings.presets import PRESETS
@@ -89,7 +89,7 @@ def compare(name, options, folder):
     scene = read_scene([path], request)
     weather = read_year(scene.site, request)
     spent = time.process_time()
-    listed = list_prices(scene, weather, request, progress=silent)
+    listed = predict_costs(scene, weather, request, progress=silent)
     pilot = time.process_time() - spent
     prices = {one.name: one for one in listed.prices}
     for setting in options.settings:

@@ -17,7 +17,7 @@ import pandas as pd
 if __package__ in (None, ""):
     sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from citypv.core.city.edit_city import Change, edit_city
+from citypv.core.city.edit_city import CityChange, edit_city
 from citypv.core.light.change_light import trace_change
 from citypv.core.light.editable_city import prepare_decided, trace_editable
 from citypv.core.light.rays_file import write_rays
@@ -39,17 +39,17 @@ def read_clock():
 
 def draw_change(city, generator):
     """A building removed, moved by up to 10 m, raised by 3 to 20 m, or put a second time beside
-    itself: Change.
+    itself: CityChange.
     """
     name = generator.choice(list(dict.fromkeys(city.building_id)))
     east, north = generator.uniform(-10, 10, 2)
     twice = city.take(np.array(city.building_id) == name)
-    twice = edit_city(twice, Change(moved={name: (25 + east, north)}))
+    twice = edit_city(twice, CityChange(moved={name: (25 + east, north)}))
     return [
-        Change(removed=[name]),
-        Change(moved={name: (east, north)}),
-        Change(raised={name: generator.uniform(3, 20)}),
-        Change(added=(twice,)),
+        CityChange(removed=[name]),
+        CityChange(moved={name: (east, north)}),
+        CityChange(raised={name: generator.uniform(3, 20)}),
+        CityChange(added=(twice,)),
     ][generator.integers(4)]
 
 

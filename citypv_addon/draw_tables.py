@@ -108,7 +108,7 @@ def draw_presets(layout, city, settings):
         error = prices[name][1]
         line.progress(
             factor=error / largest if largest and isfinite(error) else 0.0,
-            text=plan_trace.describe_price(prices[name]),
+            text=plan_trace.describe_prediction(prices[name]),
         )
     layout.operator("citypv.predict", icon="TIME")
 

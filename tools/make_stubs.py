@@ -19,7 +19,7 @@ from pathlib import Path
 from citypv.core.commands import python_api
 from citypv.core.commands.world import WorldSettings
 from citypv.core.results import compare_runs
-from citypv.core.run.variant import Wish
+from citypv.core.run.variant import Change
 from citypv.core.settings.request import declared_settings
 
 STUB = Path(__file__).resolve().parent.parent / "__init__.pyi"
@@ -177,7 +177,7 @@ def _settings_of(name):
             if setting[0] not in own
         ]
     if name == "variant":
-        for field in fields(Wish):
+        for field in fields(Change):
             default = "False" if field.name == "local" else "..."
             found.append((field.name, WISHES[field.name], default))
     if name == "world":

@@ -7,9 +7,8 @@ error budget, prices, shares of effects. Read first: yield_errors.py, pilot.py, 
 
 DOORS = (
     "cost_curve.WRITING",
-    "cost_curve.describe_prices",
-    "cost_curve.list_prices",
-    "cost_curve.price_city",
+    "cost_curve.predict_city",
+    "cost_curve.predict_costs",
     "error_budget.WHAT",
     "error_budget.bound_cut_reflections",
     "error_budget.budget_groups",

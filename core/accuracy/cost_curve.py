@@ -1,4 +1,4 @@
-"""Price list of a scene: predicted seconds and errors of presets and of each setting, from a pilot.
+"""Cost curve of a scene: predicted seconds and errors of presets and of each setting, from a pilot.
 
 Seconds are the pilot's, times patches, rays, points and suns over its own. The variance of each
 source of error falls with the power of the number of rays or points that every run takes for it
@@ -24,7 +24,7 @@ WRITING = 20e6  # [B/s] of tables and transfer.nc
 
 
 @dataclass
-class _Price:
+class _Prediction:
     """One line of the list."""
 
     name: str
@@ -39,17 +39,49 @@ class _Price:
 
 
 @dataclass
-class _PriceList:
+class _CostCurve:
     """What accuracy costs on a scene."""
 
-    prices: list  # of Price: the presets first
+    prices: list  # of Prediction: the presets first
     pilot_seconds: float
     patches: int
     fixed: float  # [s] of every run: reading, preparing, sun sampling, electricity
 
+    def describe(self):
+        """The list as lines of text."""
+        # A table of settings with their seconds and errors, for the terminal.
+        lines = [
+            f"{self.patches:,} patches; the pilot took {describe_duration(self.pilot_seconds)}; "
+            f"reading, checks and files add {describe_duration(self.fixed)} to tracing",
+            "Standard error of full load hours that half and 95 % of the eligible area do not exceed, "
+            "its largest part, "
+            "and the light beyond the last reflection:",
+            f"{'':24} {'seconds':>8} {'tracing':>8} {'half of':>8} {'95 % of':>8} {'largest part':14} "
+            f"{'reflections':>11}",
+            f"{'':24} {'':>8} {'':>8} {'area, %':>8} {'area, %':>8} {'':14} {'left out, %':>11}",
+        ]
+        # A line a prediction; an error that is not known is a dash.
+        for one in self.prices:
+            source = {"passed_on": "reflected", "discretisation": "patch size"}.get(
+                one.largest, one.largest or "none"
+            )
+            half, most = (
+                f"{value:.2f}" if np.isfinite(value) else "–" for value in (one.median, one.error)
+            )
+            lines.append(
+                f"{one.name:24} {one.seconds:8.1f} {one.tracing:8.1f} {half:>8} {most:>8} {source:14} "
+                f"{one.bounces_left:11.2f}"
+            )
+        if not any(np.isfinite(one.error) for one in self.prices):
+            lines.append(
+                "No surface is eligible for photovoltaics, so there are no errors of full load hours "
+                "to predict."
+            )
+        return lines
+
 
 @dataclass
-class PricedCity:
+class PredictedCity:
     """A city with its pilot, and what some choices of suns do to full load hours on it."""
 
     pilot: Pilot
@@ -144,8 +176,8 @@ class PricedCity:
         return np.where(own < 0, ground, shares)
 
 
-def price_city(inputs, ways, progress=silent):
-    """Trace the pilot of a city, and compare some choices of suns: PricedCity.
+def predict_city(inputs, ways, progress=silent):
+    """Trace the pilot of a city, and compare some choices of suns: PredictedCity.
 
     Parameters
     ----------
@@ -155,15 +187,15 @@ def price_city(inputs, ways, progress=silent):
     """
     _, prepared, weather, request = inputs
     pilot = run_pilot(inputs, progress)
-    # The pilot's patches are looked at under each choice of suns, and timed for its price.
+    # The pilot's patches are looked at under each choice of suns, and timed for its cost.
     suns = {way: choose_suns(way, *weather.axis, position=weather.data) for way in ways}
     started = time.perf_counter()
     measured = measure_ways(inputs, pilot.transfer, list(suns.values()), progress, patches=FEWER)
     checking, sampling = time.perf_counter() - started, dict(zip(suns, measured, strict=True))
-    return PricedCity(pilot, suns, sampling, checking, request.patch_size, prepared)
+    return PredictedCity(pilot, suns, sampling, checking, request.patch_size, prepared)
 
 
-def list_prices(scene, weather, request, reading=0.0, progress=silent):
+def predict_costs(scene, weather, request, reading=0.0, progress=silent):
     """Trace a pilot and predict what accuracy costs.
 
     Parameters
@@ -178,7 +210,7 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
 
     Returns
     -------
-    PriceList
+    CostCurve
     """
     # The scene is prepared and the pilot traced once; every line of the list is predicted from it.
     started = time.perf_counter()
@@ -197,13 +229,13 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
             ]
         )
     )
-    city = price_city(CityYear(scene, prepared, weather, request), ways, progress)
+    city = predict_city(CityYear(scene, prepared, weather, request), ways, progress)
     fixed = reading + preparing + city.checking + city.pilot.electricity
     run = city.pilot.run
     # The share of reflected light falls by the same factor each time.
     factor = min(run.last_bounce ** (1 / run.bounces), 0.99) if run.bounces else 0.0
 
-    def price(name, rounds=1, **changes):
+    def predict(name, rounds=1, **changes):
         one = replace(request, **changes)
         # One line: settings of the run, its seconds, its errors, and the light after its last
         # reflection, by the sum of a geometric series.
@@ -212,8 +244,6 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
             "samples": one.samples,
             "shadow_samples": one.shadow_samples,
             "suns": len(city.suns[one.suns]),
-        }
-        knobs |= {
             "way": one.suns,
             "bounces": bounces,
             "patch_size": one.patch_size,
@@ -222,52 +252,19 @@ def list_prices(scene, weather, request, reading=0.0, progress=silent):
         wall, processor, writing = city.predict_seconds(one, rounds)
         parts = errors.at_share(share=0.5), errors.at_share(), errors.largest()
         left = 100 * factor ** (bounces + 1) / (1 - factor)
-        return _Price(name, knobs, wall + fixed + writing, wall, processor, *parts, left)
+        return _Prediction(name, knobs, wall + fixed + writing, wall, processor, *parts, left)
 
     # A preset stands for the program's defaults where it names nothing.
     plain = {name: getattr(Request(), name) for name in ("samples", "shadow_samples", "suns")}
     # Presets first, then each setting by itself, the others as asked.
-    listed = [price(name, **plain | changes) for name, changes in PRESETS.items()]
-    listed += [price(f"--samples {count}", samples=count) for count in (64, 256, 1024, 4096)]
+    listed = [predict(name, **plain | changes) for name, changes in PRESETS.items()]
+    listed += [predict(f"--samples {count}", samples=count) for count in (64, 256, 1024, 4096)]
     listed += [
-        price(f"--shadow-samples {count}", shadow_samples=count) for count in (4, 16, 64, 256)
+        predict(f"--shadow-samples {count}", shadow_samples=count) for count in (4, 16, 64, 256)
     ]
-    listed += [price(f"--suns {way}", suns=way) for way in ways]
-    listed += [price(f"--max-bounces {count}", max_bounces=count) for count in range(6)]
+    listed += [predict(f"--suns {way}", suns=way) for way in ways]
+    listed += [predict(f"--max-bounces {count}", max_bounces=count) for count in range(6)]
     if request.patch_size:
-        listed += [price(f"--patch-size {size:g}", patch_size=size) for size in (20.0, 10.0, 5.0)]
-    listed += [price(f"{rounds} rounds", rounds=rounds) for rounds in (4, 16)]
-    return _PriceList(listed, time.perf_counter() - started, len(prepared.patches), fixed)
-
-
-def describe_prices(listed):
-    """The list as lines of text."""
-    # A table of settings with their seconds and errors, for the terminal.
-    lines = [
-        f"{listed.patches:,} patches; the pilot took {describe_duration(listed.pilot_seconds)}; "
-        f"reading, checks and files add {describe_duration(listed.fixed)} to tracing",
-        "Standard error of full load hours that half and 95 % of the eligible area do not exceed, "
-        "its largest part, "
-        "and the light beyond the last reflection:",
-        f"{'':24} {'seconds':>8} {'tracing':>8} {'half of':>8} {'95 % of':>8} {'largest part':14} "
-        f"{'reflections':>11}",
-        f"{'':24} {'':>8} {'':>8} {'area, %':>8} {'area, %':>8} {'':14} {'left out, %':>11}",
-    ]
-    # A line a price; an error that is not known is a dash.
-    for one in listed.prices:
-        source = {"passed_on": "reflected", "discretisation": "patch size"}.get(
-            one.largest, one.largest or "none"
-        )
-        half, most = (
-            f"{value:.2f}" if np.isfinite(value) else "–" for value in (one.median, one.error)
-        )
-        lines.append(
-            f"{one.name:24} {one.seconds:8.1f} {one.tracing:8.1f} {half:>8} {most:>8} {source:14} "
-            f"{one.bounces_left:11.2f}"
-        )
-    if not any(np.isfinite(price.error) for price in listed.prices):
-        lines.append(
-            "No surface is eligible for photovoltaics, so there are no errors of full load hours "
-            "to predict."
-        )
-    return lines
+        listed += [predict(f"--patch-size {size:g}", patch_size=size) for size in (20.0, 10.0, 5.0)]
+    listed += [predict(f"{rounds} rounds", rounds=rounds) for rounds in (4, 16)]
+    return _CostCurve(listed, time.perf_counter() - started, len(prepared.patches), fixed)

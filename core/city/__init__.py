@@ -36,7 +36,7 @@ DOORS = (
     "edge_distance.FURTHEST",
     "edge_distance.NEAREST",
     "edge_distance.measure_edge_distance",
-    "edit_city.Change",
+    "edit_city.CityChange",
     "edit_city.edit_city",
     "edit_city.join_cities",
     "edit_city.place_local",

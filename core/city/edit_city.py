@@ -14,7 +14,7 @@ from .site import turn_to_true_north
 
 
 @dataclass(frozen=True)
-class Change:
+class CityChange:
     """What is edited, by ids of buildings and names of trees of the city before; the added ones
     come last.
     """
@@ -32,7 +32,7 @@ def edit_city(city, change, convergence=0.0):
     Parameters
     ----------
     city : City
-    change : Change
+    change : CityChange
     convergence : float, optional
         [°] Of the city's site.
 

@@ -211,7 +211,7 @@ def _run_world(options):
 
 def _run_variant(options):
     """`citypv variant`."""
-    from ..run.variant import Wish, make_variant
+    from ..run.variant import Change, make_variant
     from ..run.write_run import Output
 
     move, raised, albedo_of = (
@@ -222,9 +222,9 @@ def _run_variant(options):
             ("--albedo-of", "albedo_of"),
         )
     )
-    wish = Wish(options.add, options.remove, move, raised, albedo_of, options.local)
+    change = Change(options.add, options.remove, move, raised, albedo_of, options.local)
     output = Output(overwrite=options.overwrite, exports=options.exports)
-    make_variant(options.base, options.out, wish, output=output, log=options.log)
+    make_variant(options.base, options.out, change, output=output, log=options.log)
 
 
 def _run_compare(options):
@@ -273,13 +273,12 @@ def _run_effects(options):
 def _run_accuracy(options):
     """`citypv accuracy`."""
     with _compile_beside(request := read_request(options)):
-        from ..accuracy.cost_curve import describe_prices
         from ..accuracy.yield_errors import SOURCES
         from .show import show_accuracy
 
-        listed = show_accuracy(options.city, request, options.plot)
+        curve = show_accuracy(options.city, request, options.plot)
         words = {"sources": SOURCES, "unit": "s, percent of full load hours"}
-        _print_found(options, asdict(listed) | words, describe_prices(listed))
+        _print_found(options, asdict(curve) | words, curve.describe())
 
 
 def _run_selfcheck(options):

@@ -131,7 +131,7 @@ class Result:
         out, overwrite, exports, progress
             As in `simulate`; with "editable" among the exports it can be edited again.
         **change
-            Fields of `variant.Wish`: add (files), remove (ids), move {id: (east, north)} [m],
+            Fields of `variant.Change`: add (files), remove (ids), move {id: (east, north)} [m],
             raised {id: metres}, albedo_of {id: albedo}, local.
 
         Raises
@@ -140,17 +140,17 @@ class Result:
             The run was not made with exports=("editable",), or the change cannot be used.
         """
         from ..run.run_log import RunLog
-        from ..run.variant import Wish, make_variant
+        from ..run.variant import Change, make_variant
         from ..run.write_run import Output
 
-        unknown = set(change) - {field.name for field in fields(Wish)}
+        unknown = set(change) - {field.name for field in fields(Change)}
         if unknown:
-            words = ", ".join(one.name for one in fields(Wish))
+            words = ", ".join(one.name for one in fields(Change))
             raise InputError(sorted(unknown)[0], "is no change of a city", f"give some of {words}")
         with _folder_for(out) as folder:
             output = Output(overwrite=overwrite, exports=exports)
             make_variant(
-                self.folder, folder, Wish(**change), output=output, log=RunLog(None, progress)
+                self.folder, folder, Change(**change), output=output, log=RunLog(None, progress)
             )
             return Result(folder, temporary=out is None)
 

@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 
 from .. import study
-from ..accuracy.cost_curve import list_prices
+from ..accuracy.cost_curve import predict_costs
 from ..accuracy.measure_effects import measure_effects, shares_of_effects
 from ..accuracy.sun_sampling import CityYear
 from ..energy.pv_system import build_system
@@ -58,7 +58,7 @@ PICTURES = (".png", ".svg", ".pdf")
 
 
 def show_accuracy(paths, request, plot=None):
-    """Predict seconds and errors of presets and settings: PriceList.
+    """Predict seconds and errors of presets and settings: CostCurve.
 
     Parameters
     ----------
@@ -81,12 +81,12 @@ def show_accuracy(paths, request, plot=None):
     started, progress = time.perf_counter(), TerminalProgress(lasting=False)
     scene = study.read_scene(paths, request, progress)
     weather = study.read_year(scene.site, request)
-    listed = list_prices(scene, weather, request, time.perf_counter() - started, progress)
+    curve = predict_costs(scene, weather, request, time.perf_counter() - started, progress)
     if plot:
-        from ..results.draw_results import draw_prices
+        from ..results.draw_results import draw_cost_curve
 
-        draw_prices(listed, plot)
-    return listed
+        draw_cost_curve(curve, plot)
+    return curve
 
 
 def plot_results(folder):

@@ -38,7 +38,7 @@ DOORS = (
     "describe_run.describe_edge",
     "draw_plan.draw_change",
     "draw_plan.draw_plan",
-    "draw_results.draw_prices",
+    "draw_results.draw_cost_curve",
     "exports.EXPORTS",
     "exports.MODELS",
     "exports.RunResults",

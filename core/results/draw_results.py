@@ -155,13 +155,13 @@ def draw_histograms(faces):
     return figure
 
 
-def draw_prices(listed, path):
-    """Write the curve of a PriceList, error on 95 % of the eligible area against seconds of the
+def draw_cost_curve(curve, path):
+    """Write the curve of a CostCurve, error on 95 % of the eligible area against seconds of the
     whole run.
 
     Parameters
     ----------
-    listed : PriceList
+    curve : CostCurve
     path : path-like
     """
     with plain_style():
@@ -169,14 +169,14 @@ def draw_prices(listed, path):
         axes = figure.subplots()
         for start, (label, colour, mark) in FAMILIES.items():
             points = sorted(
-                (price.seconds, price.error)
-                for price in listed.prices
-                if price.name.startswith(start)
+                (prediction.seconds, prediction.error)
+                for prediction in curve.prices
+                if prediction.name.startswith(start)
             )
             axes.plot(
                 *zip(*points, strict=True), color=colour, marker=mark, label=label
             ) if points else None
-        for one in listed.prices:
+        for one in curve.prices:
             if not one.name.startswith("--") and not one.name.endswith("rounds"):
                 axes.plot(one.seconds, one.error, "k*", markersize=13, zorder=5)
                 axes.annotate(

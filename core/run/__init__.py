@@ -13,7 +13,7 @@ DOORS = (
     "simulate.recompute",
     "simulate.simulate",
     "simulate.trace_city",
-    "variant.Wish",
+    "variant.Change",
     "variant.errors_of_change",
     "variant.make_variant",
     "variant.trace_edit",

@@ -6,7 +6,7 @@ import math
 import time
 from dataclasses import replace
 
-from ..accuracy.cost_curve import price_city
+from ..accuracy.cost_curve import predict_city
 from ..accuracy.rounds_to_target import CELLS, CERTAIN
 from ..accuracy.sun_sampling import CityYear
 from ..accuracy.yield_errors import SOURCES
@@ -38,7 +38,7 @@ def check_goal(scene, weather, request, log):
         return
     request = replace(request, shadow_samples=max(request.shadow_samples, CELLS))
     prepared = prepare_scene(scene, request, weather=weather).build_tree(request)
-    city = price_city(CityYear(scene, prepared, weather, request), (request.suns,), log.progress)
+    city = predict_city(CityYear(scene, prepared, weather, request), (request.suns,), log.progress)
     errors = city.predict_errors(request)
     # Rounds lower what rays and points leave, but not what the suns do, which is itself an
     # estimate.

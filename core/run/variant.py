@@ -11,7 +11,7 @@ import pandas as pd
 from .. import study
 from ..city.axis_order import PlaceHints
 from ..city.edge_distance import measure_edge_distance
-from ..city.edit_city import Change, edit_city, place_local
+from ..city.edit_city import CityChange, edit_city, place_local
 from ..city.written_scene import written_scene
 from ..energy.left_out import describe_gone
 from ..light.change_light import trace_change
@@ -34,7 +34,7 @@ from .write_run import Output, write_results, write_run
 
 
 @dataclass
-class Wish:
+class Change:
     """What is to change, as `citypv variant` is told."""
 
     add: list = field(default_factory=list)  # files of buildings or trees
@@ -45,7 +45,7 @@ class Wish:
     local: bool = False  # whether files are in metres from the base's local origin
 
 
-def make_variant(base_folder, folder, wish, *, output=None, log=None):
+def make_variant(base_folder, folder, change, *, output=None, log=None):
     """Trace an edited city from a result folder that keeps its rays, and write results like any
     other.
 
@@ -55,7 +55,7 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
         Of `citypv simulate --editable`, or of an editable variant.
     folder : path-like
         Written completely or not at all.
-    wish : Wish
+    change : Change
     output : Output, optional
     log : RunLog, optional
 
@@ -84,11 +84,11 @@ def make_variant(base_folder, folder, wish, *, output=None, log=None):
         # The edited city, with new albedos where they were given: only what the edit changes is
         # traced.
         city, request = (
-            edit_city(kept.city, _read_change(wish, kept), kept.scene.site.convergence),
+            edit_city(kept.city, _read_change(change, kept), kept.scene.site.convergence),
             kept.request,
         )
-        if wish.albedo_of:
-            path = _write_albedos(Path(place), request.albedo_file, city, wish.albedo_of)
+        if change.albedo_of:
+            path = _write_albedos(Path(place), request.albedo_file, city, change.albedo_of)
             request = replace(request, albedo_file=path)
         scene, edited = trace_edit(base, kept.city, city, request=request, progress=log.progress)
         log.clock.lap("trace")
@@ -189,21 +189,21 @@ def _tell_light(base):
     return {"max_bounces": base.decisions.bounces, "sky": base.decisions.plan["sky"]}
 
 
-def _read_change(wish, kept):
-    """The change, with the cities of the files that are added: Change."""
+def _read_change(change, kept):
+    """The change, with the cities of the files that are added: CityChange."""
     added = []
-    for path in wish.add:
+    for path in change.add:
         request, conventions = kept.request, study.conventions_of(kept.city, kept.request)
-        like = None if wish.local or kept.city.crs is None else kept.city
+        like = None if change.local or kept.city.crs is None else kept.city
         hints = PlaceHints(request.axes, request.latitude, request.longitude, is_land, like)
         city = read_city(
             [path], unit=conventions[0], up=conventions[1], orient=request.orient, hints=hints
         )
-        if wish.local:
+        if change.local:
             city = place_local(city, kept.scene.site, kept.city.grid)
         _check_distance(path, city, kept.city)
         added.append(city)
-    return Change(wish.remove, wish.move, wish.raised, tuple(added))
+    return CityChange(change.remove, change.move, change.raised, tuple(added))
 
 
 def _check_distance(path, city, base):

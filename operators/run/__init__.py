@@ -10,7 +10,7 @@ DOORS = (
     "import_city.IMPORT_LABEL",
     "plan_trace.DAYS",
     "plan_trace.ITEMS",
-    "plan_trace.describe_price",
+    "plan_trace.describe_prediction",
     "plan_trace.find_preset",
     "plan_trace.read_plan",
     "watch_edits.HANDLERS",

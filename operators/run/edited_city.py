@@ -37,7 +37,7 @@ class _EditedCity:
         """The city: the files' with what was edited in its own mesh, and with all else: City or
         None, City.
         """
-        from ...core.city.edit_city import Change, edit_city, join_cities, place_local
+        from ...core.city.edit_city import CityChange, edit_city, join_cities, place_local
         from ...core.city.join_contents import join_contents
 
         # Without files: what stands in the scene is all of it.
@@ -67,7 +67,7 @@ class _EditedCity:
                 ),
             )
         gone = self.removed & {*imported.building_id}
-        return imported, edit_city(imported, Change(removed=gone, added=added))
+        return imported, edit_city(imported, CityChange(removed=gone, added=added))
 
 
 def read_edited_city(context, city, session):

@@ -162,15 +162,15 @@ class PredictPrices(OfScene, Step, bpy.types.Operator):
     @staticmethod
     def work(task, progress):
         """Trace the pilot."""
-        from ...core.accuracy.cost_curve import list_prices
+        from ...core.accuracy.cost_curve import predict_costs
 
         session, request = task
         weather = prepare_weather(session, request, progress)
-        listed = list_prices(session.scene, weather, request, progress=progress)
+        listed = predict_costs(session.scene, weather, request, progress=progress)
         return session, {
-            price.name: [price.seconds, price.error]
-            for price in listed.prices
-            if price.name in PRESETS
+            prediction.name: [prediction.seconds, prediction.error]
+            for prediction in listed.prices
+            if prediction.name in PRESETS
         }
 
     def finish(self, context, result):
@@ -179,7 +179,8 @@ class PredictPrices(OfScene, Step, bpy.types.Operator):
         city, _ = find_own_city(context.scene, session)
         city[Key.PREDICTED] = prices
         return "; ".join(
-            f"{name.capitalize()}: {describe_price(price)}" for name, price in prices.items()
+            f"{name.capitalize()}: {describe_prediction(prediction)}"
+            for name, prediction in prices.items()
         )
 
 
@@ -207,8 +208,8 @@ def find_preset(settings):
     )
 
 
-def describe_price(price):
+def describe_prediction(prediction):
     """Seconds and error in a few words."""
-    seconds, error = price
+    seconds, error = prediction
     time = describe_duration(seconds)
     return f"{time}, ± {error:.2g} %" if isfinite(error) else time  # NaN where nothing is eligible

@@ -21,7 +21,7 @@ from steps import (
     trace_anew,
 )
 
-from citypv.core.city.edit_city import Change, edit_city
+from citypv.core.city.edit_city import CityChange, edit_city
 from citypv.core.city.written_scene import written_scene
 from citypv.core.light.change_light import trace_change
 from citypv.core.light.match_light import match_light
@@ -149,7 +149,7 @@ def test_the_estimate_before_the_exact_numbers_is_close(addon, city_file):
     run("solar_city", city_path=str(city_file), samples=64, shadow_samples=16, days=4)
     session, seen = session_here(), []
     before = hours_of(session)
-    higher = edit_city(session.city, Change(raised={"house0": 12.0}))
+    higher = edit_city(session.city, CityChange(raised={"house0": 12.0}))
     change = change_scene(session.base, session.city, higher, session.base.request)
     scene = written_scene(change.scene, change.rows)
 

@@ -11,7 +11,7 @@ from reliefs import hill, tin
 from thorough import mark_cases
 
 from citypv.core.city.city import Tree
-from citypv.core.city.edit_city import Change, edit_city
+from citypv.core.city.edit_city import CityChange, edit_city
 from citypv.core.city.terrain import Layer, Terrain
 from citypv.core.light.change_light import trace_change
 from citypv.core.light.editable_city import prepare_decided, trace_editable
@@ -157,11 +157,11 @@ def draw_change(city, generator):
     height = np.ptp(np.concatenate([city.rings(row)[0][:, 2] for row in rows]))
     raised = {other: float(generator.choice([-min(2.0, 0.4 * height), 3.0, 11.0]))}
     return [
-        Change(added=(new,)),
-        Change(removed=removed),
-        Change(moved=moved),
-        Change(raised=raised),
-        Change(removed=[one], raised=raised, added=(new,)),
+        CityChange(added=(new,)),
+        CityChange(removed=removed),
+        CityChange(moved=moved),
+        CityChange(raised=raised),
+        CityChange(removed=[one], raised=raised, added=(new,)),
     ][generator.integers(5)]
 
 
@@ -246,7 +246,7 @@ def test_single_suns_of_a_large_city_follow_the_change(base_of, name, monkeypatc
     monkeypatch.setattr("citypv.core.light.change_suns.GUESSED", np.inf)
     city, base = base_of(name)
     change = change_scene(
-        base, city, edit_city(city, Change(raised={"b2": 4.0}, removed=["b0"])), base.request
+        base, city, edit_city(city, CityChange(raised={"b2": 4.0}, removed=["b0"])), base.request
     )
     edited, full = trace_change(base, change), trace_wholly(base, change)
     assert 0 < edited.drift < 0.05
@@ -263,7 +263,7 @@ def test_single_suns_of_a_large_city_follow_the_change(base_of, name, monkeypatc
 def test_buildings_are_taken_moved_raised_and_named_apart():
     city = make_city([*box("a", 0, 0, 4, 4, 1, 7), *box("b", 9, 0, 4, 4, 2, 5)])
     new = make_city(box("a", 0, 0, 1, 1, 0, 1))
-    change = Change(removed=["b"], moved={"a": (0.0, 10.0)}, raised={"a": 3.0}, added=(new,))
+    change = CityChange(removed=["b"], moved={"a": (0.0, 10.0)}, raised={"a": 3.0}, added=(new,))
     after = edit_city(city, change, convergence=90.0)  # true north is west of the grid
     house = np.unique(np.concatenate([after.rings(row)[0] for row in range(6)]), axis=0)
     assert house[0] == pytest.approx([-10, 0, 1])
@@ -272,8 +272,8 @@ def test_buildings_are_taken_moved_raised_and_named_apart():
     assert after.building_id == ["a"] * 6 + ["a~2"] * 6
     assert len(set(after.surface_id)) == 12
     for wrong, words in (
-        (Change(removed=["c"]), "no building of the city"),
-        (Change(removed=["a", "b"]), "is left"),
+        (CityChange(removed=["c"]), "no building of the city"),
+        (CityChange(removed=["a", "b"]), "is left"),
     ):
         with pytest.raises(InputError, match=words):
             edit_city(city, wrong)
@@ -285,8 +285,12 @@ def test_only_the_ground_under_what_comes_and_goes_changes(base_of):
     """
     city, base = base_of("houses")
     plan = {}
-    tower = Change(added=(make_city(box("tower", 48, 48, 6, 6, 0, 90)),))
-    for name, edit in {"before": Change(), "tower": tower, "gone": Change(removed=["b4"])}.items():
+    tower = CityChange(added=(make_city(box("tower", 48, 48, 6, 6, 0, 90)),))
+    for name, edit in {
+        "before": CityChange(),
+        "tower": tower,
+        "gone": CityChange(removed=["b4"]),
+    }.items():
         scene = change_scene(base, city, edit_city(city, edit), base.request).scene
         corners = scene.vertices[scene.triangles[scene.triangle_surface < 0]]
         sides = corners[:, 1:, :2] - corners[:, :1, :2]
@@ -347,7 +351,7 @@ def test_what_an_edit_does_not_reach_differs_by_nothing(base_of):
     itself.
     """
     city, base = base_of("houses")
-    same = trace_change(base, change_scene(base, city, edit_city(city, Change()), base.request))
+    same = trace_change(base, change_scene(base, city, edit_city(city, CityChange()), base.request))
     assert same.transfer.record.hemisphere_rays == same.transfer.record.shadow_rays == 0
     found, rows = errors_of_difference(base, same)
     assert (rows[0] == rows[1]).all()
@@ -361,7 +365,7 @@ def test_what_an_edit_does_not_reach_differs_by_nothing(base_of):
 def test_the_preview_is_the_annual_light(base_of, name):
     city, base = base_of(name)
     previews = []
-    change = change_scene(base, city, edit_city(city, Change(raised={"b2": 4.0})), base.request)
+    change = change_scene(base, city, edit_city(city, CityChange(raised={"b2": 4.0})), base.request)
     edited = trace_change(base, change, preview=lambda *light: previews.append(light))
     seasons = [edited.transfer, edited.transfer.bare][: len(edited.city.states)]
     for found, transfer in zip(previews, seasons, strict=True):

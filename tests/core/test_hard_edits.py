@@ -10,7 +10,7 @@ from cities import box, make_city
 from test_edit_light import REQUEST, annual_light, check_law, make, trace_wholly
 from thorough import mark_cases
 
-from citypv.core.city.edit_city import Change, edit_city
+from citypv.core.city.edit_city import CityChange, edit_city
 from citypv.core.light.change_light import trace_change
 from citypv.core.light.errors_of_change import errors_of_difference
 from citypv.core.settings.progress import CancelledError
@@ -24,13 +24,13 @@ from citypv.core.study import (
 
 
 def add(*args):
-    return Change(added=(make_city(box("new", *args)),))
+    return CityChange(added=(make_city(box("new", *args)),))
 
 
 def walls_below_a_canopy():
     """Those of a house whose roof it then is."""
     walls = [part for part in box("new", 6, 2, 10, 7, 0, 3.9) if part[1] == "WallSurface"]
-    return Change(added=(make_city(walls),))
+    return CityChange(added=(make_city(walls),))
 
 
 ALBEDOS = {
@@ -39,33 +39,33 @@ ALBEDOS = {
 }
 EDITS = {
     "far beyond the border": ("row", add(400, 300, 12, 9, 0, 30), None),
-    "the border house gone": ("houses", Change(removed=["b0"]), None),
+    "the border house gone": ("houses", CityChange(removed=["b0"]), None),
     "across the border": ("houses", add(36, -6, 20, 20, 0, 9), None),
     "below the ground of before": ("houses", add(20, 50, 9, 9, -6, 5), None),
-    "all but one gone": ("houses", Change(removed=[f"b{k}" for k in range(8)]), None),
+    "all but one gone": ("houses", CityChange(removed=[f"b{k}" for k in range(8)]), None),
     "a house into the hill": (
         "terrain",
-        Change(raised={"b4": -4.0}, moved={"b1": (-9.0, 14.0)}),
+        CityChange(raised={"b4": -4.0}, moved={"b1": (-9.0, 14.0)}),
         None,
     ),
-    "brighter walls": ("row", Change(), "brighter"),
-    "mirrors come": ("row", Change(raised={"b1": 2.0}), "a mirror"),
-    "mirrors go": ("mirror", Change(), "brighter"),
-    "a mirror goes": ("mirror", Change(removed=["b2"]), "a mirror"),
+    "brighter walls": ("row", CityChange(), "brighter"),
+    "mirrors come": ("row", CityChange(raised={"b1": 2.0}), "a mirror"),
+    "mirrors go": ("mirror", CityChange(), "brighter"),
+    "a mirror goes": ("mirror", CityChange(removed=["b2"]), "a mirror"),
     "trees move and grow": (
         "trees",
-        Change(moved={"t0": (-11.0, 3.0), "t1": (30.0, -20.0)}, removed=["b4"]),
+        CityChange(moved={"t0": (-11.0, 3.0), "t1": (30.0, -20.0)}, removed=["b4"]),
         None,
     ),
-    "trees go": ("trees", Change(removed=["t0", "t1"]), None),
-    "a roof with racks rises": ("racks", Change(raised={"b4": 5.0}), None),
+    "trees go": ("trees", CityChange(removed=["t0", "t1"]), None),
+    "a roof with racks rises": ("racks", CityChange(raised={"b4": 5.0}), None),
     "a tower beside racks": ("racks", add(13, 13, 2, 2, 0, 40), None),
     "the canopy gets walls": ("canopy", walls_below_a_canopy(), None),
-    "the canopy goes": ("canopy", Change(removed=["b1"]), None),
-    "the canopy's house goes": ("canopy", Change(removed=["b0"]), None),
+    "the canopy goes": ("canopy", CityChange(removed=["b1"]), None),
+    "the canopy's house goes": ("canopy", CityChange(removed=["b0"]), None),
     "a roof over the court": ("courtyard", add(7, 7, 16, 16, 12, 12.5), None),
-    "the court opens": ("courtyard", Change(removed=["b1"]), None),
-    "the court narrows": ("courtyard", Change(moved={"b4": (-4.99, 0.0)}), None),
+    "the court opens": ("courtyard", CityChange(removed=["b1"]), None),
+    "the court narrows": ("courtyard", CityChange(moved={"b4": (-4.99, 0.0)}), None),
     "a wall that touches": ("row", add(40, 0, 8, 10, 0, 20), None),
     "twice in one place": ("row", add(8, 0, 8, 10, 0, 9), None),
 }
@@ -91,7 +91,7 @@ def test_a_hard_edit_is_the_edited_scene_traced_wholly(base_of, tmp_path, name):
 @pytest.mark.slow
 def test_an_edit_can_be_interrupted_in_every_stage_and_tried_again(base_of):
     city, base = base_of("houses")
-    after, stages = edit_city(city, Change(raised={"b4": 3.0})), []
+    after, stages = edit_city(city, CityChange(raised={"b4": 3.0})), []
 
     def trace(progress):
         change = change_scene(base, city, after, base.request, progress)
@@ -117,7 +117,7 @@ def test_an_edit_can_be_interrupted_in_every_stage_and_tried_again(base_of):
 def test_the_error_of_a_difference_is_its_scatter():
     """A tower beside nine houses, with 16 seeds: noise that both cities share does not count."""
     city, _ = make("houses")
-    change = Change(added=(make_city(box("tower", 13, -8, 5, 5, 0, 30)),))
+    change = CityChange(added=(make_city(box("tower", 13, -8, 5, 5, 0, 30)),))
     request = replace(REQUEST, max_bounces=2, suns="days:4")
     after, scene = edit_city(city, change), make_located_scene(city, request)
     weather, differences, stated, apart = read_year(scene.site, request), [], [], []
@@ -147,7 +147,7 @@ def test_the_error_of_a_difference_is_the_same_both_ways():
     city, request = make("row")
     scene = make_located_scene(city, request)
     base = trace_base(scene, read_year(scene.site, request), request)
-    after = edit_city(city, Change(raised={"b3": 9.0}))
+    after = edit_city(city, CityChange(raised={"b3": 9.0}))
     edited = trace_change(base, change_scene(base, city, after, base.request))
     weather, errors = read_year(scene.site, request), []
     record = replace(base.transfer.record, sun_sampling={"bias": 1.0, "rms": 2.0})

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from small_city import write_small_city
 
-from citypv.core.accuracy.cost_curve import PricedCity
+from citypv.core.accuracy.cost_curve import PredictedCity
 from citypv.core.accuracy.pilot import count_patches, run_pilot
 from citypv.core.accuracy.sun_sampling import CityYear
 from citypv.core.light.prepare_scene import prepare_scene
@@ -55,7 +55,7 @@ def test_seconds_follow_the_formula(pilot):
 def test_finer_patches_are_counted_before_they_are_made(size, city, pilot):
     """Of surfaces within a third; where edges just fit, each is cut into four."""
     ways = city.request.suns, 0.0, city.request.patch_size
-    priced = PricedCity(pilot, dict.fromkeys(ways[:1], ()), {}, *ways[1:], city.prepared)
+    priced = PredictedCity(pilot, dict.fromkeys(ways[:1], ()), {}, *ways[1:], city.prepared)
     found = priced.pieces(size)
     own = city.prepared.scene.triangle_surface >= 0
     path = city.scene.report.files[0]

@@ -10,7 +10,7 @@ from cities import box, make_city
 from thorough import mark_cases
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
-from citypv.core.city.edit_city import Change, edit_city
+from citypv.core.city.edit_city import CityChange, edit_city
 from citypv.core.patches.facing_scene import FacingScene
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.read.read_city import read_city
@@ -79,9 +79,11 @@ def test_far_from_an_edit_of_berlin_nothing_changes(berlin, edit):
     building, middle = building_near(city, city.points[:, :2].min(axis=0) + 150.0)
     low = middle[2] - 10.0
     changes = {
-        "add": Change(added=(make_city(box("new", *middle[:2] + 25.0, 20, 20, low, low + 20)),)),
-        "remove": Change(removed=[building]),
-        "raise": Change(raised={building: 6.0}),
+        "add": CityChange(
+            added=(make_city(box("new", *middle[:2] + 25.0, 20, 20, low, low + 20)),)
+        ),
+        "remove": CityChange(removed=[building]),
+        "raise": CityChange(raised={building: 6.0}),
     }
     again = build_scene(edit_city(city, changes[edit]), options=SceneOptions(site=scene.site))
     lost, same = differ(before, describe(again), middle[:2] - np.array(scene.site.origin[:2]), FAR)

@@ -19,7 +19,7 @@ from thorough import draw_count, mark_cases
 import citypv
 from citypv.__main__ import main
 from citypv.core.city.city import Tree
-from citypv.core.city.edit_city import Change, edit_city, place_local
+from citypv.core.city.edit_city import CityChange, edit_city, place_local
 from citypv.core.city.transform_crs import Grid
 from citypv.core.commands.command_line import build_parser
 from citypv.core.light.rays_file import encode, read_rays
@@ -282,7 +282,7 @@ def test_no_building_is_turned_inside_out(rise, folder, monkeypatch, refused):
         "more than -6" in said
     )
     kept = read_rays(folder / "base")
-    low = edit_city(kept.city, Change(raised={"c": -5.5}), 0.0)
+    low = edit_city(kept.city, CityChange(raised={"c": -5.5}), 0.0)
     assert low.points[:, 2].min() == kept.city.points[:, 2].min()
 
 
