@@ -38,7 +38,7 @@ from .solve_suns import SunLight
 from .traced import FirstLight, Traced
 
 NAME, FORMAT = "rays.nc", "CityPV rays, format 4"
-CURE = "give the folder of citypv simulate --editable"
+GIVE_EDITABLE = "give the folder of citypv simulate --editable"
 TYPES = (
     City,
     ImportReport,
@@ -166,10 +166,10 @@ def read_rays(folder):
     # anything is built from it.
     path = Path(folder) / NAME
     if not path.is_file():
-        raise InputError(path, "there is no such file, so this run cannot be edited", CURE)
-    with parsing(path, "cannot be read", CURE):
+        raise InputError(path, "there is no such file, so this run cannot be edited", GIVE_EDITABLE)
+    with parsing(path, "cannot be read", GIVE_EDITABLE):
         refuse_links(path)
-    with parsing(path, "cannot be read", CURE), h5py.File(path) as file:
+    with parsing(path, "cannot be read", GIVE_EDITABLE), h5py.File(path) as file:
         if file.attrs.get("title") != FORMAT:
             raise InputError(
                 path,
@@ -186,7 +186,7 @@ def read_rays(folder):
         request, files = build_from(Request, kept_rays.pop("request")), kept_rays.pop("files")
         kept = build_from(_KeptRays, {"request": request, **kept_rays})
     except ValueError as error:
-        raise blame_file(path, "cannot be read", error, CURE) from error
+        raise blame_file(path, "cannot be read", error, GIVE_EDITABLE) from error
     # Files that it carries are laid out again, until nobody needs them.
     place = tempfile.mkdtemp(prefix="citypv-")
     weakref.finalize(kept, shutil.rmtree, place, ignore_errors=True)

@@ -17,7 +17,8 @@ from ..city.site import Site
 from ..energy.paying import SIDES
 from ..settings.errors import InputError, count_of, show_number
 from ..settings.request import declared_settings, option_of
-from .read_results import CURE, Results, read_results, read_table
+from .read_results import Results, read_results, read_table
+from .surfaces_file import GIVE_RESULTS
 
 TEXTS = [
     "surface_id",
@@ -222,7 +223,7 @@ def _check_comparable(before, after):
     for one in (before, after):
         if one.outlines is None:
             raise InputError(
-                one.name, "has no shapes of its surfaces, by which they are told", CURE
+                one.name, "has no shapes of its surfaces, by which they are told", GIVE_RESULTS
             )
 
 

@@ -16,7 +16,7 @@ from ..city.site import Site
 from ..city.transform_crs import plane_of
 from ..settings.errors import InputError
 from .read_results import FACE_NUMBERS, FACE_TEXTS, check_columns, count_faces, read_summary
-from .surfaces_file import AGAIN, CURE, MONTHLY, NAME, check_names, open_surfaces
+from .surfaces_file import AGAIN, GIVE_RESULTS, MONTHLY, NAME, check_names, open_surfaces
 
 GLOBE = "EPSG:4978"  # x, y and z from the Earth's centre [m]
 
@@ -101,7 +101,7 @@ def read_pieces(folder, frame):
         A file is missing, cannot be read, or belongs to another run than the others.
     """
     if not (folder / "faces.csv").is_file():
-        raise InputError(folder / "faces.csv", "there is no such file", CURE)
+        raise InputError(folder / "faces.csv", "there is no such file", GIVE_RESULTS)
     summary = read_summary(folder / "summary.json")
     site = summary["input"]["site"]
     site, path, first = Site(**site | {"origin": tuple(site["origin"])}), folder / "faces.csv", 0
@@ -122,9 +122,11 @@ def read_pieces(folder, frame):
                 yield _read_shapes(file, faces, first, site, frame)
                 first += len(faces)
             if first != file["surface_id"].shape[0]:
-                raise InputError(folder / NAME, "does not belong to the faces.csv beside it", CURE)
+                raise InputError(
+                    folder / NAME, "does not belong to the faces.csv beside it", GIVE_RESULTS
+                )
     except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
-        raise InputError(path, f"cannot be read as a table ({error})", CURE) from error
+        raise InputError(path, f"cannot be read as a table ({error})", GIVE_RESULTS) from error
 
 
 def _read_shapes(file, faces, first, site, frame):

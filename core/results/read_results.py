@@ -20,7 +20,7 @@ from ..energy.pv_system import KINDS
 from ..read.netcdf_file import refuse_links
 from ..settings.errors import InputError, id_of_cell, parsing
 from .columns import IDS
-from .surfaces_file import AGAIN, CURE, MONTHLY, check_names, open_surfaces
+from .surfaces_file import AGAIN, GIVE_RESULTS, MONTHLY, check_names, open_surfaces
 from .transfer_file import read_fields
 
 FACE_TEXTS = ("surface_id", "building_id", "kind", "orientation", "eligible")
@@ -92,11 +92,11 @@ def read_results(folder):
     folder = Path(folder)
     if not folder.is_dir():
         raise InputError(
-            folder, "is no folder" if folder.exists() else "there is no such folder", CURE
+            folder, "is no folder" if folder.exists() else "there is no such folder", GIVE_RESULTS
         )
     for name in ("summary.json", "faces.csv", "groups.csv", "timeseries.nc"):
         if not (folder / name).is_file():
-            raise InputError(folder / name, "there is no such file", CURE)
+            raise InputError(folder / name, "there is no such file", GIVE_RESULTS)
     summary = read_summary(folder / "summary.json")
     path = folder / "faces.csv"
     faces = count_faces(path, read_table(path, FACE_TEXTS, FACE_NUMBERS), summary)
@@ -106,7 +106,9 @@ def read_results(folder):
         ("index", "full_load_hours", "count", "area", "full_load_hours_standard_error"),
     )
     if groups.duplicated([*GROUP_TEXTS, "index"]).any():
-        raise InputError(folder / "groups.csv", "has two rows for one period of a group", CURE)
+        raise InputError(
+            folder / "groups.csv", "has two rows for one period of a group", GIVE_RESULTS
+        )
     axis = _read_times(folder / "timeseries.nc")
     with open_surfaces(folder) as file:
         outlines = Outlines(**found) if (found := read_fields(file, "outlines")) else None
@@ -132,7 +134,9 @@ def read_summary(path):
             if not isinstance(site.get(key), Real)
         ]
     except (ValueError, AttributeError) as error:
-        raise InputError(path, f"cannot be read as the summary of a run ({error})", CURE) from error
+        raise InputError(
+            path, f"cannot be read as the summary of a run ({error})", GIVE_RESULTS
+        ) from error
     if missing:
         raise InputError(path, f"has no {', '.join(missing)}", AGAIN)
     return summary
@@ -157,7 +161,7 @@ def place_of_results(folder):
     """
     path = Path(folder) / "summary.json"
     if not path.is_file():
-        raise InputError(path, "there is no such file", CURE)
+        raise InputError(path, "there is no such file", GIVE_RESULTS)
     read = read_summary(path)["input"]
     site = Site(**read["site"] | {"origin": tuple(read["site"]["origin"])})
     ground = read.get("ground_squares")
@@ -184,7 +188,7 @@ def read_table(path, texts, numbers):
     try:
         table = pd.read_csv(path, dtype=dict.fromkeys(texts, str), keep_default_na=False)
     except (ValueError, OSError) as error:
-        raise InputError(path, f"cannot be read as a table ({error})", CURE) from error
+        raise InputError(path, f"cannot be read as a table ({error})", GIVE_RESULTS) from error
     return check_columns(path, table, texts, numbers)
 
 
@@ -201,7 +205,7 @@ def check_columns(path, table, texts, numbers):
         except (ValueError, TypeError) as error:
             if name in numbers:
                 raise InputError(
-                    path, f"column {name} holds something that is no number ({error})", CURE
+                    path, f"column {name} holds something that is no number ({error})", GIVE_RESULTS
                 ) from error
     return table
 
@@ -225,12 +229,12 @@ def count_faces(path, faces, summary):
 
 def _read_times(path):
     """Time axis of timeseries.nc, and its interval."""
-    with parsing(path, "cannot be read as a time series of CityPV", CURE):
+    with parsing(path, "cannot be read as a time series of CityPV", GIVE_RESULTS):
         refuse_links(path)
         with h5netcdf.File(path) as file:
             bounds = np.asarray(file["time_bounds"][:], np.int64).reshape(-1, 2)  # [s] since 1970
     if len(bounds) == 0:
-        raise InputError(path, "holds no times", CURE)
+        raise InputError(path, "holds no times", GIVE_RESULTS)
     times = pd.to_datetime(bounds[:, 0], unit="s", utc=True)
     return times, pd.Timedelta(seconds=int(bounds[0, 1] - bounds[0, 0]))
 

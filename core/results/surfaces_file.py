@@ -14,7 +14,7 @@ from .transfer_file import PACKED, describe_fields
 NAME = "surfaces.nc"
 FORMAT = "CityPV surfaces 1"
 MONTHLY = "full_load_hours_by_month"
-CURE = "give a folder that citypv simulate or citypv yield has written"
+GIVE_RESULTS = "give a folder that citypv simulate or citypv yield has written"
 AGAIN = "compute the folder again, by citypv simulate or citypv yield"
 
 
@@ -63,7 +63,7 @@ def open_surfaces(folder):
         refuse_links(path)
         with h5netcdf.File(path) as file:
             if file.attrs.get("title") != FORMAT:
-                raise InputError(path, "is no file of CityPV's surfaces", CURE)
+                raise InputError(path, "is no file of CityPV's surfaces", GIVE_RESULTS)
             missing = [name for name in ("surface_id", "direction", MONTHLY) if name not in file]
             if missing:
                 raise InputError(path, f"has no {', '.join(missing)}", AGAIN)
@@ -71,10 +71,12 @@ def open_surfaces(folder):
     except OSError as error:
         if error.filename not in (None, str(path)):  # of another file that was open beside it
             raise
-        raise InputError(path, f"cannot be read as CityPV's surfaces ({error})", CURE) from error
+        raise InputError(
+            path, f"cannot be read as CityPV's surfaces ({error})", GIVE_RESULTS
+        ) from error
 
 
 def check_names(folder, found, surface_id):
     """Refuse surfaces that differ from the ones in faces.csv."""
     if [text.decode() if isinstance(text, bytes) else str(text) for text in found] != surface_id:
-        raise InputError(folder / NAME, "does not belong to the faces.csv beside it", CURE)
+        raise InputError(folder / NAME, "does not belong to the faces.csv beside it", GIVE_RESULTS)

@@ -32,8 +32,8 @@ from .columns import COLUMNS
 from .write_summary import finite
 
 FORMAT = "CityPV transfer 1"
-CURE = "give the transfer.nc of a run of citypv simulate"
-OTHER_CURE = (
+GIVE_TRANSFER = "give the transfer.nc of a run of citypv simulate"
+GIVE_OWN_TRANSFER = (
     "give the transfer.nc of a run of citypv simulate, or trace the city again if another version "
     "wrote it"
 )
@@ -330,7 +330,7 @@ def read_transfer(path):
         If the file is not there, cannot be read, is not a Transfer, or not what was written.
     """
     if not Path(path).is_file():
-        raise InputError(path, "there is no such file", CURE)
+        raise InputError(path, "there is no such file", GIVE_TRANSFER)
     return _read_group(path, None)
 
 
@@ -346,7 +346,7 @@ def _read_group(path, group):
     light before an edit.
     """
     # Variables and attributes of the group, and of the state without leaves where there is one.
-    with parsing(path, "cannot be read as NetCDF", CURE):
+    with parsing(path, "cannot be read as NetCDF", GIVE_TRANSFER):
         check_hdf5(path)
         with h5py.File(path) as file:
             place = file[group] if group else file
@@ -357,7 +357,7 @@ def _read_group(path, group):
     # Format and checksums; names within what may be written.
     title = stored.attributes.get("title")
     if title != FORMAT:
-        raise InputError(path, f"its title is {title!r}, not {FORMAT!r}", OTHER_CURE)
+        raise InputError(path, f"its title is {title!r}, not {FORMAT!r}", GIVE_OWN_TRANSFER)
     try:
         for state in (stored, *([] if bare is None else [bare])):
             _check_sums(path, state)
@@ -375,7 +375,7 @@ def _read_group(path, group):
     except InputError:
         raise
     except ValueError as error:  # texts that are no JSON, or have other keys, as in another version
-        raise blame_file(path, "garbles a value", error, OTHER_CURE) from error
+        raise blame_file(path, "garbles a value", error, GIVE_OWN_TRANSFER) from error
 
 
 def _check_names(path, stored):
@@ -386,7 +386,7 @@ def _check_names(path, stored):
     missing = [name for name in (*wanted, *MATRICES) if name not in stored.variables]
     missing += [name for name in ("way", "ground_albedo", "site") if name not in stored.attributes]
     if missing:
-        raise InputError(path, f"lacks {', '.join(missing)}", OTHER_CURE)
+        raise InputError(path, f"lacks {', '.join(missing)}", GIVE_OWN_TRANSFER)
 
 
 def _check_sums(path, stored):

@@ -26,7 +26,7 @@ from .output_folder import SITE_FILES, SITE_NAMES, whole_folder
 from .read_pieces import frame_of, join_pieces, read_pieces
 from .read_results import in_order, read_summary
 from .site_store import Store
-from .surfaces_file import CURE
+from .surfaces_file import GIVE_RESULTS
 from .tile_tree import SIDE, bound, join_squares, write_square, write_tileset
 from .viewer_columns import describe_view, list_layers, measure_faces, sum_counting
 from .write_report import (
@@ -76,7 +76,7 @@ def write_site(folders, out, *, attribution="", private=False, overwrite=False):
     folders = [Path(folder) for folder in folders]
     for folder in folders:
         if not (folder / "summary.json").is_file():
-            raise InputError(folder / "summary.json", "there is no such file", CURE)
+            raise InputError(folder / "summary.json", "there is no such file", GIVE_RESULTS)
     if (
         overwrite
         and Path(out).is_dir()
@@ -174,7 +174,7 @@ def _sort_surfaces(store, folders, frame, summary):
             supply = supply + sum_counting(piece.faces["kind"].to_numpy(str), values)
             sampled.append(np.column_stack([*values.values()])[mounted.index][::step])
     if not count:
-        raise InputError(folders[0] / "faces.csv", "has no surfaces with shapes", CURE)
+        raise InputError(folders[0] / "faces.csv", "has no surfaces with shapes", GIVE_RESULTS)
     sampled = dict(zip(values, np.concatenate(sampled).T, strict=True))
     layers = list_layers(sampled, pd.DataFrame(index=range(len(sampled["hours"]))))
     words = in_order(kinds, KINDS), in_order(sides, ORIENTATIONS)

@@ -23,7 +23,7 @@ from ..settings.errors import InputError, first_true
 from .horizon import GEODESIC, STEPS, TerrainHorizon, horizon_of_terrain
 
 OF_PLACE = "pvgis"  # instead of a file: PVGIS is asked
-CURE = "give lines of azimuth,elevation in degrees, or a horizon file of PVGIS"
+GIVE_ANGLES = "give lines of azimuth,elevation in degrees, or a horizon file of PVGIS"
 ELEVATION_FIRST = re.compile(r"\W*(elev|height|h_hor|horizon|altitude)\w*\W.*\bazi", re.IGNORECASE)
 OF_PVGIS = re.compile(r"\s*A\W+H_hor\b")  # header of its columns
 
@@ -226,7 +226,7 @@ def read_horizon_table(path, *, largest=4_000_000):
         # `largest`: bytes of a file of angles.
         content = stream.read(largest + 1)
     if len(content) > largest or b"\0" in content:
-        raise InputError(path, "is not a horizon file", CURE)
+        raise InputError(path, "is not a horizon file", GIVE_ANGLES)
     text = content.decode("utf-8-sig", errors="replace")
     if text.lstrip().startswith("{"):
         try:
@@ -235,7 +235,7 @@ def read_horizon_table(path, *, largest=4_000_000):
                 np.array([(row["A"] + 180, row["H_hor"]) for row in rows], float).reshape(-1, 2).T
             )
         except (ValueError, KeyError, TypeError) as error:
-            raise InputError(path, "is not a horizon of PVGIS", CURE) from error
+            raise InputError(path, "is not a horizon of PVGIS", GIVE_ANGLES) from error
     else:
         azimuth, elevation = _angles_of_text(path, text)
     return _horizon_of_angles(path, azimuth, elevation)
@@ -275,13 +275,13 @@ def _angles_of_text(path, text):
                 break  # PVGIS explains its columns below them
             if rows:
                 raise InputError(
-                    f"{path}:{number}", f"{line.strip()[:40]!r} are no numbers", CURE
+                    f"{path}:{number}", f"{line.strip()[:40]!r} are no numbers", GIVE_ANGLES
                 ) from None
             header = line
             continue
         if values and rows and len(values) != len(rows[0]):
             raise InputError(
-                f"{path}:{number}", "has more or fewer columns than the lines before", CURE
+                f"{path}:{number}", "has more or fewer columns than the lines before", GIVE_ANGLES
             )
         rows += [values] if values else []
     # Which format, by the header and the number of columns: of PVGIS, two of angles, or elevations
@@ -294,4 +294,4 @@ def _angles_of_text(path, text):
     if len(columns) == 1 or len(rows) == 1:
         values = columns.ravel()
         return np.arange(len(values)) * (360.0 / len(values)), values
-    raise InputError(path, "has neither two columns nor one", CURE)
+    raise InputError(path, "has neither two columns nor one", GIVE_ANGLES)

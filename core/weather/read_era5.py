@@ -52,7 +52,7 @@ COLUMNS = {
     "pressure": "sp",
 }
 AGAIN = "download the file again; it may be cut"
-CURE = (
+GIVE_ERA5 = (
     "download ERA5 hourly data on single levels with ssrd, fdir, t2m, u10, v10 (and sp) as NetCDF"
 )
 
@@ -165,13 +165,13 @@ def open_era5_grid(paths, stack, needed=NEEDED, *, rounding=6):
                     )
     # All variables that are needed, in any of the files; wind as speed or by its components.
     if not files:
-        raise InputError(source, "no weather variable inside", CURE)
+        raise InputError(source, "no weather variable inside", GIVE_ERA5)
     names = {name for _, scales in files for name in scales}
     missing = [name for name in needed if name not in names]
     if "ws10" not in names:
         missing += sorted({"u10", "v10"} - names)
     if missing:
-        raise InputError(source, f"the variables {', '.join(missing)} are missing", CURE)
+        raise InputError(source, f"the variables {', '.join(missing)} are missing", GIVE_ERA5)
     # From south to north and from west to east, each meridian once.
     # `rounding`: decimals of coordinates [°].
     latitude, longitude = axes[0], np.round((axes[1] + 180.0) % 360.0 - 180.0, rounding)
@@ -241,7 +241,7 @@ def _list_files(path, stack):
             for file, member in zip(files, members, strict=True):
                 file.write_bytes(archive.read(member))
     if not files:
-        raise InputError(path, "no .nc file inside", CURE)
+        raise InputError(path, "no .nc file inside", GIVE_ERA5)
     return files
 
 
@@ -282,7 +282,7 @@ def _open_file(path, file, stack):
     }
     if not names:
         return None
-    dataset = name_axes(path, dataset[list(names.values())], CURE)
+    dataset = name_axes(path, dataset[list(names.values())], GIVE_ERA5)
     steps, scales = np.diff(dataset["time"].to_numpy()), {}
     # A file may hold one stamp, or one hour of each day; ERA5 has every hour.
     interval = min(pd.Series(steps).mode().iloc[0], HOUR) if len(steps) else HOUR
@@ -298,7 +298,7 @@ def _open_file(path, file, stack):
         if unit not in UNITS[ours]:
             known = " or ".join(UNITS[ours])
             raise InputError(
-                path, f"{name} is in {dataset[name].attrs['units']!r}, not in {known}", CURE
+                path, f"{name} is in {dataset[name].attrs['units']!r}, not in {known}", GIVE_ERA5
             )
         factor, offset = UNITS[ours][unit]
         summed = ours in ACCUMULATED and unit != "Wm-2"

@@ -33,7 +33,7 @@ PLACE = (
 )
 HALF_HOUR = pd.Timedelta(minutes=30)
 TYPICAL_HOURS = 8760
-CURE = (
+GIVE_PVGIS = (
     "download from PVGIS the typical meteorological year (TMY), or hourly data with slope 0 and "
     "radiation components"
 )
@@ -61,12 +61,12 @@ def read_pvgis(path):
             tree = json.loads(text)
         except json.JSONDecodeError as error:
             raise InputError(
-                path, f"line {error.lineno} is not JSON ({error.msg})", CURE
+                path, f"line {error.lineno} is not JSON ({error.msg})", GIVE_PVGIS
             ) from error
         outputs = tree.get("outputs", {}) if isinstance(tree, dict) else {}
         hourly, typical = "hourly" in outputs, "tmy_hourly" in outputs
     if not (hourly or typical):
-        raise InputError(path, "neither a typical year nor an hourly series of PVGIS", CURE)
+        raise InputError(path, "neither a typical year nor an hourly series of PVGIS", GIVE_PVGIS)
     return (_read_typical if typical else _read_hourly)(path, text, file_format)
 
 
@@ -97,7 +97,7 @@ def _read_typical(path, text, file_format):
         with parsing(path, "cannot be read as pvgis-json", DAMAGED):
             cells = pd.DataFrame(tree["outputs"]["tmy_hourly"])
         if "time(UTC)" not in cells:
-            raise InputError(path, "its hours have no time(UTC)", CURE)
+            raise InputError(path, "its hours have no time(UTC)", GIVE_PVGIS)
         place = place_of_inputs(path, tree.get("inputs"))
     # Columns by our names; stamps and the offset of images give the intervals.
     latitude, longitude, altitude, offset = map(float, place)
@@ -123,14 +123,16 @@ def place_of_inputs(source, inputs):
     """
     location = inputs.get("location") if isinstance(inputs, dict) else None
     if not isinstance(location, dict) or not {"latitude", "longitude"} <= set(location):
-        raise InputError(source, "its inputs have no location with latitude and longitude", CURE)
+        raise InputError(
+            source, "its inputs have no location with latitude and longitude", GIVE_PVGIS
+        )
     values = [
         location.get(name, 0.0)
         for name in ("latitude", "longitude", "elevation", "irradiance_time_offset")
     ]
     for value in values:
         if not isinstance(value, int | float):
-            raise InputError(source, f"its location has {value!r} instead of a number", CURE)
+            raise InputError(source, f"its location has {value!r} instead of a number", GIVE_PVGIS)
     return values
 
 
@@ -163,11 +165,13 @@ def _read_hourly(path, text, file_format):
         slope = slope and float(slope[1])
     # A plane counts as horizontal up to a slope of 0.01°.
     if not isinstance(slope, int | float) or abs(slope) > 0.01:
-        raise InputError(path, f"the plane has a slope of {slope}° instead of 0", CURE)
+        raise InputError(path, f"the plane has a slope of {slope}° instead of 0", GIVE_PVGIS)
     if not {"poa_direct", "poa_sky_diffuse"} <= set(table):
-        raise InputError(path, "direct and diffuse radiation, Gb(i) and Gd(i), are missing", CURE)
+        raise InputError(
+            path, "direct and diffuse radiation, Gb(i) and Gd(i), are missing", GIVE_PVGIS
+        )
     if not {"temp_air", "wind_speed"} <= set(table):
-        raise InputError(path, "temperature and wind, T2m and WS10m, are missing", CURE)
+        raise InputError(path, "temperature and wind, T2m and WS10m, are missing", GIVE_PVGIS)
     data, columns = convert_hourly(table)
     label = f"PVGIS {path.name} (hourly series)"
     return Record(
