@@ -27,6 +27,9 @@ OPTIONAL = {
     "distributed",
     "hdf5plugin",
     "matplotlib",
+    "osmium",
+    "pyarrow",
+    "pyogrio",
     "rasterio",
 }
 

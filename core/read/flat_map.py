@@ -7,12 +7,16 @@ from dataclasses import dataclass, field
 from itertools import chain
 
 import numpy as np
+import pyproj
 import shapely
 
 from ..settings.errors import InputError
+from . import footprint_names as names
 from .open_input import LARGEST_COORDINATE, clean_name
 
 OUTLINES = ("Polygon", "MultiPolygon")
+# words in names of layers of buildings
+BUILDINGS = r"build|b[aâ]ti|geb(ä|ae)ud|haus|house|edif|immob|pand|bygn|byggn|budyn|budov|footprint|rakenn|stavb"
 OPENSTREETMAP = "© OpenStreetMap contributors, Open Database License (ODbL)"
 
 
@@ -220,3 +224,56 @@ def map_of_wkb(geometries, ids, columns, content):
     taken = {name: [values[row] for row in rows] for name, values in columns.items()}
     starts = ring_start.astype(np.int64), polygon_start.astype(np.int64)
     return FlatMap(points, *starts, owner.astype(np.int64), [ids[row] for row in rows], taken)
+
+
+def name_of_definition(definition):
+    """Name of a reference system from its definition: an EPSG code where PROJ knows it by heart, else
+    the definition itself; "" where PROJ does not know it.
+    """
+    try:
+        system = pyproj.CRS.from_user_input(definition)
+    except (pyproj.exceptions.CRSError, TypeError):
+        return ""
+    code = system.to_epsg(70)
+    return f"EPSG:{code}" if code else system.to_wkt()
+
+
+def choose_layer(layers, content):
+    """The layer of a file that has buildings: by its name, else by its attributes.
+
+    Parameters
+    ----------
+    layers : dict
+        Name of a layer -> names of its attributes.
+    content : FileContent
+        A note tells the layers that are passed over.
+
+    Raises
+    ------
+    InputError
+        There is none, or nothing tells which of several it is.
+    """
+    if not layers:
+        raise InputError(content.path, "has no layer with geometries", "give a file with polygons")
+    named = [name for name in layers if re.search(BUILDINGS, name.lower())]
+    high = [
+        name
+        for name in named or layers
+        if names.find_names(layers[name], (*names.HEIGHTS, *names.TOPS, *names.FLOORS))
+    ]
+    chosen = high or named or list(layers)
+    if len(chosen) > 1:
+        exact = [
+            name for name in chosen if name.lower().rpartition(".")[2] in ("building", "buildings")
+        ]
+        chosen = exact if len(exact) == 1 else chosen
+    if len(chosen) > 1:
+        raise InputError(
+            content.path,
+            f"has several layers that may be buildings ({', '.join(map(clean_name, chosen[:10]))})",
+            "save the one with buildings as a file of its own",
+        )
+    if len(layers) > 1:
+        others = ", ".join(clean_name(name) for name in layers if name != chosen[0])
+        content.notes.append(f"{content.path}: layer {chosen[0]} was read, not {others}.")
+    return chosen[0]

@@ -184,6 +184,21 @@ IDS = (
     "ogc_fid",
 )
 
+# what else is asked of a feature
+OTHERS = (
+    *(
+        "building",
+        "building:part",
+        "type",
+        "theme",
+        "layer",
+        "zindex",
+        "location",
+        "is_underground",
+    ),
+    *("underground", "has_parts", "sources", "source"),
+)
+
 # Words in names that no table has; what is not the height of the whole building above its ground.
 HEIGHT_WORDS = (
     r"height|hgt|\bht\b|h(oe|ö|o)he|hoehe|hauteur|altura|al[cç]ada|altezza|hoogte|wysok|v[yý][sš]k|vi[sš]in"
@@ -248,6 +263,18 @@ def _find_cut(text, columns):
     if len(text) <= 10:
         return None
     return next((name for name in columns if len(name) == 10 and name.lower() == cut), None)
+
+
+@lru_cache(maxsize=4096)
+def is_useful(name):
+    """Whether an attribute may tell something of heights, floors, parts, roofs, ids or sources."""
+    tables = HEIGHTS, TOPS, GROUNDS, FLOORS, BOTTOMS, BOTTOM_FLOORS, ROOF_HEIGHTS, ROOF_LEVELS
+    others = ROOF_SHAPES, ROOF_DIRECTIONS, ROOF_ORIENTATIONS, IDS, OTHERS, NEW_YORK
+    return bool(
+        any(find_names([name], [Name(text) for text in table]) for table in others)
+        or any(find_names([name], [row._replace(marks=()) for row in table]) for table in tables)
+        or find_by_words([name], f"{HEIGHT_WORDS}|{FLOOR_WORDS}", r"^$")
+    )
 
 
 def find_by_words(columns, words, others):

@@ -48,27 +48,40 @@ READ = (
         (b'"FeatureCollection"', b'"Feature"'),
         dropped=(".geojson", ".geojsonl", ".geojsons", ".ndjson"),
     ),
-)
-_FLAT = (
-    "give a 3D model of them (CityGML, CityJSON), such as tools that extrude footprints by their "
-    "heights write"
+    Format("GeoPackage", (".gpkg",), "geopackage", (b"SQLite format 3\0",), dropped=(".gpkg",)),
+    Format(
+        "OpenStreetMap XML, Overpass JSON, PBF",
+        (".osm", ".pbf"),
+        "osm",
+        (b"<", b"{"),
+        (b"<osm", b'"elements"'),
+        dropped=(".osm", ".pbf"),
+    ),
+    Format(
+        "Shapefile, FlatGeobuf",
+        (".shp", ".fgb"),
+        "vector",
+        (b"fgb\x03", b"\0\0\x27\x0a"),
+        dropped=(".shp", ".fgb"),
+    ),
+    Format(
+        "GeoParquet",
+        (".parquet", ".geoparquet"),
+        "geoparquet",
+        (b"PAR1",),
+        dropped=(".parquet", ".geoparquet"),
+    ),
 )
 _MESH = "import it into Blender and take its meshes as a city, or export it from there as OBJ"
 NOT_READ = (
-    Format("a GeoPackage, a flat map", (".gpkg",), marks=(b"SQLite format 3\0",), cure=_FLAT),
     Format(
-        "part of a shapefile, a flat map",
-        (".shp", ".shx", ".dbf"),
-        marks=(b"\0\0\x27\x0a",),
-        cure=_FLAT,
+        "part of a shapefile",
+        (".shx", ".dbf", ".prj", ".cpg"),
+        cure="give the file that ends in .shp, with the others beside it",
     ),
     Format(
-        "FlatGeobuf or GeoParquet, a flat map",
-        (".fgb", ".parquet"),
-        marks=(b"fgb\x03", b"PAR1"),
-        cure=_FLAT,
+        "KML, a map", (".kml", ".kmz"), cure="save it as GeoPackage or GeoJSON, for example in QGIS"
     ),
-    Format("KML, a map", (".kml", ".kmz"), cure=_FLAT),
     Format(
         "IFC, the model of one building with its inside",
         (".ifc",),

@@ -1,5 +1,6 @@
 """Read buildings of every format: files and folders to a City."""
 
+import re
 from contextlib import suppress
 from pathlib import Path
 
@@ -13,8 +14,11 @@ from .parse_json import speaks_of_cityjson
 from .read_citygml import read_citygml
 from .read_cityjson import read_cityjson
 from .read_footprints import read_footprints
+from .read_gdal import read_geoparquet, read_vector
 from .read_geojson import read_geojson
+from .read_geopackage import read_geopackage
 from .read_obj import read_obj
+from .read_osm import read_osm
 from .read_relief import place_relief
 
 # of the table in `formats`
@@ -22,6 +26,10 @@ READERS = {
     "citygml": read_citygml,
     "cityjson": read_cityjson,
     "geojson": read_geojson,
+    "geopackage": read_geopackage,
+    "osm": read_osm,
+    "vector": read_vector,
+    "geoparquet": read_geoparquet,
     "obj": read_obj,
 }
 READING = "reading files"  # name of the stage
@@ -136,9 +144,16 @@ def _list_files(paths):
         inside = sorted(
             file for file in Path(path).iterdir() if file.is_file() and suffix_of(file) in SUFFIXES
         )
-        # Not every JSON is of a city.
+        # Not every JSON is of a city, and XML beside a map only describes it.
         inside = [
-            file for file in inside if "json" not in suffix_of(file) or speaks_of_cityjson(file)
+            file
+            for file in inside
+            if not re.search(r"\.(shp|gpkg|fgb)\.xml$", file.name.lower())
+            and (
+                suffix_of(file) not in (".json", ".jsonl")
+                or speaks_of_cityjson(file)
+                or format_of(file).reader in ("geojson", "osm")
+            )
         ]
         if not inside:
             raise InputError(
