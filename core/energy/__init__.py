@@ -20,6 +20,7 @@ DOORS = (
     "counted_area.find_lit_share",
     "counted_area.name_group",
     "counted_area.note_other_clearance",
+    "counted_area.note_other_layout",
     "counted_area.rank_group",
     "counted_area.sum_left_out",
     "energy.exceeded_energy",

@@ -61,6 +61,9 @@ def check_transfer(transfer):
     # What only some runs have.
     if transfer.no_room is not None:
         arrays["no_room"] = transfer.no_room, (count, len(transfer.clearances)), SHARE
+    if transfer.taken_parts is not None and transfer.taken_parts.shape != transfer.no_room.shape:
+        problem = f"shape {transfer.taken_parts.shape}"
+        raise InputError("taken_parts", problem, f"give an array of shape {transfer.no_room.shape}")
     if transfer.left_out is not None:
         arrays["left_out"] = transfer.left_out, (count,), SHARE
     for name in (

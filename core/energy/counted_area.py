@@ -10,6 +10,8 @@ from ..city.city import number_names, whole_of_cell
 from ..city.classify import ORIENTATIONS, PAPER, SMALLEST_ELIGIBLE_AREA, classify
 from ..city.find_twins import find_twins
 from ..city.racks import RACK, find_racked_roofs, orient_racks
+from ..modules.lay_city import OPENINGS, lay_city
+from ..modules.lay_modules import ModuleLayout
 from ..settings.errors import InputError
 from .pv_system import KINDS, area_of_kwp
 
@@ -26,7 +28,9 @@ REASONS = {  # why a surface carries no modules: key in tables, words; the first
     "small": f"smaller than {SMALLEST_ELIGIBLE_AREA:g} m²",
     "direction": "steep, or more than 30° off north, east, south and west",
     "twin": "drawn twice",
-    "usable": "of its kind nothing is usable (--usable)",
+    "usable": "of it nothing is usable (--usable, --facades)",
+    "opening": "a window or a door",
+    "narrow": "no module fits between edges, windows and what is covered",
     "left-out": "left out by the user (--leave-out)",
     "low-hours": "fewer full load hours than asked for (--least-hours)",
 }
@@ -47,10 +51,14 @@ class CountedArea:
     # (n,) [m²] open area, or all of it, of eligible surfaces, and of level roofs where the paper's
     # sectors leave these beside them; 0 of others
     counted_area: np.ndarray
-    module_area: np.ndarray  # (n,) [m²] of it, without windows and edges (usable share)
-    kwp: np.ndarray  # (n,) [kWp] of modules on it
+    # (n,) modules on it, of cells and with usable shares no whole numbers
+    module_count: np.ndarray
+    module_area: np.ndarray  # (n,) [m²] of these modules
+    kwp: np.ndarray  # (n,) [kWp] of these modules
+    area_kwp: np.ndarray  # (n,) [kWp] if modules covered every square metre of it
     reason: np.ndarray  # (n,) str, of `REASONS`; "" exactly where kwp is above zero
     reason_note: np.ndarray  # (n,) str, words of the user on it
+    layout: ModuleLayout | None  # where the modules lie; None: every square metre carries them
 
     @property
     def summed(self):
@@ -66,7 +74,7 @@ def find_counted_area(transfer, system, *, steepest_underside=165.0):
     transfer : Transfer
     system : PvSystem
         Its settings `hidden_walls`, `clearance`, `overhangs`, `sectors` (of overhangs) and `usable`
-        are used.
+        are used, and its layout where the Transfer has outlines.
 
     Returns
     -------
@@ -105,10 +113,30 @@ def find_counted_area(transfer, system, *, steepest_underside=165.0):
     large = np.full(len(area), SMALLEST_ELIGIBLE_AREA), np.where(kind == "facade", 90.0, tilt)
     facing = classify(*large, surfaces.surface_azimuth, thematic, system.sectors)[2]
     usable = np.array([system.usable.get(name, 1.0) for name in kind.tolist()])
+    # Area that is open, area that counts, and modules on it.
+    open_area = area * (1.0 - taken)
+    counted_area = np.where(carries, area if whole else open_area, 0.0)
+    module, layout = system.module, None
+    module_area, count = counted_area, counted_area / module.area
+    if system.layout is not None:
+        usable = system.layout.of_surfaces(surfaces, "usable", usable)
+    if system.layout is not None and system.layout.rows and _shapes_known(transfer):
+        layout, count = lay_city(
+            replace(surfaces, kind=kind),
+            transfer.outlines,
+            carries & (usable > 0),
+            system.layout,
+            hidden=taken,
+            taken=None if whole else _find_taken_parts(transfer, system),
+        )
+        module_area = count * system.layout.area
+    fits = count > 0
     # The first that holds; a surface that all this would let carry modules lies on another.
     holds = {
-        "": carries & (usable > 0),
-        "usable": carries,
+        "": carries & (usable > 0) & fits,
+        "usable": carries & (usable <= 0),
+        "opening": carries & np.isin(thematic, OPENINGS),
+        "narrow": carries,
         "ground": (kind == "ground") | (thematic == "GroundSurface"),
         "closure": thematic == "ClosureSurface",
         "underside": (kind == "downward") & (tilt >= steepest_underside),
@@ -119,19 +147,19 @@ def find_counted_area(transfer, system, *, steepest_underside=165.0):
         "small": area < SMALLEST_ELIGIBLE_AREA,
         "direction": ~facing,
     }
-    # Area that is open, area that counts, and of it the usable share with its power.
-    open_area = area * (1.0 - taken)
-    counted_area = np.where(carries, area if whole else open_area, 0.0)
     return CountedArea(
         kind=kind,
         orientation=orientation,
         eligible=eligible & carries,
         open_area=open_area,
         counted_area=counted_area,
-        module_area=counted_area * usable,
-        kwp=counted_area * usable / area_of_kwp(system.module),
+        module_count=count * usable,
+        module_area=module_area * usable,
+        kwp=count * usable * module.nominal_power / 1000,
+        area_kwp=counted_area * usable / area_of_kwp(module),
         reason=np.select(list(holds.values()), list(holds), "twin"),
         reason_note=np.full(len(area), ""),
+        layout=layout,
     )
 
 
@@ -149,6 +177,16 @@ def _share_without_room(transfer, system):
             "city again",
         )
     return transfer.no_room[:, transfer.clearances.index(system.clearance)]
+
+
+def _shapes_known(transfer):
+    """Whether a Transfer knows the shapes of its surfaces, and of what is taken of them."""
+    return transfer.outlines is not None and transfer.taken_parts is not None
+
+
+def _find_taken_parts(transfer, system):
+    """Shapes of what is covered or has no room, at the clearance of a system: (n,)."""
+    return transfer.taken_parts[:, transfer.clearances.index(system.clearance)]
 
 
 def find_lit_share(transfer, system):
@@ -181,6 +219,16 @@ def note_other_clearance(transfer, clearance):
     else:
         told += f"; light on others that do not count with {clearance:g} m is in its means"
     return f"{told}. Trace the city again for what lies between"
+
+
+def note_other_layout(transfer, request):
+    """What is said of a Transfer whose shapes are not known, where rows are asked for: str."""
+    if request.layout == "area" or _shapes_known(transfer):
+        return ""
+    return (
+        "does not tell which parts of surfaces are covered (versions before 0.3 did not keep their "
+        "shapes): modules are counted by area, as with --layout area"
+    )
 
 
 def sum_left_out(area, energy):

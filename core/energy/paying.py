@@ -51,8 +51,10 @@ def choose_modules(counted, surfaces, hours, system):
         "reason_note": np.where(left_out, [one or "" for one in words], counted.reason_note),
     }
     # All that is of modules goes.
-    for name in ("module_area", "kwp"):
+    for name in ("module_count", "module_area", "kwp", "area_kwp"):
         changed[name] = np.where(left_out | few, 0.0, getattr(counted, name))
+    if counted.layout is not None:
+        changed["layout"] = counted.layout.take(~(left_out | few)[counted.layout.surface])
     return replace(counted, **changed)
 
 

@@ -15,6 +15,8 @@ import pvlib
 
 from ..city.classify import BEARING
 from ..city.racks import RACK
+from ..modules.lay_city import LayoutRules
+from ..modules.read_facades import read_facades
 from ..settings.errors import InputError
 from ..settings.system_settings import CLEARANCES, PAPER_MODULE
 from .left_out import read_left_out
@@ -82,6 +84,8 @@ class Module:
     nominal_power: (
         float  # [W] at reference conditions, current times voltage at the maximum power point
     )
+    # length and width [m]: the library's, else of a shape that is usual for so many cells
+    size: tuple = ()
 
 
 @dataclass(frozen=True)
@@ -109,7 +113,9 @@ class PvSystem:
     sectors: str = "8"  # or paper: azimuths that count
     # whether walls that lean outward by more than 1° are facades, as in the paper
     overhangs: bool = False
-    # kind -> share of its area without windows and edges
+    # None: every square metre carries modules, as by rules without rows
+    layout: LayoutRules | None = None
+    # kind -> share that is left to modules by what the city does not show
     usable: dict = field(default_factory=dict)
     least_hours: float = 0.0  # [h] full load hours below which a surface carries no modules
     leave_out: dict = field(default_factory=dict)  # id of a surface or building -> the user's words
@@ -165,6 +171,7 @@ def build_system(request):
         overhangs=request.overhangs == "count",
         usable=dict(request.usable),
         leave_out=read_left_out(request.leave_out) if request.leave_out else {},
+        layout=_choose_layout(request, module),
         **{
             name: getattr(request, name)
             for name in (
@@ -178,6 +185,43 @@ def build_system(request):
         },
         **{key: request.effects.get(key, True) for key in ELECTRIC},
     )
+
+
+def _choose_layout(request, module):
+    """LayoutRules of the settings."""
+    facades = read_facades(request.facades) if request.facades else {}
+    # A share of facades stood for their windows: without a band of them it still does.
+    band = request.window_band
+    if band is None:
+        band = 0.0 if "facade" in request.usable else LayoutRules.window_band
+    return LayoutRules(
+        parse_size(request.module_size) or module.size,
+        request.storey,
+        band,
+        request.ground_floor,
+        facades,
+        rows=request.layout == "rows",
+    )
+
+
+def parse_size(text):
+    """Length and width of a module from "L,W" [m], the longer first; None of None.
+
+    Raises
+    ------
+    InputError
+    """
+    if text is None:
+        return None
+    try:
+        sides = tuple(sorted(map(float, text.split(",")), reverse=True))
+    except ValueError:
+        sides = ()
+    if len(sides) != 2 or not all(0.05 <= side <= 10 for side in sides):
+        raise InputError(
+            "--module-size", f"{text!r} is no length and width", "give two, such as 1.76,1.13 [m]"
+        )
+    return sides
 
 
 def dc_system():
@@ -210,9 +254,20 @@ def pick_module(name):
     parameters = _read_parameters(
         library, key, NEEDED[library], POSITIVE[library], option="--module"
     )
-    return Module(
-        key, library, parameters, parameters[size], parameters[current] * parameters[voltage]
-    )
+    area, power = parameters[size], parameters[current] * parameters[voltage]
+    return Module(key, library, parameters, area, power, _size_of_module(library, key, area))
+
+
+def _size_of_module(library, key, area):
+    """Length and width of a product [m]: the CEC's, else by its area and number of cells."""
+    row = read_library(library)[key]
+    sides = [float(row.get(name, math.nan)) for name in ("Length", "Width")]
+    if all(side > 0 for side in sides):  # also false for NaN
+        return tuple(sorted(sides, reverse=True))
+    # 6 × 10, 6 × 12 and 8 × 12 cells, with their frames.
+    cells = row["N_s" if library == CEC else "Cells_in_Series"]
+    shape = {72: 1.95, 96: 1.5}.get(int(cells), 1.65)
+    return math.sqrt(area * shape), math.sqrt(area / shape)
 
 
 def area_of_kwp(module):

@@ -27,6 +27,7 @@ from .solve_radiosity import covariance_of_replicates, find_bounces, radiosity_f
 from .solve_suns import SunLight, SunTask, light_of_first_days, prepare_suns, solve_suns
 from .sun_blocks import check_room
 from .sun_matrix import cover_of_surfaces
+from .taken_parts import outline_taken
 from .trace_all import GatherContext, prepare_gather, trace_all
 from .traced import SKY_DOME, Traced
 from .transfer import (
@@ -273,14 +274,18 @@ def make_transfer(found, state, suns, common, left):
         **shares_of_record(context, state.lights),
     )
     # Shares and light of surfaces, with what they are of.
+    covered_share = cover_of_surfaces(context.patch_to_surface, traced.covered_share)
+    no_room = average_room(
+        context.patch_to_surface, share_without_room(found.cramped, traced.covered)
+    )
+    taken = covered_share[:, None] + no_room
     return Transfer(
         surfaces=scene.surfaces,
         site=scene.site,
         suns=suns,
-        covered_share=cover_of_surfaces(context.patch_to_surface, traced.covered_share),
-        no_room=average_room(
-            context.patch_to_surface, share_without_room(found.cramped, traced.covered)
-        ),
+        covered_share=covered_share,
+        no_room=no_room,
+        taken_parts=outline_taken(scene, traced.covered, found.cramped, taken),
         left_out=average_room(
             context.patch_to_surface, share_without_room(context.left_out[:, None], traced.covered)
         )[:, 0],

@@ -161,6 +161,9 @@ class Transfer:
     # (n, k) share that is open, but looks at a face from less than each clearance
     no_room: np.ndarray | None = None
     clearances: tuple = ()  # (k,) [m]; none: unknown
+    # (n, k) shapely geometries of what is covered or has no room, of `taken_parts.outline_taken`,
+    # where a surface carries modules on the rest; None: unknown
+    taken_parts: np.ndarray | None = None
     # (n,) share that has no room at the run's own clearance, whose light is not in the means; None:
     # its light is in them
     left_out: np.ndarray | None = None

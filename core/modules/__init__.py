@@ -4,4 +4,11 @@ In: outlines of surfaces, their open part, the size of a module, storeys and win
 ModuleLayout. Read first: lay_modules.py.
 """
 
-DOORS = ()
+DOORS = (
+    "lay_city.LayoutRules",
+    "lay_city.OPENINGS",
+    "lay_city.lay_city",
+    "lay_modules.ModuleLayout",
+    "read_facades.check_facades",
+    "read_facades.read_facades",
+)

@@ -27,6 +27,10 @@ class ModuleLayout:
     def __len__(self):
         return len(self.surface)
 
+    def take(self, chosen):
+        """Some of the modules, (m,) bool or (k,) int: ModuleLayout."""
+        return ModuleLayout(**{name: values[chosen] for name, values in vars(self).items()})
+
 
 @dataclass(frozen=True)
 class Planes:

@@ -18,6 +18,7 @@ from ..effects.rays import count_surely
 from ..light import measure_cover, sun_matrix
 from ..light.prepare_scene import check_tracing, prepare_scene
 from ..light.sun_visibility import projection_in_front
+from ..light.taken_parts import outline_taken
 from ..light.transfer import SourceLight, TraceRecord, Transfer, note_interruption
 from ..patches.read_albedo import brdfs_of_triangles, materials_of_surfaces
 from ..settings.progress import SUN_STAGE, CancelledError, Clock
@@ -128,13 +129,17 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
     left_out = measure_cover.share_without_room(target.left_out[:, None], target.covered)
     # Up to rounding, these surfaces are covered completely.
     unreachable = (covered_share > 1 - 1e-6) | (target.area == 0)
+    no_room = measure_cover.average_room(
+        patch_to_surface, measure_cover.share_without_room(cramped, target.covered)
+    )
     return Transfer(
         surfaces=scene.surfaces,
         site=scene.site,
         suns=suns if direct.kept == len(suns) else suns.first(direct.kept),
         covered_share=covered_share,
-        no_room=measure_cover.average_room(
-            patch_to_surface, measure_cover.share_without_room(cramped, target.covered)
+        no_room=no_room,
+        taken_parts=outline_taken(
+            prepared.scene, target.covered, cramped, covered_share[:, None] + no_room
         ),
         clearances=lengths,
         left_out=measure_cover.average_room(patch_to_surface, left_out)[:, 0],

@@ -77,7 +77,12 @@ COLUMNS = (
         "area neither inside nor under buildings, with room for modules before it",
         "m2",
     ),
-    Column("module_area", "energy", "area that carries modules", "m2"),
+    Column("module_area", "energy", "area of the modules on it", "m2"),
+    Column(
+        "module_count",
+        "energy",
+        "modules on it; cells of a grid and usable shares have parts of modules",
+    ),
     Column("kwp", "energy", "nominal power of modules on it", "kW"),
     Column(
         "reason",

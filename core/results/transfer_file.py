@@ -21,6 +21,7 @@ from ..city.grid_cells import Outlines
 from ..city.scene import Surfaces
 from ..city.site import Site
 from ..light.sun_matrix import row_blocks
+from ..light.taken_parts import parts_of_rings, rings_of_parts
 from ..light.transfer import ErrorParts, SourceLight, Transfer, record_of_dict
 from ..read.netcdf_file import check_hdf5, netcdf_file, read_variables, write_variables
 from ..settings.errors import InputError, blame_file, build_from, parsing
@@ -154,6 +155,27 @@ VARIABLES = {
         "share that is open, but looks at a face from less than the clearance",
     ),
     "clearance": ("room", "clearances", ("clearance",), "m", ""),
+    "taken_points": (
+        "taken",
+        "points",
+        ("taken_corner", "plane_axis"),
+        "m",
+        "corners of what is covered or without room: along the surface's level line, up its slope",
+    ),
+    "taken_ring_start": (
+        "taken",
+        "ring_start",
+        ("taken_ring_bound",),
+        "",
+        "first corner of each ring; outer ones run counter-clockwise, holes clockwise",
+    ),
+    "taken_start": (
+        "taken",
+        "surface_start",
+        ("taken_bound",),
+        "",
+        "first ring of each surface and clearance, and the number of rings",
+    ),
     "left_out": (
         "left_out",
         "left_out",
@@ -262,7 +284,12 @@ def describe_fields(owners):
             told = {
                 key: text for key, text in zip(("units", "long_name"), details, strict=True) if text
             }
-            variables[name] = dimensions, values, told, PACKED if owner == "outlines" else {}
+            variables[name] = (
+                dimensions,
+                values,
+                told,
+                (PACKED if owner in ("outlines", "taken") else {}),
+            )
     return variables
 
 
@@ -278,6 +305,8 @@ def _describe_state(transfer):
     known = transfer.surfaces.height_source is not None
     owners["heights"] = transfer.surfaces if known else None
     owners["room"] = None if transfer.no_room is None else transfer
+    known = transfer.taken_parts is not None
+    owners["taken"] = rings_of_parts(transfer.taken_parts) if known else None
     owners["left_out"] = None if transfer.left_out is None else transfer
     attributes = {
         "title": FORMAT,
@@ -442,6 +471,8 @@ def make_transfer(variables, attributes):
     for name, build in (("error_parts", ErrorParts), ("outlines", Outlines)):
         if found := read_fields(variables, name):
             own[name] = build(**found)
+    if found := read_fields(variables, "taken"):
+        own["taken_parts"] = parts_of_rings(Outlines(**found), len(own["clearances"]))
     if terrain := read_fields(variables, "terrain"):
         own["terrain"] = TerrainHorizon(**terrain, source=str(attributes["terrain_source"]))
     sources = {

@@ -69,7 +69,8 @@ def sum_buildings(transfer, energy, weather, *, monthly=False):
         "surfaces": add(every, every).astype(int),
         "eligible": add(every, energy.eligible).astype(int),
     }
-    table["eligible_area"] = add(energy.counted_area, eligible)
+    table["eligible_area"] = add(energy.counted_area, energy.eligible & energy.summed)
+    table["module_count"] = add(energy.module_count, eligible)
     # Modules, power and energy of each part; errors of sums as of light that surfaces share.
     for part, own in parts.items():
         rows = np.flatnonzero(own)

@@ -12,10 +12,11 @@ from ..accuracy.trace_run import trace_run, weigh_kept_suns
 from ..cluster import run_tasks
 from ..cluster.trace_tiles import check_cluster_settings, plan_tiles, trace_tiles
 from ..energy import left_out
-from ..energy.counted_area import classify_again, note_other_clearance
+from ..energy.counted_area import classify_again, note_other_clearance, note_other_layout
 from ..energy.pv_system import ELECTRIC
 from ..light.rays_file import NAME as RAYS
 from ..light.rays_file import write_rays
+from ..modules.read_facades import check_facades
 from ..rays.hemisphere_rays import is_compiled
 from ..results.compare_runs import CHANGE
 from ..results.exports import RunResults, write_exports
@@ -95,6 +96,7 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
         # refuses unknown names before anything takes long
         study.find_surfaces(scene.surfaces.surface_id, request.series)
         left_out.check_left_out(scene.surfaces, request.leave_out)
+        check_facades(scene.surfaces, request.facades)
         log.write("\n".join(f"  {line}" for line in describe_scene(scene)))
         weather = study.read_year(scene.site, request, keep=(work / ASKED, Path(folder) / ASKED))
         log.write(describe_weather(weather, scene.site))
@@ -255,6 +257,7 @@ def recompute(transfer_path, folder, request, *, overwrite=False, log=None):
     with whole_folder(folder, overwrite) as work:
         # Surfaces may count otherwise now; notes tell what the file does not know.
         stored = read_transfer(transfer_path)
+        check_facades(stored.surfaces, request.facades)
         transfer = classify_again(stored, request.sectors)
         if transfer is not stored:
             log.write(
@@ -263,7 +266,8 @@ def recompute(transfer_path, folder, request, *, overwrite=False, log=None):
             )
             log.write("  they were traced may have a quarter of the rays, and larger errors")
         other = note_other_clearance(transfer, request.clearance)
-        for note in (*transfer.notes, *([other] if other else [])):
+        layout = note_other_layout(transfer, request)
+        for note in (*transfer.notes, *filter(None, (other, layout))):
             log.write(f"{transfer_path}: {note}")
         # An edit may have removed what the list of its base names; other names must be there.
         if (Path(transfer_path).parent / CHANGE).is_file():

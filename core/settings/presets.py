@@ -49,6 +49,7 @@ METHODS = {
         "sectors": "paper",
         "overhangs": "count",
         "usable": {},
+        "layout": "area",
         "effects": {"trees": False},
     },
 }

@@ -26,6 +26,10 @@ SECTORS = {
         "Facades and roofs of 15° to 60° within 30° of north, east, south or west (as in the paper)"
     ),
 }
+LAYOUTS = {
+    "rows": "Modules of the product's size in rows, between edges and windows",
+    "area": "Every square metre that counts carries modules (as in the paper)",
+}
 
 
 @dataclass
@@ -101,7 +105,7 @@ class SystemSettings:
     )
     usable: dict = of_electricity(
         {},
-        "share of the area that windows and edges leave for modules, by kind",
+        "share that is left to modules by what the city does not show, by kind",
         kind="shares",
         metavar="KIND=SHARE",
     )
@@ -117,6 +121,35 @@ class SystemSettings:
     leave_out: str | None = of_electricity(
         None,
         "faces or buildings that carry no modules, such as protected ones: id,words",
+        metavar="CSV",
+    )
+    layout: str = of_electricity(
+        "rows",
+        "how modules are laid out on what counts",
+        panel="energy",
+        choices=LAYOUTS,
+    )
+    module_size: str | None = of_electricity(
+        None, "[m] length and width of a module; default: the product's", metavar="L,W"
+    )
+    storey: float = of_electricity(
+        3.0, "height of storeys where no windows are drawn", unit="m", least=1, most=20
+    )
+    window_band: float | None = of_electricity(
+        None,
+        "height of the windows of each storey where none are drawn; auto: 1.4, but 0 where "
+        "--usable gives a share of facades",
+        unit="m",
+        least=0,
+        most=20,
+        none="auto",
+    )
+    ground_floor: bool = of_electricity(
+        False, "modules on the lowest storey of facades with windows, too"
+    )
+    facades: str | None = of_electricity(
+        None,
+        "storey, window_band and usable share by surface id or kind",
         metavar="CSV",
     )
     series: tuple = of_electricity(

@@ -77,7 +77,8 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
     check_sky(transfer, sky_model, source)
     sources = sources_of(sky_model)
     # Surfaces that count in the paper's sectors, sorted by group.
-    system, transfer = replace(system, sectors=PAPER), counted_area.classify_again(transfer, PAPER)
+    system = replace(system, sectors=PAPER, layout=None)
+    transfer = counted_area.classify_again(transfer, PAPER)
     counted = counted_area.find_counted_area(transfer, system)
     groups = counted_area.find_groups(counted, transfer.surfaces.area)
     if not groups.names:

@@ -91,7 +91,8 @@ def test_cityjson_sums_up_each_building(small_results, document):
         assert attributes["citypv_eligible_area"] == pytest.approx(
             rows["open_area"].sum(), rel=1e-5
         )
-        mean = (rows["full_load_hours"] * rows["area"]).sum() / rows["open_area"].sum()
+        on_open_area = rows["full_load_hours"] * rows["area"] / rows["open_area"]
+        mean = (on_open_area * rows["kwp"]).sum() / rows["kwp"].sum()  # of the modules
         assert attributes["citypv_full_load_hours"] == pytest.approx(mean, rel=1e-4)
         assert sum(attributes["citypv_full_load_hours_by_month"]) == pytest.approx(mean, rel=1e-4)
         kwp, energy = kwp + attributes["citypv_kwp"], energy + attributes["citypv_mwh_per_year"]

@@ -145,7 +145,8 @@ def south_walls(city):
     """South facades of the building a, as traced with many rays: pandas.DataFrame."""
     place = {"latitude": 52, "longitude": 13, "weather": "clear-sky", "suns": "days:2"}
     rays = {"patch_size": 2.5, "samples": 1024, "shadow_samples": 64, "threads": 1}
-    faces = citypv.simulate(city, inverter="pvwatts", **place, **rays).faces
+    settings = {"inverter": "pvwatts", "layout": "area"}  # every open square metre counts here
+    faces = citypv.simulate(city, **settings, **place, **rays).faces
     return faces[
         (faces.building_id == "a")
         & (faces.surface_azimuth.round() == 180)

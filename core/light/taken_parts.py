@@ -1,0 +1,108 @@
+"""Which parts of surfaces are taken: covered, or without room for modules, as shapes in their
+planes.
+
+A part consists of cover cells, the 64 equal parts of each patch. Only surfaces that are taken in
+part, and carry modules on the rest, have one.
+"""
+
+import numpy as np
+import shapely
+
+from ..city.city import starts_of
+from ..city.grid_cells import Outlines
+from ..city.polygons import plane_axes
+from ..patches.cover_cells import unpack_cells
+from ..rays.hemisphere_rays import CELL_DIVISIONS
+from ..rays.sample_points import cell_corners
+
+ROUNDED = 1e-3  # [m] to which corners of parts are rounded, so that neighbouring cells join
+
+
+def outline_taken(scene, covered, cramped, shares, *, most=0.5):
+    """Shapes of the parts of surfaces that are covered or have no room.
+
+    Parameters
+    ----------
+    scene : Scene
+    covered : array, (p, cells) bool
+    cramped : array, (p, k) uint64
+        As of `find_cramped`.
+    shares : array, (n, k) float
+        Share of each surface that is taken.
+    most : float
+        Surfaces of which more is taken carry no modules, and have no shapes.
+
+    Returns
+    -------
+    array, (n, k) of shapely geometries or None
+        In the axes of `plane_axes` of each normal, from the scene's origin [m].
+    """
+    parts = np.full(shares.shape, None, object)
+    wanted = (shares > 0) & (shares <= most)
+    # Corners of the patches of these surfaces, in the plane of each.
+    owner = np.append(wanted.any(axis=1), False)[scene.triangle_surface]
+    rows = np.flatnonzero(owner)
+    surface = scene.triangle_surface[rows]
+    axes = np.stack(plane_axes(np.asarray(scene.surfaces.normal, float)[surface]), axis=1)
+    corners = np.asarray(scene.vertices, float)[scene.triangles[rows]]
+    corners = np.einsum("tci,tji->tcj", corners, axes)  # (t, 3, 2)
+    weights = cell_corners(CELL_DIVISIONS).astype(float)  # (cells, 3, 2)
+    weights = np.concatenate([1 - weights.sum(axis=2, keepdims=True), weights], axis=2)
+    before = None
+    for column in range(shares.shape[1]):
+        cells = covered[rows] | unpack_cells(cramped[rows, column])
+        cells &= wanted[surface, column, None]
+        if before is not None and np.array_equal(cells, before):
+            parts[:, column] = parts[:, column - 1]
+            continue
+        before = cells
+        # Whole patches as one triangle, else a triangle for each cell; then one shape a surface.
+        whole = cells.all(axis=1)
+        patch, cell = np.nonzero(cells & ~whole[:, None])
+        places = np.einsum("mcw,mwj->mcj", weights[cell], corners[patch])
+        triangles = np.concatenate([corners[whole], places])
+        of_triangle = np.concatenate([surface[whole], surface[patch]])
+        order = np.argsort(of_triangle, kind="stable")
+        names, first = np.unique(of_triangle[order], return_index=True)
+        shapes = np.split(shapely.polygons(triangles[order]), first[1:]) if len(names) else []
+        for name, own in zip(names, shapes, strict=True):
+            parts[name, column] = shapely.union_all(own, grid_size=ROUNDED)
+    return parts
+
+
+def rings_of_parts(parts):
+    """Parts, (n, k), as rings: Outlines of n·k shapes with corners (m, 2) in their planes.
+
+    Outer rings run counter-clockwise; holes, which follow theirs, clockwise.
+    """
+    known = [place for place, part in enumerate(parts.flat) if part is not None]
+    pieces, place = shapely.get_parts(parts.flat[known], return_index=True)
+    areas = shapely.get_type_id(pieces) == shapely.GeometryType.POLYGON
+    pieces, place = pieces[areas], place[areas]
+    rings, piece = shapely.get_rings(
+        shapely.orient_polygons(pieces, exterior_cw=False), return_index=True
+    )
+    places, ring = shapely.get_coordinates(rings, return_index=True)
+    opened = np.append(ring[1:] == ring[:-1], False)[: len(ring)]  # without repeated first corners
+    number = np.array(known, np.int64)[place[piece]]
+    return Outlines(
+        places[opened].astype(np.float32),
+        starts_of(np.bincount(ring[opened], minlength=len(rings))).astype(np.int32),
+        starts_of(np.bincount(number, minlength=parts.size)).astype(np.int32),
+    )
+
+
+def parts_of_rings(rings, columns):
+    """Parts, (n, k) of shapely geometries or None, from `rings_of_parts`; `columns` is k."""
+    count = len(rings.surface_start) - 1
+    parts = np.full(count, None, object)
+    for place in np.flatnonzero(np.diff(rings.surface_start)):
+        polygons = []
+        for corners in rings.rings(place):
+            ring = shapely.linearrings(corners.astype(float))
+            if shapely.is_ccw(ring):
+                polygons.append((ring, []))
+            else:
+                polygons[-1][1].append(ring)
+        parts[place] = shapely.union_all([shapely.polygons(*one) for one in polygons])
+    return parts.reshape(-1, columns)
