@@ -104,5 +104,7 @@ def parts_of_rings(rings, columns):
                 polygons.append((ring, []))
             else:
                 polygons[-1][1].append(ring)
-        parts[place] = shapely.union_all([shapely.polygons(*one) for one in polygons])
+        parts[place] = shapely.union_all(
+            [shapely.polygons(ring, holes or None) for ring, holes in polygons]
+        )
     return parts.reshape(-1, columns)

@@ -110,7 +110,7 @@ def test_the_tables_are_those_of_the_files(small_results, page):
     assert months[6] == ["Jun", *(f"{value:.1f}" for value in june["full_load_hours"])]
     totals = json.loads((small_results / "summary.json").read_text(encoding="utf-8"))["totals"]
     first = next(rows for rows in page.tables if "Nominal power [kWp]" in rows[0])[1]
-    expected = [totals[name] for name in ("eligible_area", "kwp", "mwh_per_year")]
+    expected = [totals[name] for name in ("module_area", "kwp", "mwh_per_year")]
     assert [float(text.replace(",", "")) for text in first[1:4]] == pytest.approx(expected, abs=0.5)
 
 
