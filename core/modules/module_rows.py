@@ -128,9 +128,10 @@ def _list_starts(edges, boxes, height, gap):
     """Where rows may begin, ascending: at eighths of their height from the bottom and from the top
     of a polygon, and up to four above and below each blocked box; none where a row is too high.
     """
-    bottom, top = np.inf, -np.inf
-    for edge in edges:
-        bottom, top = min(bottom, edge[1], edge[3]), max(top, edge[1], edge[3])
+    left, bottom, right, top = np.inf, np.inf, -np.inf, -np.inf
+    for x0, y0, x1, y1 in edges:
+        left, right = min(left, x0, x1), max(right, x0, x1)
+        bottom, top = min(bottom, y0, y1), max(top, y0, y1)
     highest, pitch = top - height, height + gap
     if not highest + SLACK >= bottom:
         return np.empty(0)
@@ -144,7 +145,15 @@ def _list_starts(edges, boxes, height, gap):
                 if bottom <= start <= highest:
                     starts[count] = start
                     count += 1
-    return np.sort(starts[:count])
+    # Strips that a box takes in their whole width hold nothing.
+    starts = np.sort(starts[:count])
+    free = np.ones(count, np.bool_)
+    for number in range(count):
+        for box in boxes:
+            if box[0] <= left and box[2] >= right:
+                begins = box[1] < starts[number] + height - SLACK
+                free[number] &= not (begins and box[3] > starts[number] + SLACK)
+    return starts[free]
 
 
 @njit(nogil=True, cache=True)

@@ -84,48 +84,6 @@ VARIABLES = {
         "",
         "material that the surface was traced as; empty where no more than an albedo was given",
     ),
-    "diffuse_passed_on": (
-        "error_parts",
-        "diffuse_passed_on",
-        ("surface", "replicate"),
-        "1",
-        "deviations of replicates of diffuse light that other surfaces pass on",
-    ),
-    "direct_passed_on": (
-        "error_parts",
-        "direct_passed_on",
-        ("surface", "replicate"),
-        "1",
-        "the same of the annual mean of direct light",
-    ),
-    "diffuse_discretisation": (
-        "error_parts",
-        "diffuse_discretisation",
-        ("surface",),
-        "1",
-        "diffuse light in excess by the size of patches; 0 where little",
-    ),
-    "direct_discretisation": (
-        "error_parts",
-        "direct_discretisation",
-        ("surface",),
-        "1",
-        "the same of the annual mean of direct light",
-    ),
-    "covariance": (
-        "error_parts",
-        "covariance",
-        ("surface",),
-        "1",
-        "covariance of the surface's own noise in diffuse and in annual direct light",
-    ),
-    "direct_points": (
-        "error_parts",
-        "direct_points",
-        ("surface",),
-        "1",
-        "variance of the annual mean of direct light from shadow points",
-    ),
     "outline_points": (
         "outlines",
         "points",
@@ -206,6 +164,19 @@ VARIABLES = {
         "elevation of distant terrain at equally spaced azimuths, clockwise from true north",
     ),
 }
+for field, per, long_name in (
+    ("diffuse_passed_on", ("replicate",), "deviations of replicates of diffuse light passed on"),
+    ("direct_passed_on", ("replicate",), "the same of the annual mean of direct light"),
+    (
+        "diffuse_discretisation",
+        (),
+        "diffuse light in excess by the size of patches; 0 where little",
+    ),
+    ("direct_discretisation", (), "the same of the annual mean of direct light"),
+    ("covariance", (), "covariance of own noise in diffuse and in annual direct light"),
+    ("direct_points", (), "variance of the annual mean of direct light from shadow points"),
+):
+    VARIABLES[field] = "error_parts", field, ("surface", *per), "1", long_name
 for column in COLUMNS:
     if column.stored:
         VARIABLES[column.name] = (
