@@ -9,6 +9,7 @@ import numpy as np
 
 from ..settings.errors import InputError
 from ..settings.progress import silent
+from ..settings.tolerances import GEOMETRY
 from .choose_levels import choose_levels, commonest_reason
 from .city import City, ImportReport, free_name, number_names, starts_of
 from .judge_turning import judge_turning
@@ -230,7 +231,7 @@ def _orient(city, report):
     report.note(doubtful, city.names_of(orientation.doubtful))
     report.note(spared, city.names_of(wanted & ~turned & ~orientation.loose))
     _, normal = measure_polygons(*city.shape)
-    thematic, upright = np.array(city.thematic), np.sin(np.radians(1))
+    thematic, upright = np.array(city.thematic), GEOMETRY.upright
     contrary = (thematic == "RoofSurface") & (normal[:, 2] < -upright)
     contrary |= (thematic == "GroundSurface") & (normal[:, 2] > upright)
     words = "surfaces face against their class: roofs that face down, or ground that faces up"

@@ -15,11 +15,11 @@ from scipy.spatial import cKDTree
 
 from ..rays.random_numbers import mix, uniform
 from ..settings.progress import report_part, silent
+from ..settings.tolerances import GEOMETRY
 from .check_geometry import check_parts, check_patch_size
 from .city import City
-from .find_feet import FOOTPRINT_STEP, find_feet
+from .find_feet import find_feet
 from .plan_geometry import (
-    COINCIDENT,
     draw_triangles,
     find_inside,
     join_polygons,
@@ -263,7 +263,7 @@ def feet_or_corners(placed, ground_height=None):
             [[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]]
         )
         feet.start = np.column_stack([corners, np.full(4, low[2])])
-        feet.end, feet.step = np.roll(feet.start, -1, axis=0), np.full(4, FOOTPRINT_STEP)
+        feet.end, feet.step = np.roll(feet.start, -1, axis=0), np.full(4, GEOMETRY.storey)
         feet.polygon, feet.on_footprint, feet.outward = (
             np.full(4, -1),
             np.zeros(4, bool),
@@ -279,9 +279,9 @@ def split_feet(feet, longest):
     # Equal pieces, as many as the length needs; edges upright in plan have none.
     span = feet.end - feet.start
     length = np.linalg.norm(span[:, :2], axis=1)
-    count = np.where(length > COINCIDENT, np.maximum(np.ceil(length / longest), 1), 0).astype(
-        np.int64
-    )
+    count = np.where(
+        length > GEOMETRY.accuracy, np.maximum(np.ceil(length / longest), 1), 0
+    ).astype(np.int64)
     edge, step = list_runs(np.zeros(len(count), np.int64), count)
     share = (np.stack([step, step + 1], axis=1) / count[edge, None])[..., None]
     return edge, feet.start[edge, None] + share * span[edge, None]
@@ -324,7 +324,9 @@ def under_buildings(vertices, triangles, footprints):
     if not len(footprints):
         return np.zeros(len(triangles), bool)
     # Blocks are widened one by one: all of them together would take four times as long.
-    blocks = shapely.buffer(shapely.get_parts(join_polygons(footprints)), COINCIDENT, quad_segs=4)
+    blocks = shapely.buffer(
+        shapely.get_parts(join_polygons(footprints)), GEOMETRY.accuracy, quad_segs=4
+    )
     blocks = shapely.get_parts(join_polygons(blocks))
     # A triangle is under a block if its middle is, and then all of it.
     corners = vertices[:, :2].copy()[triangles]

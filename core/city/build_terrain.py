@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, Delaunay, cKDTree
 
 from ..settings.errors import InputError, check_array, count_of
+from ..settings.tolerances import GEOMETRY
 from .build_ground import (
     DEFAULT_PATCH,
     cut_feet,
@@ -23,8 +24,6 @@ from .polygons import drop_unused
 from .slope_filter import draw_lines
 from .terrain import HORIZON, NEAR, measure_heights, nearest_heights
 from .triangulate_feet import drop_on_triangles, triangulate_plan
-
-JOINED = 0.01  # [m] a foot this close to the ground counts as on it
 
 
 @dataclass
@@ -107,7 +106,7 @@ def _spread(foot_points, feet, terrain, near):
     at_feet = np.arange(len(places)) < len(foot_places)
     rest = np.flatnonzero(np.isnan(heights) & at_feet)
     # the same place but for rounding
-    heights[rest] = nearest_heights(terrain, places[rest], JOINED)
+    heights[rest] = nearest_heights(terrain, places[rest], GEOMETRY.accuracy)
     gap = np.isnan(heights)
     heights[gap & at_feet] = nearest_heights(terrain, places[gap & at_feet], NEAR)
     if np.isnan(heights[at_feet]).all():
@@ -118,7 +117,9 @@ def _spread(foot_points, feet, terrain, near):
         )
     # Gaps far from the buildings stay gaps: points there are left out, but the rim.
     on_grid = site.to_files(np.pad(places, ((0, 0), (0, 1))))[:, :2]
-    inside = ((on_grid >= near.low - JOINED) & (on_grid <= near.high + JOINED)).all(axis=1)
+    inside = (
+        (on_grid >= near.low - GEOMETRY.accuracy) & (on_grid <= near.high + GEOMETRY.accuracy)
+    ).all(axis=1)
     # spread_points ends with them
     rim = np.arange(len(places)) >= len(places) - len(far.draw_rim())
     keep = ~gap | inside | rim
@@ -165,7 +166,7 @@ def _refine(vertices, terrain, foot_places, *, most_points=60_000):
     own = np.concatenate([layer.points for layer in terrain.layers])
     own = own[((own[:, :2] > low) & (own[:, :2] < high)).all(axis=1)]
     # not covered by a finer layer
-    own = own[np.abs(measure_heights(terrain, own[:, :2]) - own[:, 2]) < JOINED]
+    own = own[np.abs(measure_heights(terrain, own[:, :2]) - own[:, 2]) < GEOMETRY.accuracy]
     distance = feet.query(own[:, :2])[0]
     own, distance = own[distance > 1.0], distance[distance > 1.0]
     # The ground may err by 0.15 m in height, and by 0.01 m more per metre of distance.
@@ -205,7 +206,7 @@ def _join(feet, ground, longest):
     own = feet.polygon[edge] >= 0
     # Where the ground lies lower, a wall is carried down to it: two triangles from the foot to its
     # bottom, turned outwards.
-    lifted = own & (above > JOINED)
+    lifted = own & (above > GEOMETRY.accuracy)
     # Walls that are extended downwards end 5 cm below the ground.
     bottom = height.min(axis=0) - 0.05
     lower = [
@@ -224,7 +225,7 @@ def _join(feet, ground, longest):
     triangles[np.tile(turned, 2)] = triangles[np.tile(turned, 2)][:, ::-1]
     # Which surfaces were carried down, and which are partly buried.
     raised, below_ground = (
-        np.unique(feet.polygon[edge][mask]) for mask in (lifted, own & (below > JOINED))
+        np.unique(feet.polygon[edge][mask]) for mask in (lifted, own & (below > GEOMETRY.accuracy))
     )
     words = []
     apart = float(np.median((between[..., 2] - height)[:, own])) if own.any() else 0.0
@@ -255,7 +256,7 @@ def _split_once(feet, longest):
     ends, (2, p, 3).
     """
     edge, pieces = split_feet(feet, longest)
-    cells = np.round(pieces.reshape(-1, 3) / JOINED).astype(np.int64)
+    cells = np.round(pieces.reshape(-1, 3) / GEOMETRY.accuracy).astype(np.int64)
     place = np.sort(np.unique(cells, axis=0, return_inverse=True)[1].reshape(-1, 2), axis=1)
     order = np.argsort(feet.on_footprint[edge], kind="stable")
     chosen = np.sort(order[np.unique(place[order], axis=0, return_index=True)[1]])

@@ -5,6 +5,7 @@ are footprints.
 import numpy as np
 
 from ..settings.errors import UNIT, check_array
+from ..settings.tolerances import GEOMETRY
 from .city import number_names
 from .polygons import polygon_bounds
 
@@ -129,6 +130,6 @@ def find_footprints(surfaces, city, points):
     low, high = polygon_bounds(points[:, 2], city.ring_start, city.polygon_start)
     lowest = np.full(building.max(initial=-1) + 1, np.inf)
     np.minimum.at(lowest, building, low)
-    # A downward surface up to 0.5 m above its building's lowest point lies on the ground.
-    at_bottom = (surfaces.kind == "downward") & (high <= lowest[building] + 0.5)
+    # A downward surface up to a step above its building's lowest point lies on the ground.
+    at_bottom = (surfaces.kind == "downward") & (high <= lowest[building] + GEOMETRY.step)
     return named | (at_bottom & ~has_ground[building])

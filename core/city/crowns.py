@@ -9,11 +9,11 @@ import numpy as np
 import shapely
 from scipy.spatial import ConvexHull, QhullError
 
+from ..settings.tolerances import GEOMETRY
 from .polygons import edges_of, merge_vertices, normals_of, triangulate
 from .scene import Crowns, volumes_below
 
 CROWN_BASE = 0.25  # of its height
-FLAT = 0.1  # [m] shapes that are lower have no volume
 
 
 @dataclass
@@ -206,7 +206,7 @@ def _find_trunk(vertices, triangles, diameter):
     foot = vertices[vertices[:, 2] <= low[2] + 1e-3 * (high[2] - low[2])].mean(axis=0)
     farthest = np.linalg.norm(vertices[:, :2] - foot[:2], axis=1)[triangles].max(axis=1)
     base = vertices[triangles[farthest > radius], 2].min(initial=np.inf)
-    low_down = (farthest <= radius) & (vertices[triangles, 2].min(axis=1) < base - FLAT)
+    low_down = (farthest <= radius) & (vertices[triangles, 2].min(axis=1) < base - GEOMETRY.uneven)
     width = farthest[low_down & _is_steep(vertices, triangles)].max(initial=0.0)
     return low_down & (farthest <= width)
 
@@ -224,7 +224,7 @@ def _hull_of(vertices, triangles):
     """
     used = np.unique(triangles)
     points = vertices[used]
-    if np.ptp(points[:, 2]) < FLAT:
+    if np.ptp(points[:, 2]) < GEOMETRY.uneven:
         return None
     try:
         hull = ConvexHull(points)

@@ -8,6 +8,7 @@ import numpy as np
 import shapely
 
 from ..settings.errors import list_some
+from ..settings.tolerances import GEOMETRY
 from .build_ground import faces_up
 from .city import starts_of
 from .find_ground import height_below
@@ -15,8 +16,6 @@ from .plan_geometry import draw_triangles
 from .polygons import merge_vertices, triangulate
 from .split_edges import refine_triangles
 from .written_scene import owner_of_triangles
-
-HANGING = 0.5  # [m] above the ground from which on a footprint has light from below
 
 
 def _lies(scene):
@@ -48,8 +47,8 @@ def cut_ground(scene, first, gone, patch_size):
     tree = shapely.STRtree(plan)
     # New footprints that stand on the ground make holes in it; those above leave it as it is.
     rise = _rise(scene, new, np.concatenate([laid, old]))
-    standing = new[~(rise > HANGING)]
-    _note_ground(scene, standing, rise[~(rise > HANGING)])
+    standing = new[~(rise > GEOMETRY.step)]
+    _note_ground(scene, standing, rise[~(rise > GEOMETRY.step)])
     hole, freed = _plan_of(scene, standing), _plan_of(scene, old)
     # Ground that the new footprints touch is cut along their outlines; its own plane gives the
     # heights.
@@ -144,8 +143,8 @@ def _note_ground(scene, rows, rise):
     """Report footprints that stand away from the ground, which a run of the edited files would lay
     through them.
     """
-    # Only what stands more than 0.1 m off is worth a word.
-    apart = np.isfinite(rise) & (np.abs(rise) > 0.1)
+    # Only what stands further off than surveys err is worth a word.
+    apart = np.isfinite(rise) & (np.abs(rise) > GEOMETRY.uneven)
     if apart.any():
         names = np.array(scene.surfaces.building_id, object)[scene.triangle_surface[rows[apart]]]
         scene.report.notes.append(
@@ -161,4 +160,4 @@ def find_floating_new(scene, count):
     if not len(rows) or not len(laid):
         return np.zeros(0, int)
     rise = _rise(scene, rows, laid)
-    return np.unique(scene.triangle_surface[rows[np.isfinite(rise) & (rise > HANGING)]])
+    return np.unique(scene.triangle_surface[rows[np.isfinite(rise) & (rise > GEOMETRY.step)]])

@@ -16,6 +16,7 @@ import numpy as np
 
 from ..rays.random_numbers import mix
 from ..settings.errors import InputError
+from ..settings.tolerances import GEOMETRY
 from .build_scene import DRAWN_TWICE, SceneOptions, build_scene
 from .change_boxes import boxes_around, touch_boxes
 from .city import whole_of_cell
@@ -24,7 +25,7 @@ from .crowns import build_crowns
 from .edited_ground import cut_ground, find_floating_new
 from .find_ground import find_hanging
 from .find_sheets import find_judged, judge_shapes, shapes_of_scene
-from .find_twins import COMMON, find_twins
+from .find_twins import find_twins
 from .polygons import measure_polygons, polygon_bounds
 from .racks import RACK, lay_racks, parse_racks, roof_of_rack
 from .scene import Scene
@@ -105,8 +106,8 @@ def edit_scene(scene, rows, before, after, request):
     crowns = _change_trees(edited, before, after)
     solids = np.concatenate([scene.corners_of(gone), edited.corners_of(np.s_[first:])])
     alive = np.setdiff1d(rows, gone_rows)
-    # Faces that stay are judged again within 0.5 m of a change, or within --clearance.
-    within = max(0.5, request.clearance)
+    # Faces that stay are judged again within a step of a change, or within --clearance.
+    within = max(GEOMETRY.step, request.clearance)
     asked = np.zeros(len(edited.surfaces) + 1, bool)
     asked[owner_of_triangles(edited)[touch_boxes(edited, boxes_around(solids), within)]] = True
     edited, turned = _judge_sheets(edited, asked[:-1], first)  # the ground's -1 took the last one
@@ -282,8 +283,10 @@ def _find_twins(scene, order, after, solids, sectors):
     near, asked = np.zeros((2, len(after)), bool)
     # Polygons near the change are asked; those a bit further off may be their twins.
     for box in boxes:
-        near |= ((low - 4 * COMMON <= box[1]) & (high + 4 * COMMON >= box[0])).all(axis=1)
-        asked |= ((low - COMMON <= box[1]) & (high + COMMON >= box[0])).all(axis=1)
+        near |= ((low - 4 * GEOMETRY.edge <= box[1]) & (high + 4 * GEOMETRY.edge >= box[0])).all(
+            axis=1
+        )
+        asked |= ((low - GEOMETRY.edge <= box[1]) & (high + GEOMETRY.edge >= box[0])).all(axis=1)
     part = local.take(near)
     if not asked.any():
         return

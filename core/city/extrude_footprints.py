@@ -13,9 +13,9 @@ import shapely
 from scipy.spatial import cKDTree
 
 from ..settings.errors import InputError
+from ..settings.tolerances import GEOMETRY
 from .city import City, free_name, number_names, starts_of
 from .plan_geometry import list_runs
-from .repair_polygons import SMALLEST_AREA
 from .roof_shapes import draw_shaped
 from .strays import find_strays
 from .tangled_rings import FEWEST_CORNERS, is_tangled
@@ -192,7 +192,7 @@ def _draw_outlines(table, names, report):
     shapes, owner = shapes[order], owner[order]
     # Corners closer than a millimetre are one; what has no area then is left out.
     shapes = shapely.remove_repeated_points(shapes, 1e-3)
-    small = (shapely.area(shapes) <= SMALLEST_AREA) | ~shapely.is_valid(shapes)
+    small = (shapely.area(shapes) <= GEOMETRY.area) | ~shapely.is_valid(shapes)
     report.skip("outline without an area", [names[row] for row in owner[small]], 0.0)
     shapes = shapes[~small]
     # A strip whose area is less than 5 cm times its edge is thinner than 10 cm.

@@ -9,18 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from ..settings.tolerances import GEOMETRY
 from .city import number_names
 from .find_twins import draw_outlines
 from .plan_geometry import find_in_boxes, plant_tree
 from .polygons import next_in_ring, polygon_bounds
 from .slope_filter import find_standing
-
-# An edge further above a neighbouring foot than this does not stand on the ground [m]:
-FOOTPRINT_STEP = 2.5  # footprints: a passage, a bridge, a tower on a podium
-WALL_STEP = 0.5  # walls without a footprint: a bay, a dormer
-# [m] an edge this deep inside another, lower footprint stands on that building; less is inaccurate
-# outlines
-INSIDE = 0.3
 
 
 @dataclass
@@ -109,10 +103,12 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     may_stand_high[rows[_hang_between_walls(shapes, low[rows], building_of[rows], lines, top)]] = (
         False
     )
-    # The lowest footprint of a building may stand on an embankment, 6 m above a neighbouring foot.
-    step = np.where(may_stand_high, 6.0, FOOTPRINT_STEP)[polygon_of_point[edge]]
-    step = np.minimum(step, np.maximum(height[building[edge]], WALL_STEP))
-    step[~on_footprint[edge]] = WALL_STEP
+    # An edge further above a neighbouring foot than a storey, or of a wall without a footprint than
+    # a step, does not stand on the ground; the lowest footprint of a building may stand on an
+    # embankment, 6 m above.
+    step = np.where(may_stand_high, 6.0, GEOMETRY.storey)[polygon_of_point[edge]]
+    step = np.minimum(step, np.maximum(height[building[edge]], GEOMETRY.step))
+    step[~on_footprint[edge]] = GEOMETRY.step
     # Ground between two feet rises by 0.5 m per metre at most; a thin object is no sign of ground
     # steeper than 0.1.
     slope = np.where(thin[building[edge]], 0.1, 0.5)
@@ -143,7 +139,7 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
 def _hang_between_walls(shapes, low, building, lines, top):
     """Floors that hang between walls of other buildings with nothing below: (f,) bool.
 
-    Walls carry a floor where they run along its outline, from more than FOOTPRINT_STEP below it to
+    Walls carry a floor where they run along its outline, from more than a storey below it to
     above it. It hangs between them where most of it lies between the places where they do: a
     bridge, not a house at the edge of a terrace.
 
@@ -161,15 +157,15 @@ def _hang_between_walls(shapes, low, building, lines, top):
     hangs, (feet, height, owner) = np.zeros(len(shapes), bool), lines
     if not len(shapes) or not len(feet):
         return hangs
-    around = shapely.bounds(shapes) + INSIDE * np.array([-1, -1, 1, 1])
+    around = shapely.bounds(shapes) + GEOMETRY.cladding * np.array([-1, -1, 1, 1])
     floor, foot = shapely.STRtree(feet).query(shapely.box(*around.T))
     # Walls of other buildings that carry a floor: from well below it to above it.
-    carries = (owner[foot] != building[floor]) & (height[foot] < low[floor] - FOOTPRINT_STEP)
+    carries = (owner[foot] != building[floor]) & (height[foot] < low[floor] - GEOMETRY.storey)
     carries &= top[owner[foot]] > low[floor]
     for row in np.unique(floor[carries]):
         # What runs along the outline, and what lies between: the part of the floor in the hull of
         # these walls.
-        outline = shapely.buffer(shapely.boundary(shapes[row]), INSIDE)
+        outline = shapely.buffer(shapely.boundary(shapes[row]), GEOMETRY.cladding)
         along = shapely.intersection(
             shapely.union_all(feet[foot[carries & (floor == row)]]), outline
         )
@@ -187,9 +183,9 @@ def _above_another(shapes, low, footprints, middles, own):
     # step.
     edge, shape = find_in_boxes(plant_tree(middles), shapely.bounds(shapes))
     other = footprints[shape]
-    higher = (other != own[edge]) & (middles[edge, 2] > low[other] + WALL_STEP)
+    higher = (other != own[edge]) & (middles[edge, 2] > low[other] + GEOMETRY.step)
     edge, (shape, each) = edge[higher], np.unique(shape[higher], return_inverse=True)
-    smaller = shapely.buffer(shapes[shape], -INSIDE)
+    smaller = shapely.buffer(shapes[shape], -GEOMETRY.cladding)
     shapely.prepare(smaller)
     above[edge[shapely.intersects_xy(smaller[each], *middles[edge, :2].T)]] = True
     return above
@@ -258,5 +254,5 @@ def _find_floating(building, middles, objects, ground_height):
         known &= thin
     # A building floats if it stands nowhere lower than a storey of 2.5 m, or its own height, above
     # the ground; lower than 0.5 m nothing floats.
-    floats = known & (least > np.maximum(np.minimum(height, 2.5), 0.5))
+    floats = known & (least > np.maximum(np.minimum(height, GEOMETRY.storey), GEOMETRY.step))
     return floats[building]

@@ -10,6 +10,7 @@ upward face is close below; if a ray hits a back, the triangle is inside somethi
 import numpy as np
 
 from ..rays.ray_scene import RayScene
+from ..settings.tolerances import GEOMETRY
 from .city import number_names
 from .join_sheets import UP, join_sheets, look
 from .number_sheets import find_yards, number_sheets
@@ -106,12 +107,12 @@ def _carries_most(vertices, sheet, corners, *, steep=False):
     # Faces that show to the side or upwards; 2 * area is of no matter where shares are compared.
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(normal, axis=1)
-    shown = (area > 0) & (normal[:, 2] > -np.sin(np.radians(1)) * area)
+    shown = (area > 0) & (normal[:, 2] > -GEOMETRY.upright * area)
     if steep:
         shown &= normal[:, 2] < 0.5 * area
     corners, normal, area = corners[shown], normal[shown], area[shown]
-    # The place to ask what lies below stands 0.5 m before the face.
-    places = corners.mean(axis=1) + 0.5 * normal / area[:, None]
+    # The place to ask what lies below stands a step before the face.
+    places = corners.mean(axis=1) + GEOMETRY.step * normal / area[:, None]
     above = height_below(vertices, sheet, places, places[:, 2]) > -np.inf
     return 2 * area[above].sum() > area.sum()
 
@@ -139,10 +140,6 @@ def height_below(vertices, triangles, points, start):
     )
 
 
-CONTACT = 0.01  # [m] least value of that gap, however thin the building is
-ROUNDING = 8 * np.finfo(np.float32).eps  # of coordinates, relative
-
-
 def find_hanging(scene, floating):
     """Footprints that receive light from below.
 
@@ -168,7 +165,7 @@ def find_hanging(scene, floating):
     corners = np.asarray(scene.vertices, float)[scene.triangles[rows]]
     upward = upward_areas(scene.vertices, scene.triangles)
     carriers, whole = scene.triangles[upward > 0], RayScene(scene.vertices, scene.triangles)
-    slack = ROUNDING * np.abs(corners).max(axis=(1, 2))
+    slack = _rounding_of(corners)
     own, building = scene.triangle_surface >= 0, number_names(scene.surfaces.building_id)
     top = np.full(building.max(initial=-1) + 1, -np.inf)  # of each building
     height = np.asarray(scene.vertices, float)[:, 2]
@@ -178,8 +175,8 @@ def find_hanging(scene, floating):
     # above  height of the building over the footprint [m]: it may hang by no more and count as
     # resting.
     above = top[building[scene.triangle_surface[rows]]] - corners[..., 2].min(axis=1)
-    # A resting face is drawn up to 0.5 m above what carries it.
-    near = np.clip(above, CONTACT, 0.5)
+    # A resting face is drawn up to a step above what carries it.
+    near = np.clip(above, GEOMETRY.accuracy, GEOMETRY.step)
     down = np.tile(np.float32([0, 0, -1]), (len(rows), 1))
     votes = np.zeros(len(rows), int)
     for turn in range(3):
@@ -190,19 +187,23 @@ def find_hanging(scene, floating):
         clear = (
             place[:, 2] - height_below(scene.vertices, carriers, place, place[:, 2] + slack) > near
         )
-        place[:, 2] -= np.maximum(slack, CONTACT / 10)
+        place[:, 2] -= np.maximum(slack, GEOMETRY.corner)
         met = whole.trace_closest(place.astype(np.float32), down)
         votes += clear & ~((met >= 0) & (scene.footprint[met] | (upward[met] < 0)))
     hanging[rows[votes >= 2]] = True
     return hanging
 
 
+def _rounding_of(corners):
+    """How far float32 may move the corners of triangles, (t, 3, 3) [m]: (t,) [m]."""
+    return GEOMETRY.spacings * np.finfo(np.float32).eps * np.abs(corners).max(axis=(1, 2))
+
+
 def upward_areas(vertices, triangles):
     """Twice the plan area of triangles, (t,), negative for those that face down; 0 for walls."""
-    # Faces less than 1° from upright count as walls.
     normal = normals_of(np.asarray(vertices, float), triangles)
-    upright = np.sin(np.radians(1)) * np.linalg.norm(normal, axis=1)
-    return np.where(np.abs(normal[:, 2]) > upright, normal[:, 2], 0.0)
+    steepest = GEOMETRY.upright * np.linalg.norm(normal, axis=1)
+    return np.where(np.abs(normal[:, 2]) > steepest, normal[:, 2], 0.0)
 
 
 def find_resting_floors(scene, ground=None):
@@ -238,13 +239,13 @@ def find_resting_floors(scene, ground=None):
     if ground.any():
         highest = np.full(len(middle), scene.vertices[:, 2].max() + 1)
         height = height_below(scene.vertices, scene.triangles[ground], middle, highest)
-        buried[downward] |= middle[:, 2] <= height + CONTACT
+        buried[downward] |= middle[:, 2] <= height + GEOMETRY.accuracy
     # Start above the middle, which rounding may have put below the face that it rests on.
-    slack = ROUNDING * np.abs(corners).max(axis=(1, 2))
+    slack = _rounding_of(corners)
     # Resting on anything else that faces up: no gap below the middle.
     carries = upward > 0
     if scene.back_of is not None:
         carries &= scene.back_of < 0  # nothing rests on its own back
     height = height_below(scene.vertices, scene.triangles[carries], middle, middle[:, 2] + slack)
-    buried[downward] |= middle[:, 2] <= height + CONTACT
+    buried[downward] |= middle[:, 2] <= height + GEOMETRY.accuracy
     return buried

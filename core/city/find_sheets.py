@@ -17,6 +17,7 @@ from ..rays.faces import BACK, SKY, Faces, faces_of_triangles
 from ..rays.ray_scene import HitPlaces, RayScene
 from ..rays.sample_points import additive_recurrence, barycentric_of_square
 from ..settings.progress import report_part, silent
+from ..settings.tolerances import GEOMETRY
 from .find_ground import find_ground
 
 FEW, MANY = 8, 64  # rays per triangle: to exclude clear cases, and to judge the others
@@ -90,14 +91,14 @@ def judge_shapes(shapes, rows, sheet, report_share, *, enclosed=0.4):
         return np.divide(total, whole, out=np.zeros(count), where=whole > 0)[surface]
 
     # A sheet is a face without thickness that encloses nothing: from both of its sides rays reach
-    # the sky. Faces narrower than 1 cm are rounding of the data.
-    rows = rows[mean(rows, shapes.width[rows]) >= 0.01]
+    # the sky. Faces narrower than the accuracy are rounding of the data.
+    rows = rows[mean(rows, shapes.width[rows]) >= GEOMETRY.accuracy]
     tell = partial(report_part, report_share, 0, AFTER_FEW)
     backs, _ = _count_ends(shapes, rows, -1, FEW, hops=0, report_share=tell)
     # Where three quarters of the rays hit backs, the face is clearly inside.
     rows = rows[mean(rows, backs / FEW) < 0.75]
-    # A face up to 0.3 m in front of another is its cladding, and belongs to it.
-    rows = rows[mean(rows, _look_straight(shapes, rows, -1, 0.3)) < 0.5]
+    # What stands close in front of another face is its cladding, and belongs to it.
+    rows = rows[mean(rows, _look_straight(shapes, rows, -1, GEOMETRY.cladding)) < 0.5]
     begin = AFTER_FEW
     # Few rays exclude clear cases, more judge the rest; an open face has a tenth of its rays escape
     # to the sky.

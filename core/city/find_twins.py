@@ -8,16 +8,15 @@ counts, else the one in front.
 import numpy as np
 import shapely
 
+from ..settings.tolerances import GEOMETRY
 from .plan_geometry import list_runs
 from .polygons import plane_axes, polygon_bounds
 
-ACCURACY = 0.01  # [m] coordinates come in millimetres or centimetres
-COMMON = 0.05  # [m] least overlap of two bounding boxes along two axes: less is an edge
 # surfaces whose neighbours are looked at together, so that they need little memory
 AT_ONCE = 1 << 14
 
 
-def find_twins(shape, area, normal, wanted, *, one_place=1e-4, twin_share=0.5):
+def find_twins(shape, area, normal, wanted, *, twin_share=0.5):
     """Surfaces that lie by more than half on others that face the same way.
 
     Parameters
@@ -51,10 +50,10 @@ def find_twins(shape, area, normal, wanted, *, one_place=1e-4, twin_share=0.5):
         np.lexsort((rank[pairs[pairs_in_common, 1]], rank[pairs[pairs_in_common, 0]]))
     ]:
         large, small = pairs[pair]
-        # `one_place`: [m] closer than this, neither of two surfaces is in front of the other.
-        if ahead[pair] < -one_place:
+        # Closer than by computing alone, neither of two surfaces is in front of the other.
+        if ahead[pair] < -GEOMETRY.computed:
             hidden[0, large] += common[pair]
-        elif ahead[pair] > one_place:
+        elif ahead[pair] > GEOMETRY.computed:
             hidden[0, small] += common[pair]
         # `twin_share`: of its area that lies on others, the same share as for covered surfaces.
         elif hidden[:, large].sum() <= twin_share * area[large]:
@@ -68,7 +67,7 @@ def _find_parallel_pairs(shape, normal, wanted):
     """
     points, ring_start, polygon_start = shape
     low, high = polygon_bounds(points, ring_start, polygon_start)
-    low, high = low - ACCURACY, high + ACCURACY
+    low, high = low - GEOMETRY.accuracy, high + GEOMETRY.accuracy
     boxes = shapely.box(*low[:, :2].T, *high[:, :2].T)
     tree, corner, found = (
         shapely.STRtree(boxes),
@@ -80,8 +79,7 @@ def _find_parallel_pairs(shape, normal, wanted):
         one = one + first
         kept = (one < other) & (wanted[one] | wanted[other])
         one, other = one[kept], other[kept]
-        # Two surfaces face the same way where the cosine between their normals is above 0.9.
-        kept = (normal[one] * normal[other]).sum(axis=1) > 0.9
+        kept = (normal[one] * normal[other]).sum(axis=1) > GEOMETRY.facing
         one, other = one[kept], other[kept]
         common = np.sort(
             np.minimum(high[one], high[other]) - np.maximum(low[one], low[other]), axis=1
@@ -91,7 +89,8 @@ def _find_parallel_pairs(shape, normal, wanted):
         reach = sum(np.linalg.norm(high[rows] - low[rows], axis=1) for rows in (one, other))
         turn = np.linalg.norm(np.cross(normal[one], normal[other]), axis=1)
         apart = np.abs(np.einsum("ij,ij->i", corner[other] - corner[one], normal[one]))
-        near = (common[:, 0] >= 0) & (common[:, 1] > COMMON) & (apart <= ACCURACY + turn * reach)
+        near = (common[:, 0] >= 0) & (common[:, 1] > GEOMETRY.edge)
+        near &= apart <= GEOMETRY.accuracy + turn * reach
         found.append(np.column_stack([one, other])[near])
     pairs = np.concatenate(found)
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
@@ -118,7 +117,7 @@ def _measure_overlaps(shape, normal, pairs):
     mean = np.bincount(pair, ahead, len(pairs)) / np.maximum(
         np.bincount(pair, minlength=len(pairs)), 1
     )
-    return np.where(furthest <= ACCURACY, size, 0.0), mean
+    return np.where(furthest <= GEOMETRY.accuracy, size, 0.0), mean
 
 
 def draw_outlines(shape, chosen, origin, axes):

@@ -9,6 +9,7 @@ import shapely
 from shapely.geometry.polygon import orient
 
 from ..settings.errors import InputError
+from ..settings.tolerances import GEOMETRY
 from .check_geometry import check_city
 from .city import starts_of
 from .polygons import measure_polygons, plane_axes
@@ -86,7 +87,7 @@ def _cut(rings, axes, grid_size):
         shapely.intersection(shape, shapely.box(x, y, x + grid_size, y + grid_size))
     )
     # Pieces below a square millimetre are rounding errors, and dropped.
-    parts = parts[(shapely.get_type_id(parts) == 3) & (shapely.area(parts) > 1e-6)]
+    parts = parts[(shapely.get_type_id(parts) == 3) & (shapely.area(parts) > GEOMETRY.area)]
     pieces = []
     for part in map(orient, parts):
         rings = [np.asarray(ring.coords)[:-1, :2] for ring in (part.exterior, *part.interiors)]

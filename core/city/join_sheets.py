@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..rays.ray_scene import RayScene
+from ..settings.tolerances import GEOMETRY
 from .polygons import edges_of, normals_of, number_connected
 
-CURB = 0.5  # [m] largest step from one sheet to the next, and least height of a deck
 ALONG = (1 / 6, 1 / 2, 5 / 6)  # of an edge of the rim, where it is looked at
 UP = np.array([0.0, 0.0, 1.0])
 SLIGHT = np.finfo(float).tiny
@@ -40,7 +40,7 @@ class _Seen(NamedTuple):
     front: np.ndarray  # (m,) bool, the front of a face
 
 
-def join_sheets(vertices, triangles, sheet, among, *, seam=0.1, share=0.5):
+def join_sheets(vertices, triangles, sheet, among, *, share=0.5):
     """Number sheets that together may be ground.
 
     Parameters
@@ -61,18 +61,19 @@ def join_sheets(vertices, triangles, sheet, among, *, seam=0.1, share=0.5):
     count, rim = sheet.max() + 1, _look_at_rims(vertices, triangles, sheet)
     area = np.linalg.norm(normals_of(vertices, triangles), axis=1)
     # Above something: below most of its area lies a front.
-    seen = look(vertices, among, vertices[triangles].mean(axis=1) - CURB * UP, -UP)
+    seen = look(vertices, among, vertices[triangles].mean(axis=1) - GEOMETRY.step * UP, -UP)
     above = _share_of(sheet, area, seen.front, count)
     # Walled: just below most of its rim stands a wall that faces outwards, as under a roof.
-    # `seam`: [m] largest gap in plan between sheets that meet.
-    seen = look(vertices, among, rim.place + seam * rim.outward - CURB * UP, -rim.outward)
+    # Sheets that meet have gaps in plan up to a seam.
+    seam = GEOMETRY.uneven
+    seen = look(vertices, among, rim.place + seam * rim.outward - GEOMETRY.step * UP, -rim.outward)
     walled = _share_of(rim.sheet, rim.length, seen.front & (seen.distance < 2 * seam), count)
     # Most of a rim or an area is half of it.
     lowest = (above <= share) & (walled <= share)
     triangles, sheet = triangles[lowest[sheet]], sheet[lowest[sheet]]
     # What is neither is joined with what lies as high just beyond its rim, but for a curb.
-    seen = look(vertices, triangles, rim.place + seam * rim.outward + CURB * UP, -UP)
-    meets = lowest[rim.sheet] & seen.front & (seen.distance <= 2 * CURB)
+    seen = look(vertices, triangles, rim.place + seam * rim.outward + GEOMETRY.step * UP, -UP)
+    meets = lowest[rim.sheet] & seen.front & (seen.distance <= 2 * GEOMETRY.step)
     return np.where(lowest, number_connected(rim.sheet[meets], sheet[seen.hit[meets]], count), -1)
 
 

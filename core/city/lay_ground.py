@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from ..settings.errors import list_some
+from ..settings.tolerances import GEOMETRY
 from .build_ground import build_ground, faces_up, feet_or_corners
 from .build_terrain import build_terrain
 from .check_geometry import check_terrain
@@ -116,10 +117,10 @@ def _height_of_own_ground(scene, ground, places, thin):
     # for whatever carries them.
     upward = upward_areas(scene.vertices, scene.triangles) > 0
     height, highest = np.full(len(places), -np.inf), scene.vertices[:, 2].max() + 1
-    # A thing that rests on a face may be drawn up to 1 mm below it.
+    # A thing that rests on a face may be drawn a corner's inaccuracy below it.
     for chosen, faces, start in (
         (~thin, ground & upward, highest),
-        (thin, upward, places[:, 2] + 0.001),
+        (thin, upward, places[:, 2] + GEOMETRY.corner),
     ):
         if chosen.any() and faces.any():
             from_above = np.broadcast_to(start, len(places))[chosen]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..settings.tolerances import GEOMETRY
 from .polygons import measure_polygons, next_in_ring, number_connected, polygon_bounds
 
 SURE_SHARE = 2 / 3  # of the area of a sheet that must agree for the rest to be turned
@@ -130,8 +131,9 @@ def _edges(points, ring_start, polygon_start, building):
     # Edges of all rings, grouped where two or more join the same two places in one building.
     ring_polygon = np.repeat(np.arange(len(polygon_start) - 1), np.diff(polygon_start))
     polygon = np.repeat(ring_polygon, np.diff(ring_start))
-    # Corners of one building closer than a millimetre are one place.
-    cells = np.round((points - points.min(axis=0, initial=np.inf)) / 1e-3).astype(np.int64)
+    cells = np.round((points - points.min(axis=0, initial=np.inf)) / GEOMETRY.corner).astype(
+        np.int64
+    )
     keys = np.column_stack([building[polygon], cells])
     place = np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1)
     start, end = np.arange(len(points)), next_in_ring(ring_start)

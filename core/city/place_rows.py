@@ -17,8 +17,8 @@ import numpy as np
 import shapely
 
 from ..settings.errors import InputError
+from ..settings.tolerances import GEOMETRY
 
-RISE = 0.1  # [m] above the roof: less is inaccuracy of the data
 THICKNESS = 0.03  # [m] of a module with its frame
 GAP = 0.02  # [m] least distance between modules
 
@@ -224,7 +224,7 @@ def free_area(rings, frame, rim, obstacles):
 def _outline_risen(obstacles, frame, low, high):
     """Outlines of what rises above a roof's plane, in its frame.
 
-    Each triangle is cut off at `RISE` above the plane; the rest is seen straight from above.
+    Each triangle is cut off above what is `uneven`; the rest is seen straight from above.
 
     Parameters
     ----------
@@ -241,16 +241,18 @@ def _outline_risen(obstacles, frame, low, high):
     """
     corners, tree = obstacles
     corners = corners[tree.query(shapely.box(*low, *high))]  # (n, 3, 3)
-    normal = frame.axes[2]
+    normal, least_rise = frame.axes[2], GEOMETRY.uneven
     height = (corners - frame.origin) @ normal / normal[2]  # (n, 3) [m] straight above the plane
-    rises = height.max(axis=1, initial=-np.inf) > RISE
+    rises = height.max(axis=1, initial=-np.inf) > least_rise
     corners, height = corners[rises], height[rises]
     following = np.roll(corners, -1, axis=1), np.roll(height, -1, axis=1)
     # Corners above the cut, and where edges pass through it; other places repeat one that is above.
     highest = np.take_along_axis(corners, height.argmax(axis=1)[:, None, None], axis=1)
-    above = np.where(height[..., None] > RISE, corners, highest)
-    passes = (height > RISE) != (following[1] > RISE)
-    share = np.divide(RISE - height, following[1] - height, out=np.zeros_like(height), where=passes)
+    above = np.where(height[..., None] > least_rise, corners, highest)
+    passes = (height > least_rise) != (following[1] > least_rise)
+    share = np.divide(
+        least_rise - height, following[1] - height, out=np.zeros_like(height), where=passes
+    )
     cuts = np.where(
         passes[..., None], corners + share[..., None] * (following[0] - corners), highest
     )

@@ -3,7 +3,7 @@
 import numpy as np
 import shapely
 
-COINCIDENT = 0.01  # [m] points in one cell of that size are at one place
+from ..settings.tolerances import GEOMETRY
 
 
 def pair_keys(pairs):
@@ -22,7 +22,7 @@ def merge_places(points):
     border of two cells runs through it.
     """
     places = np.round(points[:, :2], 6)  # to micrometres
-    key = pair_keys(np.round(places / COINCIDENT).astype(np.int64))
+    key = pair_keys(np.round(places / GEOMETRY.accuracy).astype(np.int64))
     order = np.lexsort((points[:, 2], key))
     _, first, number = np.unique(key[order], return_index=True, return_inverse=True)
     place = np.empty(len(key), np.int64)

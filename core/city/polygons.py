@@ -14,11 +14,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from ..settings.tolerances import GEOMETRY
 from .check_geometry import check_rings
 from .city import starts_of
-
-THIN = 1e-9  # relative to the longest edge squared: triangles of less area are degenerate
-MERGED = 1e5  # corners at one place in units of 1 / MERGED [m] are one vertex
 
 
 def clean_rings(rings, polygon_start):
@@ -181,7 +179,7 @@ def triangulate(points, ring_start, polygon_start):
         )
         # A triangulated area that is off by more than a millionth of the polygon's lost a hole: then
         # holes are subtracted first.
-        if lost > 1e-6 * area[polygon]:
+        if lost > GEOMETRY.tie * area[polygon]:
             clipped = _clip_touching_holes(plane, rings, area[polygon], clipped)
         triangles.append(clipped)
         owners.append(np.full(len(clipped), polygon))
@@ -190,7 +188,7 @@ def triangulate(points, ring_start, polygon_start):
     signed = _signed_area(plane, triangles)
     # counter-clockwise seen from the front
     triangles = np.where(signed[:, None] < 0, triangles[:, ::-1], triangles)
-    sound = np.flatnonzero(np.abs(signed) > THIN * _longest_square(plane, triangles))
+    sound = np.flatnonzero(np.abs(signed) > GEOMETRY.sliver * _longest_square(plane, triangles))
     order = sound[np.argsort(owners[sound], kind="stable")]
     return triangles[order], owners[order]
 
@@ -240,7 +238,7 @@ def merge_vertices(points, triangles):
     """
     points, triangles = drop_unused(points, triangles)
     _, first, place = np.unique(
-        np.round(points * MERGED), axis=0, return_index=True, return_inverse=True
+        np.round(points / GEOMETRY.vertex), axis=0, return_index=True, return_inverse=True
     )
     return points[first], place.reshape(-1)[triangles]
 
@@ -271,10 +269,12 @@ def _cut_quads(plane, first):
     smallest = _signed_area(plane, halves).min(axis=2)  # (q, 2) of each diagonal
     gain = smallest[:, 1] - smallest[:, 0]
     # Areas that differ by less than a millionth count as equal, so that rounding does not choose.
-    better = (gain > 1e-6 * np.abs(smallest).max(axis=1)).astype(np.int64)
+    better = (gain > GEOMETRY.tie * np.abs(smallest).max(axis=1)).astype(np.int64)
     rows = np.arange(len(first))
     chosen = halves[rows, better]
-    return chosen, smallest[rows, better] > THIN * _longest_square(plane, chosen).max(axis=1)
+    return chosen, smallest[rows, better] > GEOMETRY.sliver * _longest_square(plane, chosen).max(
+        axis=1
+    )
 
 
 def _clip_touching_holes(plane, rings, area, otherwise):
@@ -300,7 +300,7 @@ def _clip_touching_holes(plane, rings, area, otherwise):
     pieces = [
         piece
         for piece in shapely.get_parts(left)
-        if piece.geom_type == "Polygon" and piece.area > THIN * area
+        if piece.geom_type == "Polygon" and piece.area > GEOMETRY.sliver * area
     ]
     corners = cKDTree(plane[rings[0] : rings[-1]])
     triangles = [np.empty((0, 3), np.int64)]
@@ -309,8 +309,7 @@ def _clip_touching_holes(plane, rings, area, otherwise):
         coordinates = np.concatenate(outline)
         # Corners of the pieces are corners of the polygon, by place.
         distance, index = corners.query(coordinates)
-        # Vertices closer than 0.1 mm are the same.
-        if distance.max() > 1e-4:
+        if distance.max() > GEOMETRY.computed:
             return otherwise
         ends = np.cumsum([len(ring) for ring in outline]).astype(np.uint32)
         clipped = mapbox_earcut.triangulate_float64(coordinates, ends).reshape(-1, 3)

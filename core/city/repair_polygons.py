@@ -6,12 +6,11 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
+from ..settings.tolerances import GEOMETRY
 from .city import number_names, starts_of
 from .polygons import measure_polygons, measure_rings, plane_axes, polygon_bounds
 from .tangled_rings import FEWEST_CORNERS, MOST_CROSSINGS, is_tangled
 from .unite_holes import unite_holes
-
-SMALLEST_AREA = 1e-6  # [m²] a square millimetre; smaller polygons have no reliable normal
 
 
 def repair_polygons(city, sources, report):
@@ -61,7 +60,7 @@ def _drop_holes(city, report):
         np.diff(city.ring_start),
         np.linalg.norm(measure_rings(city.points, city.ring_start), axis=1),
     )
-    drop = (count < 3) | ~(area > SMALLEST_AREA)
+    drop = (count < 3) | ~(area > GEOMETRY.area)
     drop[city.polygon_start[:-1]] = False
     polygon = np.repeat(np.arange(len(city)), np.diff(city.polygon_start))
     kept = np.bincount(polygon[~drop], minlength=len(city))
@@ -112,8 +111,8 @@ def _find_usable(city, report):
     area, _ = measure_polygons(*city.shape)
     # Why a polygon has no area: too few points, a line, or holes larger than itself.
     few = np.diff(city.ring_start)[city.polygon_start[:-1]] < 3
-    flat = ~few & ~(area > SMALLEST_AREA)
-    eaten = flat & (area < -SMALLEST_AREA)
+    flat = ~few & ~(area > GEOMETRY.area)
+    eaten = flat & (area < -GEOMETRY.area)
     beside = "holes larger than their outline, beside it"
     for reason, mask in (
         ("fewer than three points", few),
@@ -141,14 +140,14 @@ def _find_first_geometry(city, sources, report):
     return keep
 
 
-def _find_singles(city, report, *, same_place=1e-4):
+def _find_singles(city, report):
     """All but polygons that their building has already, with the same corners and facing the same
     side: (n,) bool.
     """
     area, normal = measure_polygons(*city.shape)
     # Rough marks first: building, number of corners, middle, area and side; only polygons that
     # share them are compared corner by corner.
-    # `same_place`: [m] corners closer than this are the same.
+    same_place = GEOMETRY.computed
     middles = np.round(0.5 * sum(polygon_bounds(*city.shape)) / same_place)
     size = np.diff(city.ring_start[city.polygon_start])
     sides = np.round(area / same_place), np.round(normal / 0.01)

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from .plan_geometry import COINCIDENT, find_in_boxes, merge_places, pair_keys, plant_tree
+from ..settings.tolerances import GEOMETRY
+from .plan_geometry import find_in_boxes, merge_places, pair_keys, plant_tree
 
 NEAR = 10.0  # [m] within which feet are compared with whole edges, further away with their ends
 # to limit memory: edges may have some thousand feet nearby
@@ -40,7 +41,7 @@ def find_standing(start, end, step, slope):
     ends, step, slope = ends[some], step[some], slope[some]
     for point, _, foot, distance in _pass_edges(ends, start, end, NEAR):
         rise = ends[point, 2] - foot[:, 2]
-        hangs[some[point[rise > step[point] + slope[point] * distance + COINCIDENT]]] = True
+        hangs[some[point[rise > step[point] + slope[point] * distance + GEOMETRY.accuracy]]] = True
     return ~hangs.reshape(2, -1).any(axis=0)
 
 

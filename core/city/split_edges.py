@@ -11,13 +11,11 @@ C. L. Lawson (1977), Software for C1 surface interpolation, doi:10.1016/B978-0-1
 import numpy as np
 
 from ..settings.errors import InputError, check_array, check_triangles
+from ..settings.tolerances import GEOMETRY
 from .check_geometry import check_patch_size
 from .plan_geometry import pair_keys
 
 ELONGATED = 4.0  # longest edge over height, from which a triangle is first cut crosswise
-# relative; lengths or sums of cotangents closer than this count as equal, so that rounding chooses
-# nothing
-TIE = 1e-6
 
 
 def refine_triangles(vertices, triangles, patch_size, surface=None):
@@ -90,7 +88,7 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
     # Each pass cuts every edge that is too long, until none is.
     while True:
         length, height = measures = _measure_triangles(vertices, triangles)
-        long = length > (1 + TIE) * patch_size[parent, None]
+        long = length > (1 + GEOMETRY.tie) * patch_size[parent, None]
         # Surfaces with slivers get their diagonals flipped first, once; the pass begins anew.
         elongated = long.any(axis=1) & (length.max(axis=1, initial=0) > ELONGATED * height)
         new = np.unique(surface[parent[elongated]])
@@ -161,7 +159,7 @@ def _count_parts(measures, patch_size):
     # Strips narrower than 0.85 patch sizes are cut so that the diagonals of their pieces fit as
     # well.
     piece = np.sqrt(patch_size**2 - np.where(height < 0.85 * patch_size, height, 0) ** 2)
-    parts = np.maximum(np.ceil(length / piece[:, None] - TIE), 2)
+    parts = np.maximum(np.ceil(length / piece[:, None] - GEOMETRY.tie), 2)
     return np.where(elongated[:, None], parts, 2).astype(np.int64)
 
 
@@ -198,7 +196,7 @@ def split(vertices, triangles, parent, middle):
     first, second = (
         np.linalg.norm(vertices[one] - vertices[other], axis=1) for one, other in ((a, p), (b, q))
     )
-    along = first <= (1 + TIE) * second
+    along = first <= (1 + GEOMETRY.tie) * second
     templates = {
         0: [(a, b, c)],
         1: [(a, m, c), (m, b, c)],
@@ -244,7 +242,7 @@ def _flip_edges(vertices, triangles, surface, wanted=True):
         for apex in apexes:
             sine = np.linalg.norm(np.cross(a - apex, b - apex), axis=1)
             worth += ((a - apex) * (b - apex)).sum(axis=1) / np.maximum(sine, np.finfo(float).tiny)
-        bad = worth < -TIE
+        bad = worth < -GEOMETRY.tie
         if not bad.any():
             break
         rows, corners, worth = rows[bad], corners[bad], worth[bad]
@@ -297,6 +295,6 @@ def _find_inner_edges(vertices, triangles, surface):
     normal, back = np.cross(b - a, p - a), np.cross(a - b, q - b)
     size = np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)
     bend = np.abs(np.einsum("ij,ij->i", q - a, normal)) / size
-    # A neighbour whose corner lies up to 0.1 mm off a triangle's plane lies in it.
-    flat = (bend <= 1e-4) & (np.einsum("ij,ij->i", normal, back) > 0)
+    # A neighbour whose corner lies off a triangle's plane by computing alone lies in it.
+    flat = (bend <= GEOMETRY.computed) & (np.einsum("ij,ij->i", normal, back) > 0)
     return np.column_stack([owner[one], owner[other]])[flat], corners[flat]

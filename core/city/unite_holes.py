@@ -9,6 +9,7 @@ import shapely
 from scipy.spatial import cKDTree
 from shapely.geometry.polygon import orient
 
+from ..settings.tolerances import GEOMETRY
 from .city import free_name, starts_of
 from .polygons import measure_polygons, measure_rings, plane_axes
 
@@ -64,7 +65,7 @@ def unite_holes(city, report):
     ), rows
 
 
-def _find_doubtful(city, *, tolerance=1e-3):
+def _find_doubtful(city, *, doubtful_share=1e-3):
     """Polygons where more than a share of the area depends on how holes meet each other and the
     outline: list.
     """
@@ -81,7 +82,7 @@ def _find_doubtful(city, *, tolerance=1e-3):
         united = (
             shapely.area(shapely.union_all(inner)) if len(inner) > 1 else shapely.area(inner).sum()
         )
-        slack = tolerance * outline[polygon]
+        slack = doubtful_share * outline[polygon]
         if shapely.area(inner).sum() - min(within, united) > slack:
             doubtful.append(int(polygon))
     return doubtful
@@ -108,19 +109,18 @@ def _project(city, polygon):
         # Back in space, corners return to where they were; new points lie on the plane.
         distance, nearest = tree.query(places)
         lifted = origin + places @ axes + height * normal[0]
-        # Corners closer than 0.1 mm are the same.
-        return np.where((distance <= 1e-4)[:, None], corners[nearest], lifted)
+        return np.where((distance <= GEOMETRY.computed)[:, None], corners[nearest], lifted)
 
     return shapes[0], shapes[1:], lift
 
 
-def _cut_holes(city, polygon, *, smallest=1e-6):
-    """What the holes leave of one polygon, pieces of at least an area [m²]: list of lists of rings,
+def _cut_holes(city, polygon):
+    """What the holes leave of one polygon, but for the smallest pieces: list of lists of rings,
     (k, 3) float64.
     """
     outline, holes, lift = _project(city, polygon)
     left = shapely.get_parts(shapely.difference(outline, shapely.union_all(holes)))
-    left = [piece for piece in left if piece.geom_type == "Polygon" and piece.area > smallest]
+    left = [piece for piece in left if piece.geom_type == "Polygon" and piece.area > GEOMETRY.area]
     left = [orient(piece) for piece in sorted(left, key=lambda piece: -piece.area)]
     return [
         [lift(np.asarray(ring.coords)[:-1]) for ring in (piece.exterior, *piece.interiors)]

@@ -5,7 +5,7 @@ no room for modules.
            turned against its own
 │→│ house  within the clearance: a neighbour's wall, the back of a lift shaft, a canopy close above
            a roof. What is
-│ │        narrower than `find_covered.CONTACT` touches, all else is a gap: light falls into it and
+│ │        narrower than `Tolerances.accuracy` touches, all else is a gap: light falls into it and
            leaves it again, but
            does not count in the means of surfaces whose other parts may carry modules.
 """

@@ -14,6 +14,7 @@ from numba import njit
 
 from ..rays.random_numbers import GOLDEN
 from ..settings.threads import map_in_order
+from ..settings.tolerances import GEOMETRY
 
 MOST_PAIRS = 256  # per triangle; a pair that shares several cells counts in each
 SMALLEST = np.finfo(float).tiny
@@ -86,7 +87,13 @@ def find_coincident(corners, offset, threads=1, *, layer_growth=2.0, triangles_p
             for begin in range(0, last, triangles_per_task)
         ]
         pairs.extend(
-            map_in_order(partial(_pairs_in_grid, grid=grid, size=size, faces=faces), tasks, threads)
+            map_in_order(
+                partial(
+                    _pairs_in_grid, grid=grid, size=size, faces=faces, parallel=GEOMETRY.facing
+                ),
+                tasks,
+                threads,
+            )
         )
     return _list_pairs(np.concatenate(pairs), corners)
 
@@ -119,8 +126,10 @@ def _list_pairs(pairs, corners):
 
 
 @njit(nogil=True, cache=True)
-def _pairs_in_grid(chosen, grid, size, faces):
+def _pairs_in_grid(chosen, grid, size, faces, parallel):
     """Pairs of chosen triangles with triangles of a grid: (k, 2) int32, some of them several times.
+
+    The cosine between their normals is at least `parallel`, whichever way they face.
 
     A triangle is the first one in at most MOST_PAIRS of them: more in one place are an error of the
     model, and thousands would give millions of pairs.
@@ -140,9 +149,7 @@ def _pairs_in_grid(chosen, grid, size, faces):
                     # other triangle
                     break
                 along = normal[one, 0] * normals[entry, 0] + normal[one, 1] * normals[entry, 1]
-                # Faces that look at each other have opposite normals; 0.9 is loose, as normals of
-                # slivers are mostly rounding.
-                if abs(along + normal[one, 2] * normals[entry, 2]) < 0.9 or not _boxes_meet(
+                if abs(along + normal[one, 2] * normals[entry, 2]) < parallel or not _boxes_meet(
                     boxes, one, other
                 ):
                     continue

@@ -13,11 +13,10 @@ from ..rays.hemisphere_rays import CELL_DIVISIONS, points_of_patches
 from ..rays.random_numbers import mix, uniform_of
 from ..rays.ray_scene import HitPlaces
 from ..rays.surroundings import RAYS
+from ..settings.tolerances import GEOMETRY
 from . import cover_cells
 from .cover_cells import COVERED, FACING, OPEN, TOUCHING, UNKNOWN
 
-# [m]: faces that look at each other from closer than this touch, but for the rounding of a model
-CONTACT = 0.01
 STATE_OF_FATE = np.full(BACK + 1, UNKNOWN)
 STATE_OF_FATE[[FRONT, SKY, BACK]] = FACING, OPEN, COVERED
 # cells: all along the edges, half of the others
@@ -218,17 +217,17 @@ def _judge_cells(ray_scene, patches, places, shifts, keys):
     inside = surroundings.lies_inside(ends)
     # A place that touches another face is judged from behind that face.
     inside[touching] = surroundings.lie_inside(
-        ray_scene, patches, places.take(touching), keys[touching], CONTACT
+        ray_scene, patches, places.take(touching), keys[touching], GEOMETRY.accuracy
     )
     return inside
 
 
 def _find_touching(patches, own, hits):
     """Which rays from patches, (m,) int, meet a face that looks back at these from less than
-    CONTACT: (m,) bool.
+    the accuracy of the model: (m,) bool.
     """
     # On patches smaller than 1 m (the root of the area) they must be closer in proportion.
-    closest = (CONTACT * np.minimum(np.sqrt(patches.area[own]), 1)).astype(np.float32)
+    closest = (GEOMETRY.accuracy * np.minimum(np.sqrt(patches.area[own]), 1)).astype(np.float32)
     return surroundings.facing_distance(patches, own, hits) < closest
 
 

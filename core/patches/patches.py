@@ -14,6 +14,7 @@ from ..city.find_ground import find_ground, find_resting_floors
 from ..rays import random_numbers
 from ..rays.faces import Faces, faces_of_triangles
 from ..settings.errors import check_array, check_seed
+from ..settings.tolerances import GEOMETRY
 
 # of a surface, behind its building's: see `city.assemble_city`
 MADE_UP = re.compile(r"(_\d+|.*~\d+)([#/].*)?")
@@ -112,9 +113,11 @@ def number_triangles(scene):
     number[order] = np.arange(len(surface)) - np.searchsorted(surface[order], surface[order])
     rows = np.flatnonzero(np.append(_find_made_up(scene), True)[surface])
     corners = np.asarray(scene.vertices, float)[scene.triangles[rows]]
-    # Places are rounded to centimetres, and moved off the ties that middles of corners in
+    # Places are rounded to the accuracy, and moved off the ties that middles of corners in
     # millimetres have.
-    cells = np.round(scene.site.to_files(corners.mean(axis=1)) / 0.01 + 0.0123).astype(np.int64)
+    cells = np.round(scene.site.to_files(corners.mean(axis=1)) / GEOMETRY.accuracy + 0.0123).astype(
+        np.int64
+    )
     # Random numbers repeat after squares of 10 m × 2¹⁰.
     cells[:, :2] %= 1_024_000  # so a city moved by whole squares of the ground stays the same
     cells[surface[rows] < 0, 2] = 0  # ground has one height at a place

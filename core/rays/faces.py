@@ -9,6 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from ..settings.tolerances import GEOMETRY
+
 SKY, FAR_GROUND, FRONT, LEAVES, BACK, DARK = range(6)  # fate of a ray; the last three carry nothing
 
 
@@ -133,8 +135,10 @@ def _measure_offset(corners, edges, normal):
     largest = 2.0 ** np.ceil(np.log2(own.max(initial=1)))
     # The plane of a large neighbour errs by a spacing at a 16th of its longest edge.
     reach = np.maximum(np.abs(corners).max(axis=1), largest / 16)
-    # Rays start eight float32 spacings off their face; at two the first rays get lost.
-    return 8 * np.finfo(np.float32).eps * ((np.abs(normal) * reach).sum(axis=1) + own)
+    # Rays start some float32 spacings off their face.
+    return (
+        GEOMETRY.spacings * np.finfo(np.float32).eps * ((np.abs(normal) * reach).sum(axis=1) + own)
+    )
 
 
 def _inset_triangles(corners, doubled_area, offset):

@@ -25,6 +25,7 @@ import numpy as np
 from numba import njit
 
 from ..settings.threads import map_in_order, usable_threads
+from ..settings.tolerances import GEOMETRY
 from .faces import BACK, FAR_GROUND, FRONT, SKY, leave_faces
 from .random_numbers import GOLDEN, mix, uniform_of
 from .ray_scene import HitPlaces
@@ -229,12 +230,12 @@ def facing_distance(faces, own, hits, side=1):
     distance = np.full(len(own), np.inf, np.float32)
     own_facing = faces.facing if side == 1 else -faces.facing
     shapes = faces.corner, faces.edges, own_facing, faces.facing
-    _measure_facing(shapes, own, tuple(hits), distance)
+    _measure_facing(shapes, own, tuple(hits), GEOMETRY.facing, distance)
     return distance
 
 
 @njit(nogil=True, cache=True)
-def _measure_facing(shapes, own, hits, distance):
+def _measure_facing(shapes, own, hits, facing_cosine, distance):
     """Write the last argument, (m,) float32 [m], for `facing_distance`.
 
     Parameters
@@ -245,6 +246,8 @@ def _measure_facing(shapes, own, hits, distance):
         The face that each ray starts from.
     hits : tuple of (m,) int, (m,) float32 and (m,) float32
         Of `HitPlaces`.
+    facing_cosine : float
+        Of `Tolerances`.
     """
     (corner, edges, own_facing, facing), (met, b1, b2) = shapes, hits
     for ray in range(len(own)):
@@ -258,5 +261,5 @@ def _measure_facing(shapes, own, hits, distance):
             along = b1[ray] * edges[other, 0, axis] + b2[ray] * edges[other, 1, axis]
             cosine += own_facing[one, axis] * facing[other, axis]
             away += own_facing[one, axis] * (corner[other, axis] + along - corner[one, axis])
-        if cosine < -0.9:
+        if cosine < -facing_cosine:
             distance[ray] = away

@@ -11,9 +11,9 @@ from ..city.polygons import measure_rings, number_connected
 from ..city.tangled_rings import is_tangled
 from ..settings.errors import InputError, list_some
 from ..settings.progress import silent
+from ..settings.tolerances import GEOMETRY
 from .parse_obj import parse_obj, read_libraries, turn_up
 
-TOUCH = 1e-2  # [units of the file] in plan view, a piece this close to a polygon lies on it
 MOST_NAMED = 5  # in a note
 # Names that objects or their materials have where a file holds more than buildings, with the
 # suffixes of 3dfier.
@@ -137,7 +137,7 @@ def _stacked(faces, vertices, piece):
     )
     middles = shapely.points(np.array([plan.mean(axis=0) for plan in plans]))
     tree = shapely.STRtree(shapely.make_valid(shapes))
-    face, on = tree.query(middles, "dwithin", distance=TOUCH)
+    face, on = tree.query(middles, "dwithin", distance=GEOMETRY.accuracy)
     other = piece[face] != piece[on]
     # each polygon counts once per other piece
     pairs = np.unique(np.column_stack([face, piece[on]])[other], axis=0)
@@ -170,7 +170,7 @@ def _without_ground(pairs, faces, vertices, piece):
         kept &= ~(
             up[ground]
             & ~up[other]
-            & (low[other, 2] >= low[ground, 2] - TOUCH)
+            & (low[other, 2] >= low[ground, 2] - GEOMETRY.accuracy)
             & (plan[ground] > 2 * plan[other])
         )
     return pairs[0][kept], pairs[1][kept]

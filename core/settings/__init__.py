@@ -55,5 +55,6 @@ DOORS = (
     "threads.map_in_order",
     "threads.usable_threads",
     "threads.work_in_slices",
+    "tolerances.GEOMETRY",
     "version.__version__",
 )

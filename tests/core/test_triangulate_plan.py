@@ -8,10 +8,11 @@ import shapely
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay, cKDTree
 
-from citypv.core.city.plan_geometry import COINCIDENT, merge_places
+from citypv.core.city.plan_geometry import merge_places
 from citypv.core.city.slope_filter import NEAR, find_standing
 from citypv.core.city.triangulate_feet import drop_on_triangles, triangulate_plan
 from citypv.core.settings.errors import InputError
+from citypv.core.settings.tolerances import GEOMETRY
 
 CORNERS = np.array([[0.0, 0], [1000, 0], [1000, 1000], [0, 1000]])
 ROUNDING = 1e-6  # [m] of a circumcircle's radius
@@ -124,7 +125,7 @@ def test_feet_on_a_hill_hang_as_each_compared_with_each_says(slope):
         ).sum(axis=1)
         foot = start[pairs[1]] + np.clip(share, 0, 1)[:, None] * along
         away = np.linalg.norm((ends[pairs[0]] - foot)[:, :2], axis=1)
-        rise = ends[pairs[0], 2] - foot[:, 2] > step[pairs[0]] + slope * away + COINCIDENT
+        rise = ends[pairs[0], 2] - foot[:, 2] > step[pairs[0]] + slope * away + GEOMETRY.accuracy
         hangs |= above_feet | ((away <= NEAR) & rise).reshape(30, 30).any(axis=1)
     assert 5 < hangs.sum() < 28
     np.testing.assert_array_equal(find_standing(start, end, step, slopes), ~hangs)
@@ -137,7 +138,7 @@ def test_corners_in_half_centimetres_are_each_one_place():
     """Copies of a grid whose lines all lie on borders, moved by rounding: as many places as the
     grid has.
     """
-    lines = (np.arange(30) + 0.5) * COINCIDENT * 7
+    lines = (np.arange(30) + 0.5) * GEOMETRY.accuracy * 7
     grid = np.stack(np.meshgrid(lines, lines), axis=-1).reshape(-1, 2)
     moved = np.concatenate(
         [(grid + shift) - shift for shift in (0.0, 100.1, 12345.6, -9876.5, 0.3)]
