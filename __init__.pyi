@@ -431,7 +431,7 @@ def simulate(
     preset : {'draft', 'standard', 'reference'}, default 'standard'
         a set of samples, suns and patches; other options take precedence
     target_error : float, optional
-        [%] trace rounds until the error of full load hours on 95 % of the eligible area is
+        [%] trace rounds until the error of full load hours on 95 % of the area with modules is
         below
     time_budget : float, optional
         [s] trace further rounds as long as the whole run stays within this time

@@ -270,7 +270,7 @@ class Seeing(bpy.types.PropertyGroup):
     target_error: FloatProperty(
         name="Target error",
         description=(
-            "Error of full load hours on 95 % of the eligible area at which to stop [%]; 0: none"
+            "Error of full load hours on 95 % of the area with modules at which to stop [%]; 0: none"
         ),
         default=2.0,
         min=0,

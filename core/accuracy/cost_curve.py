@@ -53,7 +53,7 @@ class _CostCurve:
         lines = [
             f"{self.patches:,} patches; the pilot took {describe_duration(self.pilot_seconds)}; "
             f"reading, checks and files add {describe_duration(self.fixed)} to tracing",
-            "Standard error of full load hours that half and 95 % of the eligible area do not exceed, "
+            "Standard error of full load hours that half and 95 % of the area with modules do not exceed, "
             "its largest part, "
             "and the light beyond the last reflection:",
             f"{'':24} {'seconds':>8} {'tracing':>8} {'half of':>8} {'95 % of':>8} {'largest part':14} "
@@ -74,7 +74,7 @@ class _CostCurve:
             )
         if not any(np.isfinite(one.error) for one in self.prices):
             lines.append(
-                "No surface is eligible for photovoltaics, so there are no errors of full load hours "
+                "No surface carries modules, so there are no errors of full load hours "
                 "to predict."
             )
         return lines

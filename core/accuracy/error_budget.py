@@ -168,7 +168,7 @@ def suggest_more(transfer, weather, energy, *, timed=True):
     # If samples lower the largest part, say for how long; else name the option that does.
     start = (
         f"Full load hours: standard error at most {errors.at_share():.2f} % on 95 % of the "
-        "eligible area; "
+        "area with modules; "
     )
     needed = rounds_needed(errors, errors.at_share() / 2)
     if np.isfinite(needed) and largest in SAMPLED:

@@ -28,7 +28,7 @@ CERTAIN = 0.8  # of what no round lowers: it is itself an estimate
 class Goal:
     """When to stop."""
 
-    target: float | None  # [%] of full load hours, on 95 % of the eligible area
+    target: float | None  # [%] of full load hours, on 95 % of the area with modules
     deadline: float | None  # `time.monotonic()` at which tracing must end [s]
     largest: int = 1  # round, in units of the first
 
@@ -127,7 +127,7 @@ def decide_stop(errors, goal, *, most_rounds=10_000):
     goal : Goal
     """
     if np.isnan(errors.at_share()):
-        return "no surface is eligible, so there is no error that rounds could lower"
+        return "no surface carries modules, so there is no error that rounds could lower"
     # Reached; or nearly all of the error that is left is one that no round lowers.
     if goal.target is not None:
         now = errors.at_share()
@@ -166,7 +166,7 @@ def _describe_round(errors, goal, each, record, stop):
     speed = rays / max(sum(record.seconds.values()), 1e-9)
     line = f"samples × {errors.rounds}: "
     if not np.isnan(errors.at_share()):
-        line += f"{errors.at_share():.2f} % on 95 % of the eligible area, "
+        line += f"{errors.at_share():.2f} % on 95 % of the area with modules, "
     line += f"{speed / 1e6:.1f} Mrays/s, {describe_duration(sum(record.seconds.values()))}"
     if stop:
         return f"{line}; {stop}"

@@ -163,7 +163,7 @@ def _describe_world(environments, source, sky):
         merged = "" if computed == count else f" merged into {computed:,}"
         area = f"{one.group_area.sum():,.0f} m²"
         lines.append(
-            f"{one.name}: {count:,} eligible surfaces{merged}, {area}, {one.sky.count:,} "
+            f"{one.name}: {count:,} surfaces with modules{merged}, {area}, {one.sky.count:,} "
             f"directions ({one.source})"
         )
     return [

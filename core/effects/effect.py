@@ -22,6 +22,7 @@ from ..sky.sky_models import RAYS_SHARE, sources_of
 from ..sun.solar_position import MINIMUM_ELEVATION
 from ..sun.suns import Suns
 from ..weather.weather import Weather
+from .table import TABLE
 
 NO_SUNS = np.zeros((0, 3), np.float32)
 
@@ -126,7 +127,7 @@ class TracePlan:
     def names(self):
         """What is simulated and what is not, in one line; `describe` says why."""
         on, off = (
-            ", ".join(effect.key for effect in self.effects if effect.on == wanted)
+            ", ".join(TABLE[effect.key].title for effect in self.effects if effect.on == wanted)
             for wanted in (True, False)
         )
         return f"Simulated: {on}; not called for: {off or 'none'} (--verbose tells why)"

@@ -85,7 +85,7 @@ def decide_receivers(inputs):
         f"{fewer_rays(request.samples)} of {request.samples} rays from {others:,} of {count:,} "
         "patches"
     )
-    reason = "they are ground, downward or not eligible, and only pass light on"
+    reason = "they carry no modules, and only pass light on"
     # Nothing is passed on to receivers that nothing stands in front of.
     return Effect(RECEIVERS, True, extent, reason, 0.0 if inputs.unshaded else None)
 

@@ -28,7 +28,7 @@ TABLE = {
     ),
     "reflections": Row("Reflections", "How often light is followed from surface to surface"),
     "far-ground": Row(
-        "Far ground", "Light from the open ground beyond the city, up to the horizon"
+        "Ground beyond the model", "Light from the open ground beyond the city, up to the horizon"
     ),
     BEST_SKY: Row(
         "Perez sky",
@@ -36,7 +36,7 @@ TABLE = {
     ),
     "specular": Row("Specular", "Mirrors, glossy faces, glass and water"),
     "aoi": Row(
-        "Incidence angle", "Direct light that the glass of the modules reflects at flat angles"
+        "Angle of incidence", "Direct light that the glass of the modules reflects at flat angles"
     ),
     "spectrum": Row("Spectrum", "The influence of the spectrum on the current of the modules"),
     "temperature": Row("Temperature", "Modules lose power as they get warm"),

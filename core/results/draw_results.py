@@ -186,7 +186,7 @@ def draw_cost_curve(curve, path):
                     textcoords="offset points",
                 )
         make_logarithmic(axes)
-        words = "Error of full load hours on 95 % of the eligible area [%]"
+        words = "Error of full load hours on 95 % of the area with modules [%]"
         axes.set(xlabel="Seconds of the whole run (predicted)", ylabel=words)
         axes.legend()
         path = Path(path)

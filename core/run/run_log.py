@@ -67,24 +67,26 @@ def report_outcome(log, folder, energy, totals, report=None):
     from ..city.choose_levels import SHAPELESS
     from ..energy.counted_area import LEFT_OUT
     from ..results.describe_run import describe_detail
+    from ..results.read_results import kind_title
 
     # Hours of each group, and its size.
     interval = energy.interval.total_seconds() / 3600  # [h]
     hours = energy.capacity_factor.sum(axis=0) * interval / energy.years  # (groups,) [h]
     groups = zip(energy.groups, hours, energy.group_count, energy.group_area, strict=True)
     for (kind, orientation), full_load_hours, count, area in groups:
-        name = f"{kind} {orientation}".removesuffix(" none")
+        name = f"{kind_title(kind).lower()} {orientation}".removesuffix(" none")
         log.write(
             f"  {name}: {full_load_hours:.0f} h, {count_of(count, 'surface')}, {area:,.0f} m²"
         )
     if not len(energy.groups):
         log.write(
-            "  no surface is eligible for modules: groups.csv is empty; faces.csv has the hours of "
+            "  no surface carries modules: groups.csv is empty; faces.csv has the hours of "
             "every surface"
         )
     # Nominal power and energy of all, then of each kind.
-    for name, one in {"all": totals, **totals["kinds"]}.items():
+    for kind, one in {"all": totals, **totals["kinds"]}.items():
         if one["kwp"] > 0:
+            name = kind if kind == "all" else kind_title(kind).lower()
             power = f"{one['kwp']:,.0f} kWp, {one['mwh_per_year']:,.0f} MWh a year"
             log.write(
                 f"  {name}: {one['full_load_hours']:.0f} h, {count_of(one['count'], 'surface')}, "

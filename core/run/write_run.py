@@ -142,7 +142,7 @@ def _state_bound(tiles, transfer, energy, weather):
     )
     return tiles | {
         "bound": bound,
-        "unit": f"{tiles['unit']}; bound in percent of the eligible surfaces' irradiation",
+        "unit": f"{tiles['unit']}; bound in percent of the irradiation on surfaces with modules",
     }
 
 

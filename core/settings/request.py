@@ -188,7 +188,7 @@ class Request(SystemSettings):
     )
     target_error: float | None = of_light(
         None,
-        "trace rounds until the error of full load hours on 95 % of the eligible area is below",
+        "trace rounds until the error of full load hours on 95 % of the area with modules is below",
         unit="%",
         above=0,
     )

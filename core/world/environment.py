@@ -83,7 +83,7 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
     groups = counted_area.find_groups(counted, transfer.surfaces.area)
     if not groups.names:
         raise InputError(
-            source, "has no eligible roof or facade", "give an environment with buildings"
+            source, "has no roof or facade with modules", "give an environment with buildings"
         )
     rows = np.flatnonzero(counted.eligible)
     member = groups.weight[rows].argmax(axis=1)

@@ -90,8 +90,7 @@ class ClassifyCity(OfCity, Step, bpy.types.Operator):
         remember_step(find_own_city(context.scene, session)[0], "classify", context.scene.citypv)
         surfaces = session.scene.surfaces
         return (
-            f"{count_of(len(surfaces), 'surface')}, {surfaces.eligible.sum()} of them eligible for "
-            "photovoltaics"
+            f"{count_of(len(surfaces), 'surface')}, {surfaces.eligible.sum()} of them carry modules"
         )
 
 

@@ -106,7 +106,7 @@ def summarise_energy(item, weather, energy, *, place, whole, buildings, kwp):
     item[Key.WEATHER], item[Key.WEATHER_PLACE] = weather.label, place
     mean = np.average(annual, weights=energy.group_area) if len(annual) else 0.0
     told = "; ".join(filter(None, (weather.label, place)))
-    return f"Full load hours of the eligible area: {mean:.0f} h per year ({told})"
+    return f"Full load hours of the area with modules: {mean:.0f} h per year ({told})"
 
 
 def summarise_albedo(item, rows, unread):

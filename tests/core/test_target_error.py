@@ -107,7 +107,7 @@ def test_it_stops_at_the_target_and_in_time():
     assert size_of_round(errors, Goal(None, now + 5), 6.0) == 0
     assert size_of_round(errors, Goal(None, now + 50), 6.0) == 1
     for goal in (Goal(0.5, None), Goal(None, now + 50)):
-        assert "no surface is eligible" in decide_stop(NOTHING, goal)
+        assert "no surface carries modules" in decide_stop(NOTHING, goal)
 
 
 def test_rounds_double_but_no_more_than_is_needed_and_fits():
