@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from window_edits import move_tower, undo_move
-from window_files import press_step, three_clicks, undo_to_import
+from window_files import press_step, repeat_steps, three_clicks, undo_to_import
 from window_steps import PREPARE, RUNNING, find_on_screen, keep_picture, press, read_reports
 from window_stops import edit_at_moments, replace, undo, undo_first_city, wait_until_settled
 
@@ -303,4 +303,15 @@ def test_all_edits_at_all_moments_of_an_update(window, no_tower):
 
 def test_the_first_city_is_undone_while_it_is_computed(window):
     undo_first_city(window, f"/{load_tool().EXCHANGE}/{NAME}")
+    assert "Traceback" not in window.read_log()
+
+
+def test_a_repeat_does_its_step_in_the_background(window, city_file):
+    """F9 after an import, with another file, and Shift R after *Classify*: the window's own thread
+    does none of the work.
+    """
+    folder = f"/{load_tool().EXCHANGE}"
+    shutil.copy(city_file, Path(ROOT) / folder[1:] / "other.gml")
+    worked = repeat_steps(window, f"{folder}/{NAME}", f"{folder}/other.gml")
+    assert worked == [[label, False] for label in ["Import city"] * 2 + ["Classify surfaces"] * 2]
     assert "Traceback" not in window.read_log()

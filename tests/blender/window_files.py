@@ -1,5 +1,6 @@
-"""Steps in a Blender window: one by one, all at once, undone."""
+"""Steps in a Blender window: one by one, all at once, undone, repeated."""
 
+from window_edits import in_view
 from window_steps import PREPARE, RUNNING, keep_picture, press
 
 CITY = "bpy.data.objects['City']"
@@ -20,6 +21,22 @@ def note():
 space["noting"] = True
 bpy.app.timers.register(note)
 """
+
+# Notes of each work of these steps whether it is in the window's own thread.
+NOTE_THREAD = """
+import functools, threading
+from importlib import import_module
+run = "bl_ext.user_default.citypv.operators.run"
+steps = import_module(run + ".classify_city").ClassifyCity, import_module(run + ".import_city").ImportCity
+bpy.app.driver_namespace["worked"] = worked = []
+def note(label, real, task, progress):
+    worked.append([label, threading.current_thread() is threading.main_thread()])
+    return real(task, progress)
+for step in steps:
+    step.work = staticmethod(functools.partial(note, step.bl_label, step.work))
+"""
+WORKED = "bpy.app.driver_namespace['worked']"
+FIELD = 211, 51  # place of the field *File* in the box of F9, from the mouse [pixels]
 
 
 def press_step(window, operator, evidence):
@@ -71,3 +88,33 @@ def three_clicks(window, path):
     ], shown
     assert window.ask(f"answer = 'citypv_totals' in {CITY}")
     assert "Traceback" not in window.read_log()
+
+
+def repeat_steps(window, path, other):
+    """Import a city in a new file, then another path by F9 (*Adjust Last Operation*); classify it,
+    and that again by Shift R: list of the works in their order, of NOTE_THREAD.
+    """
+    window.ask("bpy.ops.wm.read_homefile()")
+    window.ask(f"bpy.context.scene.citypv.city_path = {path!r}")
+    window.ask(NOTE_THREAD)
+    window.ask(in_view("bpy.ops.citypv.import_city('INVOKE_DEFAULT')"))
+    _wait_for_works(window, 1)
+    window.point("mousemove", *IN_VIEW, "sleep", 0.5, "key", "F9", "sleep", 2)
+    keep_picture(window, "adjust-last")
+    place = [a + b for a, b in zip(IN_VIEW, FIELD, strict=True)]
+    window.point("mousemove", *place, "sleep", 0.5, "click", "--repeat", 2, 1, "sleep", 0.5)
+    window.point("key", "ctrl+a", "type", other)
+    window.point("key", "Return")
+    _wait_for_works(window, 2)
+    assert window.ask("answer = bpy.context.scene.citypv.city_path") == other
+    window.point("key", "Escape")  # closes the box, which takes all keys
+    window.ask(in_view("bpy.ops.citypv.classify('INVOKE_DEFAULT')"))
+    _wait_for_works(window, 3)
+    window.point("mousemove", *IN_VIEW, "sleep", 0.5, "key", "shift+r")
+    _wait_for_works(window, 4)
+    return window.ask(f"answer = {WORKED}")
+
+
+def _wait_for_works(window, count):
+    """Wait until so many works have begun, and none runs."""
+    window.wait_for(f"len({WORKED}) == {count} and {RUNNING} is None", 300)
