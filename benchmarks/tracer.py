@@ -80,7 +80,7 @@ def trace(scene, suns, engine, threads, record=None, **settings):
     def open_scene(*parts):
         ray_scene = FacingScene(*parts)
         if record is not None:
-            ray_scene._tree = record(ray_scene._tree)
+            ray_scene._tree = ray_scene._shadow_tree = record(ray_scene._tree)
         return ray_scene
 
     os.environ[VARIABLE], prepare_scene.FacingScene = engine, open_scene

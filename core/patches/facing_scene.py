@@ -13,6 +13,8 @@ differ in what is in front of the front. Rays from the middle of the overlap of 
 out.
 """
 
+import functools
+
 import numpy as np
 from numba import njit
 
@@ -21,6 +23,7 @@ from ..rays.random_numbers import mix
 from ..rays.ray_scene import HitPlaces
 from ..rays.surroundings import lie_inside
 from ..settings.threads import map_in_order
+from .blocking_faces import merge_pieces
 from .find_coincident import Coincident, find_coincident
 
 
@@ -41,6 +44,8 @@ class FacingScene(LeafyScene):
         # Backs of sheets are shrunk to a point.
         triangles = np.where(backs[:, None], scene.triangles[:, :1], scene.triangles)
         super().__init__(scene.vertices, triangles)
+        # Of shadow rays nobody asks which piece of a face they meet.
+        self._drawn = scene.vertices, triangles, scene.triangle_surface, patches.offset
         corners = np.asarray(scene.vertices, float)[triangles]
         # Pairs in one place, without fronts that light does not reach.
         self.coincident = find_coincident(corners, patches.offset, threads)
@@ -48,6 +53,11 @@ class FacingScene(LeafyScene):
         self._kinds, self._none = (patches.facing, patches.receives), np.zeros(len(patches), bool)
         if len(self.coincident):
             self.coincident = _drop_hidden(self, patches, self.coincident, threads)
+
+    @functools.cached_property
+    def _shadow_tree(self):
+        vertices, blockers = self._drawn[0], merge_pieces(*self._drawn)
+        return type(self._tree)(vertices.astype(np.float32), blockers.astype(np.int32))
 
     def trace_places(self, ray_origins, ray_directions):
         """As of `RayScene`; a hit on the back of a face with a coincident front is assigned to the

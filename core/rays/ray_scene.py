@@ -47,6 +47,11 @@ class RayScene:
             self._tree = TREES[self.engine](vertices.astype(np.float32), triangles.astype(np.int32))
 
     @property
+    def _shadow_tree(self):
+        """The tree that shadow rays pass, where they need not know which triangle blocks them."""
+        return self._tree
+
+    @property
     def states(self):
         """States of trees: in leaf and bare where some lose their leaves, else one."""
         return self.canopy.states if self.canopy else 1
@@ -115,7 +120,7 @@ class RayScene:
             np.ones((len(ray_origins), 1), bool),
         )
         with self._timed():
-            return ~self._tree.trace_shadow_rays(position, wanted, ray_direction)[:, 0, 0]
+            return ~self._shadow_tree.trace_shadow_rays(position, wanted, ray_direction)[:, 0, 0]
 
     def trace_shadow_rays(self, position, wanted, directions):
         """Which points of patches see which suns.
@@ -138,7 +143,7 @@ class RayScene:
         if not self.triangle_count:
             return np.repeat(wanted[:, :, None], position.shape[1], axis=2)
         with self._timed():
-            return self._tree.trace_shadow_rays(position, wanted, directions)
+            return self._shadow_tree.trace_shadow_rays(position, wanted, directions)
 
     def trace_shadow_states(self, position, wanted, directions):
         """Trace shadow rays in each state of trees: (states, c, s, m) bool."""
