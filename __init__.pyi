@@ -88,6 +88,12 @@ class Result:
         usable: Mapping[str, float] = ...,
         least_hours: float = 0.0,
         leave_out: StrPath | None = None,
+        layout: Literal["rows", "area"] = "rows",
+        module_size: str | None = None,
+        storey: float = 3.0,
+        window_band: float | None = None,
+        ground_floor: bool = False,
+        facades: StrPath | None = None,
         series: str | Sequence[str] = (),
         monthly: bool = False,
         time_shift: float = 0.0,
@@ -144,11 +150,24 @@ class Result:
         overhangs : {'leave-out', 'count'}, default 'leave-out'
             whether walls that lean outward by more than 1° are facades
         usable : dict of str to float, default {}
-            share of the area that windows and edges leave for modules, by kind
+            share that is left to modules by what the city does not show, by kind
         least_hours : float, default 0.0
             [h] full load hours of a long-term year below which a face carries no modules
         leave_out : str, optional
             faces or buildings that carry no modules, such as protected ones: id,words
+        layout : {'rows', 'area'}, default 'rows'
+            how modules are laid out on what counts
+        module_size : str, optional
+            [m] length and width of a module; default: the product's
+        storey : float, default 3.0
+            [m] height of storeys where no windows are drawn
+        window_band : float, optional
+            [m] height of the windows of each storey where none are drawn; auto: 1.4, but 0 where
+            --usable gives a share of facades
+        ground_floor : bool, default False
+            modules on the lowest storey of facades with windows, too
+        facades : str, optional
+            storey, window_band and usable share by surface id or kind
         series : list of str, default ()
             ids of surfaces whose hourly series are written to series.csv; buildings: power of each
             in timeseries.nc
@@ -203,7 +222,7 @@ class Result:
         out, overwrite, exports, progress
             As in `simulate`; with "editable" among the exports it can be edited again.
         **change
-            Fields of `variant.Wish`: add (files), remove (ids), move {id: (east, north)} [m],
+            Fields of `variant.Change`: add (files), remove (ids), move {id: (east, north)} [m],
             raised {id: metres}, albedo_of {id: albedo}, local.
 
         Raises
@@ -251,6 +270,12 @@ def simulate(
     usable: Mapping[str, float] = ...,
     least_hours: float = 0.0,
     leave_out: StrPath | None = None,
+    layout: Literal["rows", "area"] = "rows",
+    module_size: str | None = None,
+    storey: float = 3.0,
+    window_band: float | None = None,
+    ground_floor: bool = False,
+    facades: StrPath | None = None,
     series: str | Sequence[str] = (),
     monthly: bool = False,
     lod: str | None = None,
@@ -364,11 +389,24 @@ def simulate(
     overhangs : {'leave-out', 'count'}, default 'leave-out'
         whether walls that lean outward by more than 1° are facades
     usable : dict of str to float, default {}
-        share of the area that windows and edges leave for modules, by kind
+        share that is left to modules by what the city does not show, by kind
     least_hours : float, default 0.0
         [h] full load hours of a long-term year below which a face carries no modules
     leave_out : str, optional
         faces or buildings that carry no modules, such as protected ones: id,words
+    layout : {'rows', 'area'}, default 'rows'
+        how modules are laid out on what counts
+    module_size : str, optional
+        [m] length and width of a module; default: the product's
+    storey : float, default 3.0
+        [m] height of storeys where no windows are drawn
+    window_band : float, optional
+        [m] height of the windows of each storey where none are drawn; auto: 1.4, but 0 where
+        --usable gives a share of facades
+    ground_floor : bool, default False
+        modules on the lowest storey of facades with windows, too
+    facades : str, optional
+        storey, window_band and usable share by surface id or kind
     series : list of str, default ()
         ids of surfaces whose hourly series are written to series.csv; buildings: power of each
         in timeseries.nc
@@ -600,6 +638,12 @@ def world(
     usable: Mapping[str, float] = ...,
     least_hours: float = 0.0,
     leave_out: StrPath | None = None,
+    layout: Literal["rows", "area"] = "rows",
+    module_size: str | None = None,
+    storey: float = 3.0,
+    window_band: float | None = None,
+    ground_floor: bool = False,
+    facades: StrPath | None = None,
     series: str | Sequence[str] = (),
     monthly: bool = False,
     weather: StrPath = "climate",
@@ -667,11 +711,24 @@ def world(
     overhangs : {'leave-out', 'count'}, default 'leave-out'
         whether walls that lean outward by more than 1° are facades
     usable : dict of str to float, default {}
-        share of the area that windows and edges leave for modules, by kind
+        share that is left to modules by what the city does not show, by kind
     least_hours : float, default 0.0
         [h] full load hours of a long-term year below which a face carries no modules
     leave_out : str, optional
         faces or buildings that carry no modules, such as protected ones: id,words
+    layout : {'rows', 'area'}, default 'rows'
+        how modules are laid out on what counts
+    module_size : str, optional
+        [m] length and width of a module; default: the product's
+    storey : float, default 3.0
+        [m] height of storeys where no windows are drawn
+    window_band : float, optional
+        [m] height of the windows of each storey where none are drawn; auto: 1.4, but 0 where
+        --usable gives a share of facades
+    ground_floor : bool, default False
+        modules on the lowest storey of facades with windows, too
+    facades : str, optional
+        storey, window_band and usable share by surface id or kind
     series : list of str, default ()
         ids of surfaces whose hourly series are written to series.csv; buildings: power of each
         in timeseries.nc

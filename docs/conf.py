@@ -4,6 +4,7 @@ from pathlib import Path
 
 import citypv
 from citypv.core.commands.command_line import COMMANDS
+from citypv.core.results.columns import TABLED
 
 project = "CityPV"
 author = "The CityPV developers"
@@ -47,6 +48,16 @@ def write_options(app):
         (folder / f"{name}.rst").write_text(text, "utf-8")
 
 
+def write_columns(app):
+    """The columns of `Result.faces`, as the program's own table has them."""
+    rows = [
+        f'   "``{one.name}``", "{"" if one.unit == "1" else one.unit}", "{one.meaning}"\n'
+        for one in TABLED
+    ]
+    head = '.. csv-table::\n   :header: "column", "unit", "meaning"\n\n'
+    Path(app.srcdir, "columns.inc").write_text(head + "".join(rows), "utf-8")
+
+
 def find_results(app, name, source):
     """Tables of measurements stand beside the pages here, and beside `docs` in the repository."""
     source[0] = source[0].replace("](../../benchmarks/results/", "](../results/")
@@ -55,4 +66,5 @@ def find_results(app, name, source):
 def setup(app):
     """Called by Sphinx."""
     app.connect("builder-inited", write_options)
+    app.connect("builder-inited", write_columns)
     app.connect("source-read", find_results)

@@ -74,8 +74,7 @@ class _CostCurve:
             )
         if not any(np.isfinite(one.error) for one in self.prices):
             lines.append(
-                "No surface carries modules, so there are no errors of full load hours "
-                "to predict."
+                "No surface carries modules, so there are no errors of full load hours to predict."
             )
         return lines
 

@@ -171,10 +171,21 @@ class Result:
         return read_table(self.folder / name, texts[name], ())
 
     def __repr__(self):
+        from ..results.read_results import kind_title
+
         totals = self.summary["totals"]
+        kinds = (
+            f"{kind_title(kind).lower()} {one['full_load_hours']:.0f} h"
+            for kind, one in totals["kinds"].items()
+            if one["kwp"] > 0
+        )
         return (
             f"<citypv.Result {self.folder}: {totals['kwp']:,.0f} kWp, "
-            f"{totals['mwh_per_year']:,.0f} MWh a year>"
+            f"{totals['mwh_per_year']:,.0f} MWh a year\n"
+            f"  {', '.join(kinds) or 'no surface carries modules'}\n"
+            f"  weather: {self.summary['weather']['label']}\n"
+            "  .faces, .groups, .buildings, .timeseries, .summary; .plot(), .with_weather(), "
+            ".variant(), .save()>"
         )
 
     def _repr_html_(self):
