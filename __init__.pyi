@@ -81,6 +81,7 @@ class Result:
         losses: float = 11.4,
         inverter: str | None = "pvwatts",
         dc_ac_ratio: float = 1.0,
+        strings: Literal["module", "string"] = "module",
         hidden_walls: Literal["leave-out", "count"] = "leave-out",
         clearance: float = 0.3,
         sectors: Literal["8", "paper"] = "8",
@@ -141,6 +142,9 @@ class Result:
             pvwatts, an inverter of pvlib's library, or none
         dc_ac_ratio : float, default 1.0
             nominal power of modules over that of the inverter
+        strings : {'module', 'string'}, default 'module'
+            what has a maximum power point of its own; what strings lose in shade is told with
+            either
         hidden_walls : {'leave-out', 'count'}, default 'leave-out'
             whether wall area that a neighbour covers counts
         clearance : float, default 0.3
@@ -263,6 +267,7 @@ def simulate(
     losses: float = 11.4,
     inverter: str | None = "pvwatts",
     dc_ac_ratio: float = 1.0,
+    strings: Literal["module", "string"] = "module",
     hidden_walls: Literal["leave-out", "count"] = "leave-out",
     clearance: float = 0.3,
     sectors: Literal["8", "paper"] = "8",
@@ -380,6 +385,9 @@ def simulate(
         pvwatts, an inverter of pvlib's library, or none
     dc_ac_ratio : float, default 1.0
         nominal power of modules over that of the inverter
+    strings : {'module', 'string'}, default 'module'
+        what has a maximum power point of its own; what strings lose in shade is told with
+        either
     hidden_walls : {'leave-out', 'count'}, default 'leave-out'
         whether wall area that a neighbour covers counts
     clearance : float, default 0.3
@@ -632,6 +640,7 @@ def world(
     losses: float = 11.4,
     inverter: str | None = "pvwatts",
     dc_ac_ratio: float = 1.0,
+    strings: Literal["module", "string"] = "module",
     hidden_walls: Literal["leave-out", "count"] = "leave-out",
     clearance: float = 0.3,
     overhangs: Literal["leave-out", "count"] = "leave-out",
@@ -704,6 +713,9 @@ def world(
         pvwatts, an inverter of pvlib's library, or none
     dc_ac_ratio : float, default 1.0
         nominal power of modules over that of the inverter
+    strings : {'module', 'string'}, default 'module'
+        what has a maximum power point of its own; what strings lose in shade is told with
+        either
     hidden_walls : {'leave-out', 'count'}, default 'leave-out'
         whether wall area that a neighbour covers counts
     clearance : float, default 0.3

@@ -24,6 +24,7 @@ from .city.foliage import parse_months
 from .city.racks import lay_racks, parse_racks
 from .city.terrain import ground_of_terrain
 from .effects.table import check_effects
+from .energy.check_inputs import check_strings
 from .energy.compute_energy import compute_energy as compute_surface_energy
 from .energy.pv_system import build_system
 from .energy.time_axis import read_zone
@@ -239,7 +240,8 @@ def prepare_study(scene, weather, request, *, materials=None, progress=silent):
     `materials` are taken into `PreparedScene`, where they are known already.
     """
     known = {"weather": weather, "suns": choose_year(weather, request), "materials": materials}
-    return prepare_scene(scene, request, **known, progress=progress)
+    prepared = prepare_scene(scene, request, **known, progress=progress)
+    return replace(prepared, rules=build_system(request).layout)
 
 
 def trace_scene(scene, weather, request, progress=silent, folder=None, *, prepared=None):
@@ -299,11 +301,12 @@ def compute_energy(transfer, weather, request, progress=silent):
     Raises
     ------
     InputError
-        `--series` names a surface that the Transfer does not have, or `--sky` needs light that was
-        not traced.
+        `--series` names a surface that the Transfer does not have, `--sky` needs light that was not
+        traced, or `--strings` what strings lose in shade.
     """
     series = find_surfaces(transfer.surfaces.surface_id, request.series)
     system, sky = build_system(request), choose_sky(request, transfer)
+    check_strings(transfer, system)
     return compute_surface_energy(
         transfer, weather, system, request.threads, progress, series=series, sky=sky
     )

@@ -29,6 +29,9 @@ WHAT = {  # source -> what its number is
         "it counts"
     ),
     "far_ground": "bound: what was left out of the light of the far ground",
+    "string_shade": (
+        "for information: what strings of modules lose in shade, counted with --strings string only"
+    ),
     "sky_model": (
         "for information: unshaded planes that face as the group does, by the Perez over the "
         "isotropic sky"
@@ -127,6 +130,9 @@ def budget_groups(transfer, weather, energy, cut):
             "cut_reflections": cut.get(" ".join(name)),
             "patch_size": weight @ errors.discretisation[members] / hours if hours > 0 else None,
             "far_ground": effects.get("far-ground", {}).get("bound"),
+            "string_shade": _known(weight @ energy.string_loss[members] / hours)
+            if hours > 0
+            else None,
             "sky_model": change,
         }
         found[" ".join(name)] = {
@@ -137,6 +143,11 @@ def budget_groups(transfer, weather, energy, cut):
             for source, part in share.items()
         }
     return found
+
+
+def _known(share):
+    """A number, or None where it is NaN."""
+    return None if np.isnan(share) else share
 
 
 def budget_surfaces(errors):

@@ -24,7 +24,8 @@ from ..sky.sky_models import choose_sky, sources_of
 from .pilot import LARGE, trace_few, traced_patches
 from .trace_run import choose_year
 
-TRACED = tuple(key for key in TABLE if key not in ELECTRIC)  # effects that change the light
+# effects that change the light
+TRACED = tuple(key for key in TABLE if key not in (*ELECTRIC, "string-shade"))
 # suns of each pair, so that the pairs tell what the choice of suns does
 PAIRS = (
     "days:11",

@@ -119,7 +119,7 @@ def trace_few(inputs, setting, suns, progress=silent, *, part=None):
     request = replace(
         inputs.request, samples=samples, shadow_samples=shadow_samples, estimator="gather"
     )
-    ready = inputs.prepared
+    ready = replace(inputs.prepared, rules=None)
     if part is not None:
         patches = replace(ready.patches, receives=ready.patches.receives & part)
         ready = replace(ready, patches=patches)

@@ -57,6 +57,7 @@ DOORS = (
     "judge_sizes.judge_up",
     "lay_ground.show_terrain",
     "name_crs.choose_crs",
+    "outline_triangles.outline_triangles",
     "polygons.drop_unused",
     "polygons.measure_rings",
     "polygons.number_connected",

@@ -127,12 +127,17 @@ def keep_patches(scene, prepared, members, reported=()):
     of_triangles = {
         name: getattr(prepared.scene, name)[taken] for name in ("triangles", "footprint", "closure")
     }
-    unknown = dict.fromkeys(("sheet", "back_of", "racks", "rack_of_back", "number", "halo"))
+    unknown = dict.fromkeys(("sheet", "back_of", "rack_of_back", "number", "halo"))
+    racks = scene.racks
+    if racks is not None:
+        first = len(scene.surfaces) - len(racks)
+        racks = racks[surfaces[surfaces >= first] - first]
     few = replace(
         prepared.scene,
         **of_triangles,
         triangle_surface=own,
         surfaces=scene.surfaces.take(surfaces),
+        racks=racks,
         **unknown,
     )
     materials = [prepared.materials[k] for k in [*surfaces, -1]]

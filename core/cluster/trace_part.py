@@ -15,6 +15,7 @@ import numpy as np
 
 from ..city.scene import FAR, OWN, Scene
 from ..effects.effect import TracePlan
+from ..energy.pv_system import build_system
 from ..light.prepare_scene import prepare_scene
 from ..rays.faces import leave_faces
 from ..rays.ray_scene import HitPlaces
@@ -89,7 +90,8 @@ def trace_part(run_path, part_path, result_path, threads):
     plan = replace(
         prepared.plan, effects=effects, terrain=terrain.terrain, hidden_suns=terrain.hidden_suns
     )
-    prepared = replace(prepared, plan=plan).build_tree(request)
+    rules = build_system(request).layout
+    prepared = replace(prepared, plan=plan, rules=rules).build_tree(request)
     # Surroundings far from the tile are thinned once it is known how much they matter.
     halo = _measure_halo(prepared, request.seed, part, run.city)
     few = thin_surroundings(scene, prepared, part.own)

@@ -64,6 +64,8 @@ class TracePlan:
     hidden_suns: np.ndarray = field(default_factory=NO_SUNS.copy)
     receivers: np.ndarray | None = None  # (p,) bool, patches that get all rays; None: all
     max_bounces: int | None = 0  # number of reflections; None: until what is left is small
+    # whether shade moves over strings, so that what they lose is found; None: it stays unknown
+    string_shade: bool | None = None
     far_ground: bool = False  # whether rays that leave downwards meet lit ground
     reach: float = np.inf  # how far away it begins, in building heights
     sky: str = "isotropic"  # model of the sky

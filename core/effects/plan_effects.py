@@ -82,6 +82,33 @@ def _decide_specular(inputs):
     return Effect(key, True, extent, f"they reflect {laws}", 0.0)
 
 
+STRINGS = "string-shade"
+
+
+def _decide_strings(inputs):
+    """Called for where something stands before surfaces that may carry modules."""
+    plan, surfaces = inputs.plan, inputs.scene.surfaces
+    if inputs.request.estimator == "forward":
+        words = "photons do not tell which parts of a module they miss"
+        return Effect(STRINGS, False, "unknown", words, None)
+    if not inputs.asked(STRINGS, True):
+        return Effect(STRINGS, False, "unknown", "switched off", None)
+    if inputs.request.layout != "rows":
+        return Effect(STRINGS, False, "unknown", "no modules are laid out (--layout)", None)
+    # Patches with modules that a shadow may cross: those that send rays to the suns.
+    eligible = np.append(surfaces.eligible, False)[inputs.scene.triangle_surface]
+    shaded = eligible & inputs.patches.receives & ~plan.open_to_suns
+    some = len(np.unique(inputs.scene.triangle_surface[shaded]))
+    plan.string_shade = some > 0
+    if not some:
+        words = "nothing stands in front of any surface that carries modules"
+        return Effect(STRINGS, False, "none", words, 0.0)
+    counted = inputs.request.strings == "string"
+    extent = f"strings on {some:,} of {int(surfaces.eligible.sum()):,} surfaces with modules"
+    words = "shade moves over them" + ("" if counted else "; told, but not counted (--strings)")
+    return Effect(STRINGS, True, extent, words, 0.0)
+
+
 def _decide_of_modules(inputs, key):
     """Effects of the modules: on unless they are switched off."""
     off, extent, reason = OF_MODULES[key]
@@ -100,6 +127,7 @@ RULES = {
     "far-ground": decide_far_ground,
     BEST_SKY: decide_sky,
     "specular": _decide_specular,
+    STRINGS: _decide_strings,
     **{key: partial(_decide_of_modules, key=key) for key in OF_MODULES},
 }
 

@@ -35,6 +35,9 @@ TABLE = {
         "A sky that is brighter around the sun and at the horizon, instead of an even one",
     ),
     "specular": Row("Specular", "Mirrors, glossy faces, glass and water"),
+    "string-shade": Row(
+        "String shade", "What modules in series lose when shade moves over them", forward=False
+    ),
     "aoi": Row(
         "Angle of incidence", "Direct light that the glass of the modules reflects at flat angles"
     ),

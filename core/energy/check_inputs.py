@@ -64,6 +64,8 @@ def check_transfer(transfer):
     if transfer.taken_parts is not None and transfer.taken_parts.shape != transfer.no_room.shape:
         problem = f"shape {transfer.taken_parts.shape}"
         raise InputError("taken_parts", problem, f"give an array of shape {transfer.no_room.shape}")
+    if transfer.string_loss is not None:
+        arrays["string_loss"] = transfer.string_loss, (*of_suns, "d"), {}
     if transfer.left_out is not None:
         arrays["left_out"] = transfer.left_out, (count,), SHARE
     for name in (
@@ -106,6 +108,19 @@ def check_sky(transfer, sky, source="the Transfer"):
             f"{source} was traced without the light of {missing}",
             "trace the city again with this sky, or give --sky isotropic",
         )
+
+
+def check_strings(transfer, system):
+    """Refuse to count what strings lose in shade where it is unknown.
+
+    Raises
+    ------
+    InputError
+    """
+    if system.strings == "string" and transfer.string_loss is None:
+        problem = "what strings lose in shade was not traced"
+        cure = "trace the city again, by gather and with modules in rows, or give --strings module"
+        raise InputError("--strings string", problem, cure)
 
 
 def check_hours(weather):

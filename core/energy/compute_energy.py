@@ -99,6 +99,7 @@ def compute_energy(
     by_month = np.where(electric[:, None], sums["by_month"] * hour / years, np.nan)
     dc, poa = sums["dc"] * hour / years, sums["poa_global"] * hour / years / 1000.0
     full_load_hours = by_month.sum(axis=1)
+    lost = sums["string_loss"] * hour / years if transfer.string_loss is not None else np.nan
     # Errors of direct light in both states hold for the hours of each; errors of hours follow.
     direct_errors = [
         share * one.direct_annual_standard_error
@@ -111,6 +112,7 @@ def compute_energy(
         poa_global_annual=poa,
         full_load_hours=full_load_hours,
         full_load_hours_dc=np.where(electric, dc, np.nan),
+        string_loss=np.where(electric, lost, np.nan),
         full_load_hours_by_month=by_month,
         full_load_hours_by_year=np.where(electric[:, None], sums["by_year"] * hour, np.nan),
         times=weather.data.index,
@@ -166,7 +168,13 @@ class _Task:
             "mounting": self.mounting[rows],
         }
         own |= {"lit_share": self.lit_share[rows], "sky": self.sky}
-        return take_block(self.transfer, rows, group_weight=group_weight, **own)
+        block = take_block(self.transfer, rows, group_weight=group_weight, **own)
+        # Surfaces whose strings lose nothing at any sun need no further look.
+        if self.electric[rows].any() and self.transfer.string_loss is not None:
+            losses = self.transfer.string_loss[rows]
+            if losses.any():
+                block.string_loss = np.ascontiguousarray(losses.transpose(1, 2, 0))
+        return block
 
 
 def _prepare_task(transfer, weather, system, electric, sky):
@@ -216,9 +224,10 @@ def _sum_surfaces(task, group_weight, threads, progress):
     count, hours, done = len(task.electric), len(task.hours), 0
     single = (np.zeros(count) for _ in range(3))
     periods = (np.zeros((count, length)) for length in (12, task.hours.year_count))
-    total = BlockSums(*single, *periods, np.zeros((hours, group_weight.shape[1])))
+    of_groups = np.zeros((hours, group_weight.shape[1]))
+    total = BlockSums(*single, *periods, of_groups, np.zeros(count))
     for rows, sums in _sum_blocks(task, blocks, lambda rows: group_weight[rows], threads):
-        for name in ("direct_relative", "poa_global", "dc", "by_month", "by_year"):
+        for name in vars(total).keys() - {"capacity_factor"}:
             getattr(total, name)[rows] = getattr(sums, name)
         total.capacity_factor += sums.capacity_factor
         done += len(rows)
@@ -249,7 +258,9 @@ def _add_series(task, series):
     for first, last in task.hours.chunks():
         part = task.hours.rows(first, last)
         projection, direct = direct_part(block, part)
-        sunward, diffuse, dc = run_model(task.curves, block, part, direct, projection)
+        sunward, diffuse, dc, kept = run_model(task.curves, block, part, direct, projection)
+        if kept is not None and task.curves.system.strings == "string":
+            dc *= kept
         poa_direct = sunward * (part.dni / np.where(part.sunward == 0, 1, part.sunward))
         series.poa_direct[part.interval] = poa_direct * block.lit_share
         series.poa_diffuse[part.interval] = (diffuse + (sunward - poa_direct)) * block.lit_share

@@ -29,6 +29,8 @@ class Energy(CountedArea):
     poa_global_annual: np.ndarray  # (n,) [kWh/m²] per year
     full_load_hours: np.ndarray  # (n,) [h] per year, AC; NaN for ground and downward surfaces
     full_load_hours_dc: np.ndarray  # (n,) [h] before losses and inverter
+    # (n,) [h] per year that strings of modules lose in shade, counted or not; NaN: unknown
+    string_loss: np.ndarray
     full_load_hours_by_month: np.ndarray  # (n, 12) [h]
     full_load_hours_by_year: np.ndarray  # (n, y) [h] of `split_years`; (n, 0) for a single year
     times: pd.DatetimeIndex  # (T,) UTC, start of each interval
@@ -99,6 +101,46 @@ class Energy(CountedArea):
             total[sum_name] = self.kwp_of_hours(area)[rows] @ getattr(self, name)[rows] / 1000
             total[name] = 1000 * total[sum_name] / total["kwp"] if total["kwp"] else None
         return {name: None if value is None else float(value) for name, value in total.items()}
+
+    def sum_string_loss(self, area, counted):
+        """What strings of modules lose in shade: of all, of each kind and of each group.
+
+        Parameters
+        ----------
+        area : numpy.ndarray, (n,)
+            Whole area of the surfaces [m²].
+        counted : bool
+            Whether the hours of the Energy are without it.
+
+        Returns
+        -------
+        dict or None
+            counted, mwh_per_year [MWh], and percent of the energy of single modules: of all, of
+            `kinds` and of `groups`; None where it is unknown.
+        """
+        kwp = np.where(self.eligible, self.kwp_of_hours(area), 0.0)
+        if np.isnan(self.string_loss[kwp > 0]).any():
+            return None
+        lost, rest = (
+            kwp * np.nan_to_num(hours) / 1000 for hours in (self.string_loss, self.full_load_hours)
+        )
+        whole = rest + counted * lost
+
+        def percent(rows):
+            return float(100 * lost[rows].sum() / whole[rows].sum()) if whole[rows].any() else None
+
+        own = {kind: self.kind == kind for kind in np.unique(self.kind[kwp > 0]).tolist()}
+        facing = {
+            " ".join(name): (self.kind == name[0]) & (self.orientation == name[1])
+            for name in self.groups
+        }
+        return {
+            "counted": counted,
+            "mwh_per_year": float(lost.sum()),
+            "percent": percent(np.ones(len(kwp), bool)),
+            "kinds": {name: percent(rows) for name, rows in own.items()},
+            "groups": {name: percent(rows) for name, rows in facing.items()},
+        }
 
     def sum_years(self):
         """Full load hours [h] of each group, (g,), by calendar year; empty for a single one."""

@@ -107,6 +107,8 @@ class PvSystem:
     diffuse_incidence: bool = False  # whether diffuse light has an incidence angle modifier, too
     losses: float = 0.0  # [%] of DC energy: soiling, mismatch, wiring …
     inverter: _Inverter | None = None
+    # or string: whether what strings of modules lose in shade is counted
+    strings: str = "module"
     hidden_walls: str = "leave-out"  # or count: whether covered area carries modules
     # [m] to a face turned against a module, below which there is no room for it
     clearance: float = CLEARANCES[1]
@@ -177,6 +179,7 @@ def build_system(request):
             for name in (
                 "mounting",
                 "losses",
+                "strings",
                 "hidden_walls",
                 "clearance",
                 "sectors",

@@ -16,6 +16,7 @@ import numpy as np
 
 from ..sun.sun_sampling import values_at
 from .power import ac_power, dc_factor
+from .strings_in_shade import kept_by_strings
 
 
 @dataclass
@@ -36,6 +37,8 @@ class Block:
     group_weight: np.ndarray  # (n, g) share of the group's area, of the open part
     mounting: np.ndarray  # (n,) int, column of `Hours.heating`
     lit_share: np.ndarray  # (n,) of the whole surface, on which this light falls
+    # (s, d, n) uint8, what strings lose, as of `string_shade.add_losses`; None: nothing, or unknown
+    string_loss: np.ndarray | None = None
 
 
 @dataclass
@@ -48,6 +51,8 @@ class BlockSums:
     by_month: np.ndarray  # (n, 12) AC power over nominal power, as what follows
     by_year: np.ndarray  # (n, y)
     capacity_factor: np.ndarray  # (h, g), of the block's part of each group
+    # (n,) AC power over nominal power that strings lose, counted or not
+    string_loss: np.ndarray
 
 
 def take_block(transfer, rows, *, group_weight, iam, mounting, lit_share, sky=None):
@@ -132,7 +137,8 @@ def sum_block(block, hours, model):
     # Hours are weighed in two ways: each sunny hour by 1, and by its light from the sun's place.
     weights = np.concatenate([hours.sunny * hours.open, hours.sunward], axis=1)
     direct_sums = np.zeros((2, count))
-    dc, by_month, by_year = (
+    dc, lost, by_month, by_year = (
+        np.zeros(count),
         np.zeros(count),
         np.zeros((count, 12)),
         np.zeros((count, hours.year_count)),
@@ -147,10 +153,20 @@ def sum_block(block, hours, model):
             continue
         # DC power of each surface at each hour; then losses and inverter, summed by month, year and
         # group.
-        power = run_model(model, block, part, direct, projection)[-1]
+        *_, of_modules, kept = run_model(model, block, part, direct, projection)
         ones = np.ones(last - first, dtype)
-        dc += ones @ power
-        power = ac_power(power, model.system)
+        power = ac_power(of_modules, model.system)
+        # What strings lose is found in either case, and counted where modules hang on strings.
+        shaded = None if kept is None else kept < 1
+        if shaded is not None and shaded.any():
+            of_strings = of_modules[shaded] * kept[shaded]
+            less = np.zeros_like(power)
+            less[shaded] = power[shaded] - ac_power(of_strings, model.system)
+            lost += ones @ less
+            if model.system.strings == "string":
+                power = power - less
+                of_modules[shaded] = of_strings
+        dc += ones @ of_modules
         sums = ones @ power
         by_month[:, part.month[0]] += sums
         if part.year[0] >= 0:
@@ -159,9 +175,8 @@ def sum_block(block, hours, model):
     relative, poa = _add_linear_parts(block, hours, weights, direct_sums)
     # The light and the power of the open part, as means over the whole surface.
     means = (sums * block.lit_share for sums in (relative, poa, dc))
-    return BlockSums(
-        *means, *(sums * block.lit_share[:, None] for sums in (by_month, by_year)), of_groups
-    )
+    periods = (sums * block.lit_share[:, None] for sums in (by_month, by_year))
+    return BlockSums(*means, *periods, of_groups, lost * block.lit_share)
 
 
 def direct_part(block, hours):
@@ -185,7 +200,9 @@ def run_model(model, block, hours, direct, projection):
         [Wm⁻²] Circumsolar light is part of the first; dome, traced parts of the sky, reflections
         and far ground of the second.
     dc : numpy.ndarray, (h, n)
-        [–] DC power over nominal power.
+        [–] DC power over nominal power, of modules with a maximum power point each.
+    kept : numpy.ndarray, (h, n), or None
+        Share of it that strings keep in shade; None where they lose nothing, or it is unknown.
     """
     # Direct light, and diffuse light of reflections under the traced suns nearby, of the dome, of
     # the far ground and of traced sources [Wm⁻²].
@@ -207,10 +224,13 @@ def run_model(model, block, hours, direct, projection):
             effective += _split_sources(hours) @ (
                 block.source_view * (np.stack([*sources, *sources]) - reflected)
             )
+    kept = None
+    if block.string_loss is not None:
+        kept = kept_by_strings(block.string_loss, hours, direct, diffuse, projection)
     dc = dc_factor(
         model, direct, diffuse, effective, projection, hours=hours, mounting=block.mounting
     )
-    return direct, diffuse, dc
+    return direct, diffuse, dc, kept
 
 
 def _split_sources(hours):

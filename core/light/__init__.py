@@ -32,6 +32,7 @@ DOORS = (
     "solve_radiosity.radiosity_factor",
     "solve_radiosity.solve_radiosity",
     "solve_suns.COUNTING",
+    "string_shade.LOSS_STEP",
     "sun_matrix.area_means",
     "sun_matrix.cover_of_surfaces",
     "sun_matrix.is_on_disk",

@@ -33,6 +33,7 @@ from .measure_cover import choose_left_out, find_cover, find_cramped, list_clear
 from .shadow_points import KnownPoints, find_points
 from .solve_radiosity import element_factors
 from .solve_suns import SunLight, prepare_suns
+from .string_shade import add_losses, empty_losses, lay_traced, table_of_strings
 from .sun_blocks import block_of_suns
 from .sun_visibility import Shadows, see_all, trace_points, weigh_points
 from .trace_all import ask_samples, fill_closed_forms, prepare_gather
@@ -91,12 +92,13 @@ def trace_change(base, change, request=None, progress=silent, preview=None):
     # The edited scene by the base's decisions; rays of rows that the change touches are traced
     # anew.
     prepared = prepare_decided(base.decisions, change.scene, request, progress).build_tree(request)
-    prepared = replace(prepared, editable=True)
+    prepared = replace(prepared, editable=True, rules=old.prepared.rules)
     context = _continue_gather(prepare_gather(prepared, request, progress), old.context)
     clock.lap("plan and tree")
     progress(STAGE, 0, 3, "steps")
     edit = _trace_rows(old, context, change, prepared.scene, progress)
     clock.lap("sky and reflections")
+    context.layout = lay_traced(prepared, context, edit.traced[0], edit.cramped)
     # Then suns are looked at again from points that the change may shade.
     _look_again(edit, without_hidden(base.suns, context.plan.terrain), change)
     progress(STAGE, 3, 3, "steps")
@@ -121,6 +123,7 @@ def trace_change(base, change, request=None, progress=silent, preview=None):
     clock.lap("annual light")
     # Reflected light of each sun follows from what changed; rows that are gone are dropped if many.
     drift = change_suns(edit, base.drift)
+    _find_string_losses(edit)
     clock.lap("suns")
     city = _make_city(edit, prepared, base.suns, clock, change)
     edited = EditableCity(base.suns, request, city, change.rows, base.specular, drift)
@@ -128,6 +131,21 @@ def trace_change(base, change, request=None, progress=silent, preview=None):
     # When more than a tenth of the surfaces are gone, all get new numbers.
     edited = compact_city(edited) if gone > 0.1 * len(change.rows) else edited
     return replace(edited, before=None if base is given else base)
+
+
+def _find_string_losses(edit):
+    """Write what strings lose at each sun to the SunLight of each state, from all bits."""
+    context, task = edit.context, edit.task
+    if not context.knows_strings:
+        return
+    shape = len(context.surfaces), len(task.suns)
+    strings = None
+    if context.layout is not None:
+        strings = table_of_strings(context, task.watch)
+    for direct, bits in zip(edit.direct, task.bits, strict=True):
+        direct.string_loss = empty_losses(shape)
+        if strings is not None:
+            add_losses(strings, bits, direct.string_loss)
 
 
 def _make_city(edit, prepared, suns, clock, change):
@@ -387,5 +405,6 @@ def _keep_numbers(before, made, rows):
 def _keep_fields(old, new, rows):
     for one in fields(new):
         value = getattr(new, one.name)
-        if isinstance(value, np.ndarray) and one.name not in ("clearances",):
-            value[rows] = getattr(old, one.name)[rows]
+        known = getattr(old, one.name)
+        if isinstance(value, np.ndarray) and known is not None and one.name != "clearances":
+            value[rows] = known[rows]

@@ -15,6 +15,7 @@ from .editable_city import EditableCity, prepare_decided
 from .form_factors import FormFactors, Rows
 from .shadow_points import KnownPoints
 from .solve_suns import prepare_suns
+from .string_shade import lay_traced
 from .trace_all import prepare_gather
 from .trace_gather import TracedCity, TracedState
 
@@ -33,7 +34,7 @@ def compact_city(base):
     prepared = prepare_decided(base.decisions, written_scene(scene, rows), base.request).build_tree(
         base.request
     )
-    prepared = replace(prepared, editable=True)
+    prepared = replace(prepared, editable=True, rules=old.prepared.rules)
     context = prepare_gather(prepared, base.request, silent)
     context = replace(
         context,
@@ -65,6 +66,7 @@ def compact_city(base):
             one.direct, annual=_take(one.direct.annual, kept), specular=0.0, **matrices
         )
         states.append(TracedState(traced, lights, direct, one.transfer.take(rows)))
+    context.layout = lay_traced(prepared, context, states[0].traced, old.cramped[kept])
     # The suns, and what their rays met, likewise.
     task = prepare_suns(
         context,

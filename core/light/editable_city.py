@@ -15,6 +15,7 @@ from .measure_cover import choose_left_out
 from .prepare_scene import prepare_scene
 from .shadow_points import find_points
 from .solve_suns import prepare_suns
+from .string_shade import lay_traced
 from .trace_all import prepare_gather
 from .trace_gather import TracedCity, TracedState, trace_light
 
@@ -132,8 +133,8 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
     transfer : Transfer
     decisions : Decisions
     kept : dict
-        `bits` of SunTask, `cramped` of TracedCity, and `states`: a dict of each state of the
-        trees, with `traced`, `lights` and `direct` of TracedState.
+        `bits` of SunTask, `cramped` of TracedCity, `rules` of PreparedScene, and `states`: a dict
+        of each state of the trees, with `traced`, `lights` and `direct` of TracedState.
     drift, specular
         As of `EditableCity`.
 
@@ -143,9 +144,8 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
         They are of another scene.
     """
     # Patches and tree as in the traced run, by its decisions.
-    prepared = replace(
-        prepare_decided(decisions, scene, request).build_tree(request), editable=True
-    )
+    prepared = prepare_decided(decisions, scene, request).build_tree(request)
+    prepared = replace(prepared, editable=True, rules=kept["rules"])
     context, states = prepare_gather(prepared, request, silent), kept["states"]
     if kept["bits"].shape[1] != len(prepared.patches):
         raise InputError(
@@ -159,6 +159,7 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
     context.left_out = choose_left_out(
         prepared.scene, context.patch_to_surface, request, kept["cramped"]
     )
+    context.layout = lay_traced(prepared, context, states[0]["traced"], kept["cramped"])
     suns = without_hidden(decisions.suns, prepared.plan.terrain)
     task = prepare_suns(context, [state["traced"] for state in states], suns)
     task.bits, watch = kept["bits"], task.watch
@@ -175,9 +176,10 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
     transfers = [replace(transfer, bare=None, base=None), transfer.bare][: len(states)]
     states = [TracedState(**one, transfer=own) for one, own in zip(states, transfers, strict=True)]
     for one in states:
-        one.direct.visible_share, one.direct.reflected = (
+        one.direct.visible_share, one.direct.reflected, one.direct.string_loss = (
             one.transfer.visible_share,
             one.transfer.direct_reflected,
+            one.transfer.string_loss,
         )
     city = TracedCity(prepared, context, task, states, kept["cramped"])
     return EditableCity(

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from ..city.scene import Scene
 from ..effects.effect import TracePlan
 from ..effects.plan_effects import plan_effects
+from ..modules.lay_city import LayoutRules
 from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches, keys_of_triangles, patches_of_scene
 from ..patches.read_albedo import albedo_of_triangles, name_brdfs
@@ -28,6 +29,8 @@ class PreparedScene:
     bounces: int | None = None  # number of reflections, where a run before found it
     rounds: bool = False  # whether what rays met is kept, for further rounds
     editable: bool = False  # whether what rays and suns met is kept, for edits of the city
+    # how modules are laid out, for what strings of them lose in shade; None: that stays unknown
+    rules: LayoutRules | None = None
 
     @property
     def canopy(self):

@@ -147,7 +147,9 @@ def _keep_traced(city):
         {
             "traced": state.traced,
             "lights": state.lights,
-            "direct": replace(state.direct, visible_share=None, reflected=None, specular=0.0),
+            "direct": replace(
+                state.direct, visible_share=None, reflected=None, string_loss=None, specular=0.0
+            ),
         }
         for state in city.states
     ]

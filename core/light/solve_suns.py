@@ -12,6 +12,7 @@ from .annual_light import Annual, sum_suns
 from .form_factor_products import multiply_visible
 from .shadow_points import WORD
 from .solve_radiosity import radiosity_factor, reflection_of, sum_reflections
+from .string_shade import add_losses, empty_losses, table_of_strings
 from .sun_blocks import (
     FIRST_SUNS,
     SunBlock,
@@ -40,6 +41,8 @@ class SunLight:
     # (r, n) float64, annual light by way of mirrors, glossy faces and glass
     specular: np.ndarray | float = 0.0
     ray_count: int = 0
+    # (n, s, d) uint8, as of `string_shade.add_losses`; None: unknown
+    string_loss: np.ndarray | None = None
 
 
 @dataclass
@@ -198,18 +201,24 @@ def solve_suns(context, traced, task, hooks, *, folder=None):
             keep_matrix(shape, folder) if task.reflects else None,
             len(suns),
             keep_matrix(shape, folder) if context.rounds else None,
+            string_loss=empty_losses(shape) if context.knows_strings else None,
         )
         for _ in traced
     ]
-    progress.bounces = len(traced) * context.bounces * task.reflects
+    progress.bounces, strings = len(traced) * context.bounces * task.reflects, None
     # A block of suns at a time: shadows by rays, then reflections by the matrix of form factors.
     try:
         for block in task.blocks:
             progress.begin(block)
             states, added = _trace_shadows(context, task, block, progress.report_rays), []
+            # Points, and so what stands for strings, are known once suns are looked at.
+            if context.layout is not None and strings is None:
+                strings = table_of_strings(context, task.watch)
             for state, shadows in enumerate(states):
                 progress.bounces_before = state * context.bounces
                 hook, light = hooks[state], lights_of_states[state]
+                if strings is not None:
+                    add_losses(strings, shadows.bits, light.string_loss[:, block])
                 added.append(
                     _solve_block(
                         context, traced[state], shadows, task, block, specular=hook, found=light
@@ -236,6 +245,8 @@ def solve_suns(context, traced, task, hooks, *, folder=None):
             light.visible_share, light.reflected = (
                 keep_columns(matrix, kept) for matrix in (light.visible_share, light.reflected)
             )
+            if light.string_loss is not None:
+                light.string_loss = light.string_loss[:, :kept]
     # Their weights are scaled to a whole year; then the year's light of each state with its errors.
     directions, weights = block_of_suns(suns, slice(done[-1].stop if done else 0))
     if lights_of_states[0].kept < len(suns):  # the sums contain only these suns

@@ -90,9 +90,8 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
 
         light, *_ = sun_visibility(watch, block_of_suns(suns, slice(None)), report=report)
         dark = np.zeros_like(light.visible_share)
-        transfers.append(
-            replace(own, suns=suns, visible_share=light.visible_share, direct_reflected=dark)
-        )
+        seen = {"visible_share": light.visible_share, "direct_reflected": dark}
+        transfers.append(replace(own, suns=suns, **seen, string_loss=None))
     return transfers
 
 

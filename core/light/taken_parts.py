@@ -14,8 +14,36 @@ from ..city.polygons import plane_axes
 from ..patches.cover_cells import unpack_cells
 from ..rays.hemisphere_rays import CELL_DIVISIONS
 from ..rays.sample_points import cell_corners
+from .measure_cover import average_room, share_without_room
+from .sun_matrix import cover_of_surfaces
 
 ROUNDED = 1e-3  # [m] to which corners of parts are rounded, so that neighbouring cells join
+
+
+def find_taken(scene, to_surface, covered, cramped):
+    """What modules cannot take of surfaces, at each clearance.
+
+    Parameters
+    ----------
+    scene : Scene
+    to_surface : (n, p) sparse float64
+        Of `area_means`.
+    covered : array, (p, cells) bool
+    cramped : array, (p, k) uint64
+        As of `find_cramped`.
+
+    Returns
+    -------
+    covered_share : array, (n,)
+    no_room : array, (n, k)
+        Share that is open but has no room.
+    parts : array, (n, k) of shapely geometries or None
+        Of `outline_taken`.
+    """
+    covered_share = cover_of_surfaces(to_surface, covered.mean(axis=1, dtype=np.float32))
+    no_room = average_room(to_surface, share_without_room(cramped, covered))
+    taken = covered_share[:, None] + no_room
+    return covered_share, no_room, outline_taken(scene, covered, cramped, taken)
 
 
 def outline_taken(scene, covered, cramped, shares, *, most=0.5):

@@ -15,6 +15,7 @@ from ..city.scene import Surfaces
 from ..effects.closed_form import ground_view_of_tilt, sky_view_of_tilt
 from ..effects.effect import TracePlan
 from ..effects.rays import fewer_rays
+from ..modules.lay_modules import ModuleLayout
 from ..patches.read_albedo import brdfs_of_triangles
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.request import Request
@@ -47,11 +48,18 @@ class GatherContext(RayCity):
     rounds: bool = False  # whether what further rounds need is kept
     editable: bool = False  # whether what an edit of the city needs is kept
     bounces: int = 0  # number of reflections, of all light
+    taken: tuple | None = None  # of `taken_parts.find_taken`, where it is known already
+    layout: ModuleLayout | None = None  # modules, where shade moves over their strings
 
     @property
     def keeps(self):
         """Whether what rays met is kept after the run."""
         return self.rounds or self.editable
+
+    @property
+    def knows_strings(self):
+        """Whether it is known what strings lose at each sun."""
+        return self.layout is not None or self.plan.string_shade is False
 
     @property
     def points(self):

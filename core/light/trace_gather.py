@@ -25,9 +25,9 @@ from .prepare_scene import PreparedScene, check_tracing, prepare_scene
 from .solve_light import solve_light
 from .solve_radiosity import covariance_of_replicates, find_bounces, radiosity_factor
 from .solve_suns import SunLight, SunTask, light_of_first_days, prepare_suns, solve_suns
+from .string_shade import lay_traced
 from .sun_blocks import check_room
-from .sun_matrix import cover_of_surfaces
-from .taken_parts import outline_taken
+from .taken_parts import find_taken
 from .trace_all import GatherContext, prepare_gather, trace_all
 from .traced import SKY_DOME, Traced
 from .transfer import (
@@ -147,6 +147,8 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     # Every sun is traced, since open hours lie between them; errors are about the light that
     # counts.
     task, left = prepare_suns(context, traced, without_hidden(suns, plan.terrain)), None
+    context.layout = lay_traced(prepared, context, traced[0], cramped)
+    clock.lap("modules")
     # As many reflections as it takes until what is left is small.
     if plan.reflections and not context.bounces:
         context.bounces, left = choose_bounces(prepared, context, traced[0], task)
@@ -274,18 +276,16 @@ def make_transfer(found, state, suns, common, left):
         **shares_of_record(context, state.lights),
     )
     # Shares and light of surfaces, with what they are of.
-    covered_share = cover_of_surfaces(context.patch_to_surface, traced.covered_share)
-    no_room = average_room(
-        context.patch_to_surface, share_without_room(found.cramped, traced.covered)
+    covered_share, no_room, taken_parts = context.taken or find_taken(
+        scene, context.patch_to_surface, traced.covered, found.cramped
     )
-    taken = covered_share[:, None] + no_room
     return Transfer(
         surfaces=scene.surfaces,
         site=scene.site,
         suns=suns,
         covered_share=covered_share,
         no_room=no_room,
-        taken_parts=outline_taken(scene, traced.covered, found.cramped, taken),
+        taken_parts=taken_parts,
         left_out=average_room(
             context.patch_to_surface, share_without_room(context.left_out[:, None], traced.covered)
         )[:, 0],
@@ -293,6 +293,7 @@ def make_transfer(found, state, suns, common, left):
         ground_albedo=context.ground_albedo if context.plan.far_ground else 0.0,
         visible_share=direct.visible_share,
         direct_reflected=direct.reflected,
+        string_loss=direct.string_loss,
         terrain=context.plan.terrain,
         **light_of_surfaces(context, traced, state.lights, direct.annual),
         record=record,

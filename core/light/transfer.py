@@ -167,6 +167,8 @@ class Transfer:
     # (n,) share that has no room at the run's own clearance, whose light is not in the means; None:
     # its light is in them
     left_out: np.ndarray | None = None
+    # (n, s, d) uint8, what strings lose at each sun, as of `string_shade.add_losses`; None: unknown
+    string_loss: np.ndarray | None = None
     # hides suns, hour by hour; `visible_share` is without it; None: level
     terrain: TerrainHorizon | None = None
     # of the city before an edit, solved again with more light; None: as it was

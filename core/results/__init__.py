@@ -36,6 +36,7 @@ DOORS = (
     "compare_runs.tell_yields",
     "describe_run.describe_detail",
     "describe_run.describe_edge",
+    "describe_run.describe_strings",
     "draw_plan.draw_change",
     "draw_plan.draw_plan",
     "draw_results.draw_cost_curve",

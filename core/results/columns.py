@@ -169,6 +169,13 @@ COLUMNS = (
     ),
     Column("full_load_hours_dc", "energy", "full load hours per year, DC without losses", "h"),
     Column(
+        "string_loss",
+        "energy",
+        "full load hours per year that strings of modules lose in shade, counted with --strings "
+        "string only; empty where it is unknown",
+        "h",
+    ),
+    Column(
         "edge_distance",
         "transfer",
         "from its middle along its normal in plan to the outline of the built area; none beyond "

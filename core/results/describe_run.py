@@ -11,7 +11,7 @@ from ..energy.counted_area import LEFT_OUT
 from ..settings.errors import count_of, show_number
 from ..settings.request import SKIES, declared_settings, option_of
 from ..settings.system_settings import HIDDEN_WALLS, MOUNTINGS, SECTORS
-from .read_results import WORDS
+from .read_results import WORDS, kind_title
 
 WAYS = {
     "hourly": "every hour of the year",
@@ -182,6 +182,29 @@ def describe_windows(summary):
     )
 
 
+def describe_strings(totals):
+    """What strings of modules lose in shade, counted or not: a sentence.
+
+    `totals` are those of summary.json, of an older version too.
+    """
+    lost = totals.get("string_shade")
+    if lost is None or lost["percent"] is None:
+        return "What strings of modules would lose in shade is unknown."
+    kinds = [
+        f"{kind_title(kind).lower()} {percent(share)}"
+        for kind, share in lost["kinds"].items()
+        if share is not None
+    ]
+    each = f" ({', '.join(kinds)})" if len(kinds) > 1 else ""
+    share = f"{percent(lost['percent'])}{each}, {lost['mwh_per_year']:,.0f} MWh a year"
+    if lost["counted"]:
+        return f"Modules hang on strings: shade on some of a string's takes {share}; it is counted."
+    return (
+        "Each module has an optimiser or inverter of its own; on strings, shade on some of a "
+        f"string's modules would take a further {share} (--strings string)."
+    )
+
+
 def describe_left_out(summary):
     """What carries no modules, where it is more than 1 % of walls and roofs; and buildings without
     a shape: list.
@@ -347,6 +370,10 @@ def list_errors(budget):
             percent(suns.get("rms"), "± "),
         ),
         ("Reflections beyond the last one computed would add at most", _describe_cut(budget)),
+        (
+            "Strings in shade lose more than single modules by",
+            percent(budget.get("string_shade")),
+        ),
         (
             "Size of the patches that reflect light, in percent of the reflected light",
             percent(budget.get("patches")),

@@ -141,6 +141,14 @@ VARIABLES = {
         "1",
         "share without room, at the clearance of the run, whose light is not in the means",
     ),
+    "string_loss": (
+        "strings",
+        "string_loss",
+        ("surface", "sun", "diffuse_share"),
+        "",
+        "what strings of modules lose of their power without shade, in steps of 1/1020, where a "
+        "quarter, a half and three quarters of all light are diffuse and reflected",
+    ),
     "edge_distance": (
         "edge",
         "edge_distance",
@@ -259,7 +267,7 @@ def describe_fields(owners):
                 dimensions,
                 values,
                 told,
-                (PACKED if owner in ("outlines", "taken") else {}),
+                PACKED if owner in ("outlines", "taken", "strings") else {},
             )
     return variables
 
@@ -278,6 +286,7 @@ def _describe_state(transfer):
     owners["room"] = None if transfer.no_room is None else transfer
     known = transfer.taken_parts is not None
     owners["taken"] = rings_of_parts(transfer.taken_parts) if known else None
+    owners["strings"] = None if transfer.string_loss is None else transfer
     owners["left_out"] = None if transfer.left_out is None else transfer
     attributes = {
         "title": FORMAT,
@@ -426,7 +435,7 @@ def make_transfer(variables, attributes):
     surfaces |= {name: np.array(surfaces[name], dtype=str) for name in ("kind", "orientation")}
     surfaces["eligible"] = surfaces["eligible"].astype(bool)
     surfaces |= read_fields(variables, "edge") | read_fields(variables, "heights")
-    for name in ("albedos", "room", "left_out"):
+    for name in ("albedos", "room", "left_out", "strings"):
         own |= read_fields(variables, name)
     if "clearances" in own:
         own["clearances"] = tuple(own["clearances"].tolist())

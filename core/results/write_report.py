@@ -24,6 +24,7 @@ from .describe_run import (
     describe_input,
     describe_left_out,
     describe_poor_years,
+    describe_strings,
     describe_windows,
     has_losses,
     list_errors,
@@ -288,6 +289,7 @@ def _compose_totals(summary):
             f"kWp. {describe_windows(summary)} Building law, statics and cost are not considered."
         ),
         *(paragraph(text) for text in describe_left_out(summary)),
+        paragraph(describe_strings(totals)),
         paragraph(HOURS + OF_WHAT[has_losses(summary)]),
         *(
             paragraph(text)

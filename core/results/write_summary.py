@@ -105,6 +105,8 @@ def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
         "years": describe_years(energy),
         "versions": versions(),
     }
+    strings = summary["totals"]["string_shade"]
+    summary["error_budget"]["string_shade"] = strings and strings["percent"]
     if transfer.albedos is not None:
         summary["albedo"] = transfer.albedos
     if edge := measure_edge(transfer, energy):
@@ -208,6 +210,7 @@ def budget_errors(transfer, energy, weather):
     - `bounces`: upper bound of what reflections beyond the last one could add; by photons to all
       light, else to the
       eligible surfaces' hours, and of each group in `groups`.
+    - `string_shade`: what strings of modules lose in shade, of the energy of single modules.
     - `patches`: discretisation error of reflected light, from light uneven within the cells of
       patches; one third of
       the measured effect of light that is uneven between the cells.
@@ -277,6 +280,7 @@ def sum_totals(transfer, energy, system):
             for name, chosen in rows.items()
             if chosen.any()
         },
+        "string_shade": energy.sum_string_loss(area, system.strings == "string"),
         "without_modules": sum_left_out(area, energy),
         "dark": {"count": int(dark.sum()), "area": float(counted[dark].sum())},
         "unit": "m², m²/kWp, kWp, h, kWh/kWp, MWh",

@@ -66,7 +66,7 @@ def report_outcome(log, folder, energy, totals, report=None):
     """
     from ..city.choose_levels import SHAPELESS
     from ..energy.counted_area import LEFT_OUT
-    from ..results.describe_run import describe_detail
+    from ..results.describe_run import describe_detail, describe_strings
     from ..results.read_results import kind_title
 
     # Hours of each group, and its size.
@@ -100,6 +100,7 @@ def report_outcome(log, folder, energy, totals, report=None):
             f"  without modules: {count_of(one['count'], 'surface')}, {one['area']:,.0f} m²: "
             f"{LEFT_OUT[key]}"
         )
+    log.write(f"  {describe_strings(totals)}")
     if (dark := totals["dark"])["count"]:
         log.write(
             f"  in the dark all year, counted: {count_of(dark['count'], 'surface')}, "

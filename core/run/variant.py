@@ -14,6 +14,7 @@ from ..city.edge_distance import measure_edge_distance
 from ..city.edit_city import CityChange, edit_city, place_local
 from ..city.written_scene import written_scene
 from ..energy.left_out import describe_gone
+from ..energy.pv_system import build_system
 from ..light.change_light import trace_change
 from ..light.editable_city import restore_editable
 from ..light.errors_of_change import errors_of_difference
@@ -70,7 +71,7 @@ def make_variant(base_folder, folder, change, *, output=None, log=None):
         kept = read_rays(base_folder)
         known = {
             "decisions": kept.decisions,
-            "kept": kept.traced,
+            "kept": kept.traced | {"rules": build_system(kept.request).layout},
             "specular": specular_of,
             "drift": kept.drift,
         }

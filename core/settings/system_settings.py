@@ -20,6 +20,10 @@ HIDDEN_WALLS = {
     "leave-out": "Area covered by neighbours carries no modules",
     "count": "Covered area counts like open area (as in the paper)",
 }
+STRINGS = {
+    "module": "An optimiser or inverter for each module: none loses by the shade on another",
+    "string": "Modules in series: those of a storey, or of three rows, at most 20 m long",
+}
 SECTORS = {
     "8": "Facades and roofs of any azimuth, in eight sectors of 45°",
     "paper": (
@@ -77,6 +81,12 @@ class SystemSettings:
     )
     dc_ac_ratio: float = of_electricity(
         1.0, "nominal power of modules over that of the inverter", metavar="R", above=0, most=10
+    )
+    strings: str = of_electricity(
+        "module",
+        "what has a maximum power point of its own; what strings lose in shade is told with either",
+        panel="energy",
+        choices=STRINGS,
     )
     hidden_walls: str = of_electricity(
         "leave-out",

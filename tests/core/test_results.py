@@ -29,7 +29,8 @@ from citypv.core.weather.read_weather import read_weather
 FACES = (
     "surface_id,building_id,kind,orientation,eligible,area,open_area,module_area,module_count,kwp,reason,reason_note,surface_tilt,surface_azimuth,covered_share,"
     "sky_view_factor,diffuse_relative,diffuse_relative_standard_error,direct_relative_annual,direct_relative_annual_standard_error,"
-    "poa_global_annual,full_load_hours,full_load_hours_standard_error,full_load_hours_dc,edge_distance"
+    "poa_global_annual,full_load_hours,full_load_hours_standard_error,full_load_hours_dc,"
+    "string_loss,edge_distance"
 )
 
 
