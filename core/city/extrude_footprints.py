@@ -298,41 +298,53 @@ def _extrude(shapes, heights, roofs):
             pieces[-1].thematic[0] = FOOT[int(hangs[k])]
     plain = np.setdiff1d(np.arange(len(shapes)), shaped)
     if len(plain):
-        pieces = [*_draw_blocks(shapes[plain], plain, (low, high, hangs)), *pieces]
-    return _sort_by_outline(pieces), shaped
+        pieces.insert(0, _draw_blocks(shapes[plain], plain, (low, high, hangs)))
+    return (pieces[0] if len(pieces) == 1 else _sort_by_outline(pieces)), shaped
 
 
 def _draw_blocks(shapes, outline, heights):
     """Grounds, flat roofs and walls of outlines, whose numbers are `outline`; heights as of
-    `_extrude`: list of _Polygons.
+    `_extrude`: _Polygons in the order of the outlines.
     """
-    low, high, hangs = heights
+    low, high, hangs = (height[outline] for height in heights)
     _, points, (ring_start, polygon_start) = shapely.to_ragged_array(shapes)
-    ring_start, rings = ring_start.astype(np.int64), np.diff(polygon_start.astype(np.int64))
-    # Corners without the last of each ring, which repeats the first.
+    sizes, rings = np.diff(ring_start.astype(np.int64)) - 1, np.diff(polygon_start.astype(np.int64))
+    # Corners without the last of each ring, which repeats the first, and the one that follows each.
     corner = np.ones(len(points), bool)
     corner[ring_start[1:] - 1] = False
-    sizes = np.diff(ring_start) - 1
-    owner = np.repeat(np.repeat(outline, rings), sizes)
     start, end = points[corner], points[np.flatnonzero(corner) + 1]
-    floor, eaves = low[owner][:, None], high[owner][:, None]
+    of_ring = np.repeat(np.arange(len(outline)), rings)
+    owner = np.repeat(of_ring, sizes)
+    # Each outline has its ground, its roof, and a wall for each corner, one after the other: two
+    # times its rings and corners, and four corners for each wall.
+    first = starts_of(np.bincount(owner, minlength=len(outline)))
+    number, count = np.arange(len(start)), np.diff(first)[owner]
+    before = first[owner]
+    solid = np.empty((6 * len(start), 3))
     # The ground faces down: its rings run the other way round.
     starts = starts_of(sizes)
-    mirrored = np.repeat(starts[:-1] + starts[1:] - 1, sizes) - np.arange(len(start))
-    below, above = np.hstack([start, floor]), np.hstack([start, eaves])
+    mirrored = np.repeat(starts[:-1] + starts[1:] - 1, sizes) - number
+    floor, eaves, ground = low[owner], high[owner], number + 5 * before
+    solid[ground, :2], solid[ground, 2] = start[mirrored], floor
+    solid[ground + count, :2], solid[ground + count, 2] = start, eaves
     # Walls have the inside to the left of their edge.
-    walls = [below, np.hstack([end, floor]), np.hstack([end, eaves]), above]
-    walls, each = np.stack(walls, axis=1).reshape(-1, 3), np.ones(len(start), np.int64)
-    foot = np.array(FOOT, object)[hangs[outline].astype(int)]
-    roof, wall = (
-        np.full(len(rows), name, object)
-        for rows, name in ((outline, "RoofSurface"), (start, "WallSurface"))
-    )
-    return [
-        _Polygons(below[mirrored], sizes, rings, outline, foot),
-        _Polygons(above, sizes, rings, outline, roof),
-        _Polygons(walls, 4 * each, each, owner, wall),
-    ]
+    wall = 4 * number + 2 * (before + count)
+    for place, (corners, height) in enumerate(
+        ((start, floor), (end, floor), (end, eaves), (start, eaves))
+    ):
+        solid[wall + place, :2], solid[wall + place, 2] = corners, height
+    # Sizes of rings likewise, and rings of polygons: of ground and roof all, of a wall one.
+    own, ring = starts_of(rings)[of_ring], np.arange(len(sizes))
+    ring_sizes = np.full(2 * len(sizes) + len(start), 4, np.int64)
+    for shift in (0, rings[of_ring]):
+        ring_sizes[ring + own + first[of_ring] + shift] = sizes
+    rings_of = np.ones(2 * len(outline) + len(start), np.int64)
+    thematic = np.full(len(rings_of), "WallSurface", object)
+    face = 2 * np.arange(len(outline)) + first[:-1]
+    rings_of[face], rings_of[face + 1] = rings, rings
+    thematic[face] = np.array(FOOT, object)[hangs.astype(int)]
+    thematic[face + 1] = "RoofSurface"
+    return _Polygons(solid, ring_sizes, rings_of, np.repeat(outline, 2 + np.diff(first)), thematic)
 
 
 def _collect(drawn, outline):

@@ -53,6 +53,7 @@ def read_geojson(path, report_share=silent):
         for place, member in enumerate(members):
             number += 1
             _add(member, features, f"feature {number}", content)
+            members[place] = None  # frees memory
             if place % 4096 == 4095:
                 report_share(READ + (0.9 - READ) * place / len(members))
     content.flat_map = features.finish()
