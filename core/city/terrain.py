@@ -4,9 +4,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import shapely
+from scipy.spatial import cKDTree
 
 from ..settings.errors import check_array
+from .city import number_names
 from .plan_geometry import draw_triangles, find_inside
+from .polygons import polygon_bounds
 from .triangulate_feet import heights_on
 
 # [m] feet this close to the edge of the terrain take its height: TINs are often cut out at
@@ -100,6 +103,19 @@ def ground_of_terrain(terrain):
         return np.where(np.isfinite(heights), heights, nearest_heights(terrain, places, NEAR))
 
     return measure
+
+
+def ground_of_feet(city):
+    """Heights of the ground of a city as its buildings stand on it: of places, (k, 2) float64 [m],
+    the foot of the building whose corner is nearest.
+    """
+    low, _ = polygon_bounds(city.points[:, 2], city.ring_start, city.polygon_start)
+    building = number_names(city.building_id)
+    feet = np.full(building.max() + 1, np.inf)
+    np.minimum.at(feet, building, low)
+    corner = np.repeat(feet[building], np.diff(city.ring_start[city.polygon_start]))
+    tree = cKDTree(city.points[:, :2])
+    return lambda places: corner[tree.query(places)[1]]
 
 
 def _corners_near(layer, places, reach):

@@ -131,6 +131,7 @@ def describe_city(found):
         f"surfaces     {found['surfaces']:,}, holes {found['holes']:,}",
         f"LoDs found   {met}",
         f"LoDs used    {used}",
+        *(f"data         {text}" for text in report["attributions"]),
         f"CRS          {site['crs'] or 'none'}{AXES[site['axes']] if site['crs'] else ''}",
         f"place        {place}",
         f"grid north   at {show_number(site['convergence'], 4, plus=True)}° from true north",

@@ -74,6 +74,7 @@ def describe_input(summary):
             for name, count in report["lods_chosen"].items()
         ]
         rows.append(("Level of detail", ", ".join(lods) or "none named"))
+        rows += [("Data", text) for text in attributions_of(summary)]
     # Where the city lies, and its surfaces by kind.
     if site.get("latitude") is not None:
         place = f"latitude {site['latitude']:.4f}°, longitude {site['longitude']:.4f}°"
@@ -236,6 +237,17 @@ def describe_left_out(summary):
             f"{missing:,} of {report['building_count']:,}."
         )
     return lines
+
+
+def attributions_of(summary):
+    """Whom to name with what is made of the files of a run: list of str.
+
+    Parameters
+    ----------
+    summary : dict
+        summary.json.
+    """
+    return (summary["input"].get("report") or {}).get("attributions") or []
 
 
 def describe_detail(report):

@@ -19,6 +19,7 @@ from ..settings.version import __version__
 from .describe_run import (
     LIMITS,
     SPREAD,
+    attributions_of,
     describe_assumptions,
     describe_edge,
     describe_input,
@@ -185,7 +186,8 @@ def compose_body(results, city):
                 ),
             ),
             paragraph(
-                f"Made by CityPV {__version__} from the files in the folder {results.name}.",
+                f"Made by CityPV {__version__} from the files in the folder {results.name}."
+                + "".join(f" {text}." for text in attributions_of(summary)),
                 "small",
             ),
         ]

@@ -21,7 +21,7 @@ from ..energy.pv_system import KINDS
 from ..settings.errors import InputError
 from ..settings.version import __version__
 from .compare_runs import list_differences
-from .describe_run import describe_assumptions, describe_windows
+from .describe_run import attributions_of, describe_assumptions, describe_windows
 from .output_folder import SITE_FILES, SITE_NAMES, whole_folder
 from .read_pieces import frame_of, join_pieces, read_pieces
 from .read_results import in_order, read_summary
@@ -56,7 +56,7 @@ def write_site(folders, out, *, attribution="", private=False, overwrite=False):
     out : path-like
         Folder of the site; written completely or not at all.
     attribution : str
-        Licence and source of the city model.
+        Licence and source of the city model; "": as its files say.
     private : bool
         Leave out the ids of surfaces and buildings, and the search.
     overwrite : bool
@@ -85,6 +85,8 @@ def write_site(folders, out, *, attribution="", private=False, overwrite=False):
     ):
         raise InputError(out, "holds something else than a map", "choose another --out")
     summary = _join_summaries(folders)
+    # Licences that the files themselves ask to be named, where nothing else is given.
+    attribution = attribution or "; ".join(summary["attributions"])
     site = summary["input"]["site"]
     frame = frame_of(site["latitude"], site["longitude"])
     # Surfaces of all folders are sorted by place in a database on disk, so that no city is too
@@ -130,9 +132,13 @@ def _join_summaries(folders):
     for folder in folders:
         summary, path = read_summary(folder / "summary.json"), folder / "summary.json"
         summary["date"] = path.stat().st_mtime
+        summary["attributions"] = attributions_of(summary)
         if first is None:
             first = summary
             continue
+        first["attributions"] += [
+            text for text in summary["attributions"] if text not in first["attributions"]
+        ]
         apart = list_differences(first, summary)
         if apart:
             raise InputError(

@@ -12,6 +12,7 @@ from .. import study
 from ..city.axis_order import PlaceHints
 from ..city.edge_distance import measure_edge_distance
 from ..city.edit_city import CityChange, edit_city, place_local
+from ..city.terrain import ground_of_feet
 from ..city.written_scene import written_scene
 from ..energy.left_out import describe_gone
 from ..energy.pv_system import build_system
@@ -20,6 +21,7 @@ from ..light.editable_city import restore_editable
 from ..light.errors_of_change import errors_of_difference
 from ..light.rays_file import NAME, read_rays, write_rays
 from ..photons.specular_light import specular_of
+from ..read.footprint_heights import HeightHints
 from ..read.read_city import read_city
 from ..results.columns import write_table
 from ..results.compare_runs import CHANGE, describe_light, mark_of
@@ -198,7 +200,14 @@ def _read_change(change, kept):
         like = None if change.local or kept.city.crs is None else kept.city
         hints = PlaceHints(request.axes, request.latitude, request.longitude, is_land, like)
         city = read_city(
-            [path], unit=conventions[0], up=conventions[1], orient=request.orient, hints=hints
+            [path],
+            unit=conventions[0],
+            up=conventions[1],
+            orient=request.orient,
+            hints=hints,
+            heights=HeightHints(request.height, request.default_height),
+            # Outlines stand where the base's buildings do.
+            find_ground=None if like is None else lambda _: ground_of_feet(kept.city),
         )
         if change.local:
             city = place_local(city, kept.scene.site, kept.city.grid)
