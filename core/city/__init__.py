@@ -82,6 +82,7 @@ DOORS = (
     "terrain.HORIZON",
     "terrain.Layer",
     "terrain.Terrain",
+    "terrain.ground_of_feet",
     "terrain.ground_of_terrain",
     "transform_crs.Grid",
     "transform_crs.UNITS",

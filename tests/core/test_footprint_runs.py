@@ -10,6 +10,8 @@ from footprint_text import feature, square, write_map
 from citypv.__main__ import main
 from citypv.core.results.read_results import read_results
 
+pytestmark = pytest.mark.slow
+
 FEW = ["--weather", "clear-sky", "--samples", "64", "--suns", "days:2", "--threads", "1", "--quiet"]
 LICENCE = "City of Elsewhere, CC BY 4.0"
 
