@@ -18,6 +18,7 @@ from .manual import map_manual
 from .menus import CityMenu, draw_city_menu, draw_import_menu
 from .panels import PANELS, MaterialPanel
 from .properties import REFLECTION, Preferences, Seeing, Settings
+from .translations import TABLES
 
 # Operators and file handlers: what the modules of the room operators define.
 _names = [
@@ -48,6 +49,7 @@ def register():
     bpy.types.TOPBAR_MT_file_import.append(draw_import_menu)
     bpy.types.VIEW3D_MT_editor_menus.append(draw_city_menu)
     bpy.utils.register_manual_map(map_manual)
+    bpy.app.translations.register(__name__, TABLES)
     use_cache_folder(find_preferences())
     _commands.append(bpy.utils.register_cli_command("citypv", main))
     for name, follow in HANDLERS:
@@ -77,6 +79,7 @@ def unregister():
         handlers = getattr(bpy.app.handlers, name)
         if follow in handlers:
             handlers.remove(follow)
+    bpy.app.translations.unregister(__name__)
     bpy.utils.unregister_manual_map(map_manual)
     bpy.utils.unregister_cli_command(_commands.pop())
     bpy.types.TOPBAR_MT_file_import.remove(draw_import_menu)

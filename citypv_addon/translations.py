@@ -1,0 +1,100 @@
+"""Labels in other languages: Blender shows them where the user has chosen one.
+
+Another language is another table of `TABLES`, by Blender's name of it; a label that it lacks stays
+English.
+"""
+
+OPERATORS, LABELS = "Operator", "*"  # Blender's contexts of buttons, and of all else
+
+GERMAN = {
+    OPERATORS: {
+        "Add to the city": "Zur Stadt hinzufügen",
+        "Berlin example": "Beispiel Berlin",
+        "Cancel": "Abbrechen",
+        "Classify surfaces": "Flächen einteilen",
+        "Colour faces": "Flächen färben",
+        "Compute energy": "Ertrag berechnen",
+        "Copy ids": "Kennungen kopieren",
+        "Delete variant": "Variante löschen",
+        "Deselect": "Auswahl aufheben",
+        "Edit building": "Gebäude bearbeiten",
+        "End timeline": "Zeitleiste beenden",
+        "Explain effect": "Effekt erklären",
+        "Export": "Exportieren",
+        "Find module": "Modul suchen",
+        "Forget before": "Vorher vergessen",
+        "Import and trace again": "Neu einlesen und rechnen",
+        "Import city": "Stadt einlesen",
+        "Keep as before": "Als Vorher merken",
+        "New variant": "Neue Variante",
+        "Plan effects": "Effekte planen",
+        "Predict time and error": "Zeit und Fehler schätzen",
+        "Probe": "Fläche ansehen",
+        "Remove building": "Gebäude entfernen",
+        "Render picture": "Bild rendern",
+        "Report as text": "Bericht als Text",
+        "Select group": "Gruppe auswählen",
+        "Show building": "Gebäude zeigen",
+        "Show city": "Stadt zeigen",
+        "Show difference": "Unterschied zeigen",
+        "Solar city": "Solarstadt",
+        "Take meshes": "Eigene Netze nehmen",
+        "Timeline": "Zeitleiste",
+        "Trace light": "Licht verfolgen",
+        "Update": "Aktualisieren",
+        "Use albedo": "Albedo verwenden",
+        "Use horizon": "Horizont verwenden",
+        "Use preset": "Voreinstellung verwenden",
+        "Use terrain": "Gelände verwenden",
+        "Use weather": "Wetter verwenden",
+        "Whole buildings": "Ganze Gebäude",
+    },
+    LABELS: {
+        "1  Import": "1  Einlesen",
+        "2  Classify": "2  Einteilen",
+        "3  Trace": "3  Licht",
+        "4  Energy": "4  Ertrag",
+        "5  Colour": "5  Farben",
+        "Probe": "Fläche",
+        "Results": "Ergebnisse",
+        "Timeline": "Zeitleiste",
+        "What if": "Was wäre, wenn",
+        "City": "Stadt",
+        "Own location": "Eigener Ort",
+        "Latitude": "Breite",
+        "Longitude": "Länge",
+        "Ground": "Boden",
+        "Weather": "Wetter",
+        "Years": "Jahre",
+        "Suns": "Sonnenstände",
+        "Days": "Tage",
+        "Module": "Modul",
+        "Mounting": "Montage",
+        "Losses": "Verluste",
+        "Inverter": "Wechselrichter",
+        "Least hours": "Mindeststunden",
+        "Reflections": "Reflexionen",
+        "Horizon": "Horizont",
+        "Sky": "Himmel",
+        "Trees": "Bäume",
+        "Target error": "Zielfehler",
+        "Show": "Zeigen",
+        "Colours": "Farben",
+        "Legend": "Legende",
+        "Charts": "Diagramme",
+        "Up axis": "Achse nach oben",
+        "Unit": "Einheit",
+        "Largest first": "Größte zuerst",
+        "Sort by": "Sortieren nach",
+        "Manual": "Handbuch",
+        "Choose a city, or drop its file here": "Stadt wählen oder Datei hierher ziehen",
+        "Low must be below High": "Unten muss kleiner sein als Oben",
+    },
+}
+TABLES = {
+    "de_DE": {
+        (context, label): words
+        for context, labels in GERMAN.items()
+        for label, words in labels.items()
+    }
+}
