@@ -136,6 +136,8 @@ def test_tiles_that_leave_nothing_out_are_the_whole(inputs, serial):
     np.testing.assert_array_equal(transfer.sky_view_factor, whole.sky_view_factor)
     np.testing.assert_array_equal(transfer.visible_share, whole.visible_share)
     np.testing.assert_array_equal(transfer.covered_share, whole.covered_share)
+    np.testing.assert_array_equal(transfer.string_loss, whole.string_loss)
+    assert whole.string_loss.any()
     errors = np.hypot(
         transfer.diffuse_relative_standard_error, whole.diffuse_relative_standard_error
     )

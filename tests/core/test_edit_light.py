@@ -171,6 +171,7 @@ def trace_wholly(base, change, request=None):
     """
     request = request or base.request
     prepared = prepare_decided(base.decisions, change.scene, request)
+    prepared = replace(prepared, rules=base.city.prepared.rules)
     full = trace_editable(prepared, base.suns, request, specular=specular_of)
     return replace(full, rows=change.rows)
 
@@ -197,6 +198,8 @@ def check_law(edited, full):
     assert (apart <= stated).all()
     totals = [area @ found[known] for found in hours]
     assert totals[0] == pytest.approx(totals[1], rel=1e-5)
+    lost = [area @ found.string_loss[known] for found in energy]
+    assert lost[0] == pytest.approx(lost[1], rel=1e-3, abs=1e-6 * totals[1])
 
 
 def try_edit(base_of, name, seed):
