@@ -14,6 +14,7 @@ DOORS = (
     "counted_area.CHOSEN",
     "counted_area.LEFT_OUT",
     "counted_area.MOST_COVERED",
+    "counted_area.OF_ROWS",
     "counted_area.REASONS",
     "counted_area.classify_again",
     "counted_area.find_counted_area",
@@ -48,6 +49,7 @@ DOORS = (
     "pv_system.area_of_kwp",
     "pv_system.build_system",
     "pv_system.join_letters",
+    "pv_system.note_windows",
     "pv_system.pick_module",
     "pv_system.read_library",
     "pv_system.split_words",
@@ -61,4 +63,5 @@ DOORS = (
     "time_axis.read_zone",
     "timeline.build_timeline",
     "timeline.describe_moment",
+    "vary_windows.vary_windows",
 )

@@ -34,6 +34,8 @@ REASONS = {  # why a surface carries no modules: key in tables, words; the first
     "left-out": "left out by the user (--leave-out)",
     "low-hours": "fewer full load hours than asked for (--least-hours)",
 }
+# of these, what modules in rows leave empty
+OF_ROWS = ("opening", "narrow")
 # of these, what takes modules off surfaces that count: they stay in groups, not in sums
 CHOSEN = ("left-out", "low-hours")
 # area without modules, by reason; and parts of surfaces that carry modules on the rest
@@ -112,22 +114,20 @@ def find_counted_area(transfer, system, *, steepest_underside=165.0):
     # Whether the sectors count a surface of its shape, however small.
     large = np.full(len(area), SMALLEST_ELIGIBLE_AREA), np.where(kind == "facade", 90.0, tilt)
     facing = classify(*large, surfaces.surface_azimuth, thematic, system.sectors)[2]
-    usable = np.array([system.usable.get(name, 1.0) for name in kind.tolist()])
+    usable = system.share_usable(replace(surfaces, kind=kind))
     # Area that is open, area that counts, and modules on it.
     open_area = area * (1.0 - taken)
     counted_area = np.where(carries, area if whole else open_area, 0.0)
     module, layout = system.module, None
     module_area, count = counted_area, counted_area / module.area
-    if system.layout is not None:
-        usable = system.layout.of_surfaces(surfaces, "usable", usable)
-    if system.layout is not None and system.layout.rows and _shapes_known(transfer):
+    if system.layout is not None and system.layout.rows and transfer.shapes_known:
         layout, count = lay_city(
             replace(surfaces, kind=kind),
             transfer.outlines,
             carries & (usable > 0),
             system.layout,
             hidden=taken,
-            taken=None if whole else _find_taken_parts(transfer, system),
+            taken=None if whole else transfer.taken_at(system.clearance),
         )
         module_area = count * system.layout.area
     fits = count > 0
@@ -179,16 +179,6 @@ def _share_without_room(transfer, system):
     return transfer.no_room[:, transfer.clearances.index(system.clearance)]
 
 
-def _shapes_known(transfer):
-    """Whether a Transfer knows the shapes of its surfaces, and of what is taken of them."""
-    return transfer.outlines is not None and transfer.taken_parts is not None
-
-
-def _find_taken_parts(transfer, system):
-    """Shapes of what is covered or has no room, at the clearance of a system: (n,)."""
-    return transfer.taken_parts[:, transfer.clearances.index(system.clearance)]
-
-
 def find_lit_share(transfer, system):
     """Share of each surface that its light falls on, and by which the sums of power are multiplied:
     (n,).
@@ -223,7 +213,7 @@ def note_other_clearance(transfer, clearance):
 
 def note_other_layout(transfer, request):
     """What is said of a Transfer whose shapes are not known, where rows are asked for: str."""
-    if request.layout == "area" or _shapes_known(transfer):
+    if request.layout == "area" or transfer.shapes_known:
         return ""
     return (
         "does not tell which parts of surfaces are covered (versions before 0.3 did not keep their "

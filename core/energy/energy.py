@@ -82,7 +82,7 @@ class Energy(CountedArea):
         Returns
         -------
         dict of str to float
-            eligible_area (counted) and module_area [m²], kwp [kWp], full_load_hours [h] (energy
+            eligible_area (counted) and module_area [m²], module_count, kwp [kWp], full_load_hours [h] (energy
             over power) and mwh_per_year [MWh]; before the inverter: full_load_hours_dc,
             mwh_dc_per_year. Hours are None without modules.
         """
@@ -91,6 +91,7 @@ class Energy(CountedArea):
         total = {
             "eligible_area": self.counted_area[rows].sum(),
             "module_area": self.module_area[rows].sum(),
+            "module_count": self.module_count[rows].sum(),
             "kwp": self.kwp[rows].sum(),
         }
         # Energy is hours times power [MWh]; hours of all are energy over power.

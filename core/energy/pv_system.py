@@ -132,6 +132,13 @@ class PvSystem:
         # The mounting `auto`: close-mount on walls and pitched roofs, open-rack on the others.
         return ("close-mount", "open-rack") if self.mounting == "auto" else (self.mounting,)
 
+    def share_usable(self, surfaces):
+        """Share of each of some surfaces that is left to modules by what the city does not show:
+        (n,) float64.
+        """
+        share = np.array([self.usable.get(name, 1.0) for name in surfaces.kind.tolist()])
+        return self.layout.of_surfaces(surfaces, "usable", share) if self.layout else share
+
     def mounting_of(self, kind):
         """Which of `mountings` surfaces of some kinds, (n,) str, have: (n,) int."""
         return (np.isin(kind, ("flat", "rack")) & (self.mounting == "auto")).astype(int)
@@ -205,6 +212,20 @@ def _choose_layout(request, module):
         facades,
         rows=request.layout == "rows",
     )
+
+
+def note_windows(request):
+    """What a share of facades does to bands of windows, where modules lie in rows: str; "" if
+    nothing.
+    """
+    if request.layout == "area" or "facade" not in request.usable:
+        return ""
+    if request.window_band is None:
+        return (
+            "--usable gives a share of facades, which stood for windows: no bands of windows are "
+            "kept free beside it (--window-band 1.4 keeps them, and both multiply)"
+        )
+    return "--usable and --window-band are both given: the share is taken of what windows leave"
 
 
 def parse_size(text):

@@ -176,6 +176,15 @@ class Transfer:
     notes: tuple = ()  # of str: what its file, written by another version, lacks
 
     @property
+    def shapes_known(self):
+        """Whether the shapes of surfaces are known, and of what is taken of them."""
+        return self.outlines is not None and self.taken_parts is not None
+
+    def taken_at(self, clearance):
+        """Shapes of what is covered or has no room at one of `clearances`: (n,)."""
+        return self.taken_parts[:, self.clearances.index(clearance)]
+
+    @property
     def edge_distance(self):
         """Of the surfaces, (n,) [m]: see `measure_edge_distance`; NaN where it is unknown, too."""
         known = self.surfaces.edge_distance

@@ -14,6 +14,7 @@ import pandas as pd
 from scipy.spatial import cKDTree
 
 from ..city.site import Site
+from ..energy.counted_area import OF_ROWS
 from ..energy.paying import SIDES
 from ..settings.errors import InputError, count_of, show_number
 from ..settings.request import declared_settings, option_of
@@ -86,6 +87,9 @@ def compare_folders(before, after):
     folders, known, again = (before, after), None, None
     # Both runs, and pairs of their surfaces with equal shapes.
     before, after = read_results(before), read_results(after)
+    layouts = [layout_of(one.summary) for one in (before, after)]
+    for one in (before, after) if len({*layouts}) > 1 else ():
+        one.faces = _cover_area(one)
     _check_comparable(before, after)
     match = match_shapes(_shapes_of(before), _shapes_of(after))
     # Settings of light that may differ; where one is a variant of the other, its file has the
@@ -133,6 +137,8 @@ def compare_folders(before, after):
             }
             for name, chosen in crossed.items()
         }
+    if len({*layouts}) > 1:
+        summary["layout"] = "area"
     if again:
         summary["base_light"] = again
     return Comparison(table, buildings, summary, after)
@@ -227,15 +233,37 @@ def _check_comparable(before, after):
             )
 
 
+def layout_of(summary):
+    """Whether modules lie in rows or cover the area, "rows" or "area", as earlier versions' did."""
+    return summary["totals"].get("layout", "area")
+
+
+def _cover_area(results):
+    """Faces with modules on every square metre that counts, whatever their layout."""
+    faces, summary = results.faces, results.summary
+    settings, carries = summary["settings"], faces["reason"].isin(["", *OF_ROWS])
+    share = faces["kind"].map(lambda kind: settings["usable"].get(kind, 1.0)).astype(float)
+    area = faces["area" if settings["hidden_walls"] == "count" else "open_area"].where(carries, 0.0)
+    return faces.assign(
+        kwp=area * share / summary["totals"]["area_per_kwp"],
+        counted_area=area.where(carries, faces["counted_area"]),
+        reason=faces["reason"].mask(carries, ""),
+    )
+
+
 def list_differences(one, other):
-    """What two summaries differ in that their numbers rest on: list of str."""
+    """What two summaries differ in that their numbers rest on: list of str.
+
+    Where modules lie in rows in one only, both are compared on their area.
+    """
     apart = ["the weather"] * (one["weather"]["label"] != other["weather"]["label"])
+    ignored = {"series", "monthly", "seed", "threads", "layout"}
+    if "area" in (layout_of(one), layout_of(other)):
+        ignored |= {"module_size", "storey", "window_band", "ground_floor", "facades"}
     one, other = one["settings"], other["settings"]
     for name, default, _ in declared_settings("weather", "surfaces", "electricity", "sky"):
         # These settings have no effect on what is compared.
-        if name not in ("series", "monthly", "seed", "threads") and one.get(
-            name, default
-        ) != other.get(name, default):
+        if name not in ignored and one.get(name, default) != other.get(name, default):
             apart.append(option_of(name))
     return apart
 

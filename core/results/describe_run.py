@@ -10,7 +10,7 @@ from ..city.city import ESTIMATED
 from ..energy.counted_area import LEFT_OUT
 from ..settings.errors import count_of, show_number
 from ..settings.request import SKIES, declared_settings, option_of
-from ..settings.system_settings import HIDDEN_WALLS, MOUNTINGS, SECTORS
+from ..settings.system_settings import HIDDEN_WALLS, LAYOUTS, MOUNTINGS, SECTORS
 from .read_results import WORDS, kind_title
 
 WAYS = {
@@ -30,7 +30,6 @@ HEADINGS = {
     "inside": "Covered",
     "sheet": "Lit on both sides",
 }
-USABLE = 0.6  # of facades with windows, as an example
 SPREAD = (
     "standard error: the true value lies within it in 68 % of cases, within twice as much in 95 %"
 )
@@ -148,7 +147,8 @@ def describe_assumptions(summary):
     ]
     # What is not considered depends on what was switched on.
     usable = ", ".join(f"{kind} {100 * share:g} %" for kind, share in settings["usable"].items())
-    rows.append(("Area that windows and edges leave", usable or "all (not reduced)"))
+    rows.append(("Modules", LAYOUTS[settings.get("layout", "area")]))
+    rows.append(("Share left to them by what the city does not show", usable or "all"))
     if least := settings.get("least_hours"):
         rows.append(("Least hours of a face with modules", f"{least:g} h a year"))
     trees = any(one["key"] == "trees" and one["on"] for one in traced.get("effects") or [])
@@ -165,21 +165,34 @@ def has_losses(summary):
 
 
 def describe_windows(summary):
-    """Whether windows count, and what it would make of the whole if a share of the facades were
-    left.
+    """How modules are laid out, what every square metre would give instead, and what windows of
+    another height would change: a sentence or two.
     """
-    whole, usable = summary["totals"], summary["settings"]["usable"].get("facade")
-    facade, lost = whole["kinds"].get("facade"), 1 - USABLE
-    if usable is not None:
-        return f"Of the facades {100 * usable:g} % counts, without windows and edges."
-    if not facade:
-        return ""
+    whole, settings = summary["totals"], summary["settings"]
+    every, usable = whole.get("every_square_metre"), settings["usable"].get("facade")
+    left = "" if usable is None else f" Of the facades {100 * usable:g} % is left to modules."
+    if every is None or whole.get("layout") != "rows":
+        return f"Modules cover every square metre that counts, windows included.{left}"
+    words = (
+        f"{whole['module_count']:,.0f} modules lie in rows, at a distance from edges; on every "
+        f"square metre they would have {every['kwp']:,.0f} kWp and give "
+        f"{every['mwh_per_year']:,.0f} MWh a year."
+    )
+    if varied := summary["error_budget"].get("windows"):
+        words += f" {describe_bands(settings, varied)}"
+    return words + left
+
+
+def describe_bands(settings, varied):
+    """What windows are taken for where none are drawn, and what others would change: a sentence."""
+    band = settings.get("window_band")
+    bands = ", ".join(
+        f"{show_number(one['percent'], 1, plus=True)} % with {one['window_band']:g} m"
+        for one in varied
+    )
     return (
-        f"Windows count as area of facades: with --usable facade={USABLE:g} facades would have "
-        f"{USABLE * facade['kwp']:,.0f} kWp and {USABLE * facade['mwh_per_year']:,.0f} MWh a year, "
-        "and all together "
-        f"{whole['kwp'] - lost * facade['kwp']:,.0f} kWp and "
-        f"{whole['mwh_per_year'] - lost * facade['mwh_per_year']:,.0f} MWh."
+        f"Where no windows are drawn, {1.4 if band is None else band:g} m of each storey of "
+        f"{settings['storey']:g} m are theirs: energy changes by {bands}."
     )
 
 
@@ -375,6 +388,13 @@ def list_errors(budget):
         (
             "Single surface: standard error, exceeded on 5 % of the area only",
             percent(budget.get("sampling_95"), "± "),
+        ),
+        *(
+            (
+                f"Energy with windows of {one['window_band']:g} m in each storey",
+                f"{show_number(one['percent'], 1, plus=True)} %",
+            )
+            for one in budget.get("windows") or ()
         ),
         ("Choice of sun positions: shift of the mean, against every hour's sun", shift),
         (

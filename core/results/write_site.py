@@ -20,7 +20,7 @@ from ..city.classify import ORIENTATIONS
 from ..energy.pv_system import KINDS
 from ..settings.errors import InputError
 from ..settings.version import __version__
-from .compare_runs import list_differences
+from .compare_runs import layout_of, list_differences
 from .describe_run import attributions_of, describe_assumptions, describe_windows
 from .output_folder import SITE_FILES, SITE_NAMES, whole_folder
 from .read_pieces import frame_of, join_pieces, read_pieces
@@ -140,6 +140,7 @@ def _join_summaries(folders):
             text for text in summary["attributions"] if text not in first["attributions"]
         ]
         apart = list_differences(first, summary)
+        apart += ["--layout"] * (layout_of(first) != layout_of(summary))
         if apart:
             raise InputError(
                 folder,

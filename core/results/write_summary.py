@@ -5,7 +5,7 @@ import json
 import platform
 import re
 import sys
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +18,7 @@ from ..city.edge_distance import FURTHEST, NEAREST
 from ..energy.counted_area import name_group, sum_left_out
 from ..energy.energy import exceeded_energy
 from ..energy.pv_system import KINDS, area_of_kwp, build_system
+from ..energy.vary_windows import vary_windows
 from .list_findings import list_findings
 
 # all that a number may depend on: what pyproject.toml asks for, and whose k-means tsam takes
@@ -74,6 +75,7 @@ def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
     -------
     dict
     """
+    system = build_system(request)
     # What was read, weather, settings, what was traced, time and memory, errors and sums.
     # kilo_hours  from the sum of irradiance over intervals [Wm⁻²] to a year's [kWh/m²].
     kilo_hours = weather.interval.total_seconds() / 3600 / 1000 / energy.years
@@ -100,8 +102,9 @@ def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
         "suns": {"way": transfer.suns.sampling, "count": len(transfer.suns)},
         "seconds": seconds or {},
         "peak_memory_bytes": peak_memory(),
-        "error_budget": budget_errors(transfer, energy, weather),
-        "totals": sum_totals(transfer, energy, build_system(request)),
+        "error_budget": budget_errors(transfer, energy, weather)
+        | {"windows": vary_windows(transfer, energy, system)},
+        "totals": sum_totals(transfer, energy, system),
         "years": describe_years(energy),
         "versions": versions(),
     }
@@ -257,7 +260,8 @@ def sum_totals(transfer, energy, system):
 
     With the paper's sectors flat roofs have a line among `kinds`, but are not part of the whole.
     `without_modules` has all other area, by the reason why it counts nothing; `dark` surfaces that
-    count although next to no light reaches them, in deep courts and shafts.
+    count although next to no light reaches them, in deep courts and shafts. `every_square_metre` is
+    what modules on all of the area would give, whatever the layout.
     """
     area, counts = np.asarray(transfer.surfaces.area, float), energy.summed
     rows = {name: counts & (energy.kind == name) for name in KINDS}
@@ -266,6 +270,7 @@ def sum_totals(transfer, energy, system):
     hours = energy.full_load_hours[counts] * area[counts] / counted
     # Open surfaces below a hundredth of the mean see next to no light all year.
     dark = hours * counted.sum() < 0.01 * (hours @ counted)
+    every = replace(energy, kwp=energy.area_kwp).sum_potential(energy.eligible, area)
     # (y,) [MWh]
     by_year = energy.kwp_of_hours(area)[own] @ energy.full_load_hours_by_year[own] / 1000
     return {
@@ -275,6 +280,8 @@ def sum_totals(transfer, energy, system):
             f"{name}_mwh_per_year": float(value) for name, value in exceeded_energy(by_year).items()
         },
         "area_per_kwp": area_of_kwp(system.module),
+        "layout": "area" if energy.layout is None else "rows",
+        "every_square_metre": {name: every[name] for name in ("kwp", "mwh_per_year")},
         "kinds": {
             name: {"count": int(chosen.sum()), **energy.sum_potential(chosen, area)}
             for name, chosen in rows.items()

@@ -115,6 +115,11 @@ def _note_light(found):
     str.
     """
     notes, names = [], ", ".join(found.summary["light_differs_in"])
+    if "layout" in found.summary:
+        notes.append(
+            "Modules lie in rows in one of the two only: both are compared with modules on every "
+            "square metre that counts."
+        )
     if "base_light" in found.summary:
         light = describe_light(found.summary["base_light"])
         notes.append(

@@ -92,6 +92,12 @@ def report_outcome(log, folder, energy, totals, report=None):
                 f"  {name}: {one['full_load_hours']:.0f} h, {count_of(one['count'], 'surface')}, "
                 f"{power}"
             )
+    if totals["layout"] == "rows":
+        every = totals["every_square_metre"]
+        log.write(
+            f"  {totals['module_count']:,.0f} modules in rows; on every square metre (--layout "
+            f"area) {every['kwp']:,.0f} kWp, {every['mwh_per_year']:,.0f} MWh a year"
+        )
     # What carries no modules, and why; what counts though it is dark; buildings without any shape.
     for key, one in totals["without_modules"].items():
         if not one["count"] and one["area"] < 1:

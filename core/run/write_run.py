@@ -10,7 +10,7 @@ from ..accuracy.measure_effects import state_effects
 from ..city.grid_cells import outline_surfaces, split_into_cells
 from ..city.racks import city_with_racks
 from ..cluster.trace_part import bound_hours
-from ..energy.pv_system import build_system
+from ..energy.pv_system import build_system, note_windows
 from ..light.sun_matrix import is_on_disk
 from ..results.columns import write_table
 from ..results.compare_runs import BEFORE, BEFORE_COLUMNS
@@ -66,6 +66,8 @@ def write_results(work, found, request, output, log):
 def write_energy(work, transfer, weather, request, log, *, keep=True):
     """Compute the Energy of a Transfer and write its tables, and transfer.nc if `keep`: Energy."""
     log.write("Electricity")
+    if note := note_windows(request):
+        log.write(f"  {note}")
     energy = compute_energy(transfer, weather, request, log.progress)
     log.clock.lap("electricity")
     write_tables(work, transfer, energy, weather, request, progress=log.progress)

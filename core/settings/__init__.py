@@ -49,6 +49,7 @@ DOORS = (
     "system_settings.BUILDINGS",
     "system_settings.CLEARANCES",
     "system_settings.HIDDEN_WALLS",
+    "system_settings.LAYOUTS",
     "system_settings.MOUNTINGS",
     "system_settings.PAPER_MODULE",
     "system_settings.SECTORS",

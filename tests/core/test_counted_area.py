@@ -16,7 +16,7 @@ from weathers import ERA5, HOUR
 
 from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.energy.counted_area import CHOSEN, REASONS, find_counted_area
+from citypv.core.energy.counted_area import CHOSEN, OF_ROWS, REASONS, find_counted_area
 from citypv.core.energy.energy import split_years
 from citypv.core.energy.pv_system import build_system, dc_system
 from citypv.core.results.write_buildings import sum_buildings
@@ -239,8 +239,7 @@ def test_each_reason_and_none_where_there_are_modules():
     counted = find_counted_area(result, system)
     assert counted.reason.tolist() == [*shapes, "", ""]  # the paper's level roof carries modules
     assert ((counted.kwp > 0) == (counted.reason == "")).all()
-    of_layout = {"opening", "narrow"}  # of modules in rows
-    assert list(shapes) == [*(key for key in REASONS if key not in {*CHOSEN, *of_layout}), ""]
+    assert list(shapes) == [*(key for key in REASONS if key not in (*CHOSEN, *OF_ROWS)), ""]
     np.testing.assert_allclose(counted.kwp[-3:], np.array([6.25 / 2, 1, 7]) / KWP)
 
 
