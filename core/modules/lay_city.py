@@ -119,6 +119,7 @@ def _draw_polygons(surfaces, outlines, rows, taken):
     axes = np.stack([cos * right + sin * upward, cos * upward - sin * right], axis=1)
     shape = outlines.points.astype(float), outlines.ring_start, outlines.surface_start
     cells = draw_outlines(shape, rows, np.zeros((len(rows), 3)), axes[of_row])
+    _cut_openings(surfaces, shape, rows, axes[of_row], cells)
     # Less what is covered or has no room.
     if taken is not None:
         for number in [place for place, row in enumerate(rows) if taken[row] is not None]:
@@ -136,6 +137,31 @@ def _draw_polygons(surfaces, outlines, rows, taken):
     corner = outlines.points[outlines.ring_start[outlines.surface_start[rows[first]]]]
     origin = np.einsum("ij,ij->i", normal, corner.astype(float))[:, None] * normal
     return _Polygons(rows, of_row, cells, free, rows[first], Planes(origin, axes[:, 0], axes[:, 1]))
+
+
+def _cut_openings(surfaces, shape, rows, axes, cells, *, depth=0.5):
+    """Cut windows and doors of the same building out of what surfaces, (k,) int, leave free: those
+    that lie in their plane or up to `depth` [m] before or behind it. `cells` are changed.
+
+    Parameters
+    ----------
+    shape : tuple
+        Of all surfaces, as of `draw_outlines`.
+    axes : array, (k, 2, 3)
+    """
+    openings = np.flatnonzero(np.isin(np.asarray(surfaces.thematic, str), OPENINGS))
+    building = np.asarray(number_names([str(name) for name in surfaces.building_id]))
+    points, ring_start, surface_start = shape
+    corner = points[np.minimum(ring_start[surface_start[:-1]], len(points) - 1)]
+    for place, row in enumerate(rows) if len(openings) else ():
+        own = openings[building[openings] == building[row]]
+        normal = surfaces.normal[row]
+        turned = np.abs(surfaces.normal[own] @ normal) < 0.9
+        own = own[~turned & (np.abs((corner[own] - corner[row]) @ normal) < depth)]
+        if len(own):
+            plane = np.broadcast_to(axes[place], (len(own), 2, 3))
+            holes = draw_outlines(shape, own, np.zeros((len(own), 3)), plane)
+            cells[place] = shapely.difference(cells[place], shapely.union_all(holes))
 
 
 def _angle_of_longest_edge(outlines, rows, right, upward):
