@@ -174,26 +174,16 @@ def describe_windows(summary):
     if every is None or whole.get("layout") != "rows":
         return f"Modules cover every square metre that counts, windows included.{left}"
     words = (
-        f"{whole['module_count']:,.0f} modules lie in rows, at a distance from edges; on every "
-        f"square metre they would have {every['kwp']:,.0f} kWp and give "
-        f"{every['mwh_per_year']:,.0f} MWh a year."
+        f"{whole['module_count']:,.0f} modules lie in rows; on every square metre they would have "
+        f"{every['kwp']:,.0f} kWp and give {every['mwh_per_year']:,.0f} MWh a year."
     )
     if varied := summary["error_budget"].get("windows"):
-        words += f" {describe_bands(settings, varied)}"
+        bands = ", ".join(
+            f"{show_number(one['percent'], 1, plus=True)} % with {one['window_band']:g} m"
+            for one in varied
+        )
+        words += f" Windows that are not drawn are assumed; energy changes by {bands} of a storey."
     return words + left
-
-
-def describe_bands(settings, varied):
-    """What windows are taken for where none are drawn, and what others would change: a sentence."""
-    band = settings.get("window_band")
-    bands = ", ".join(
-        f"{show_number(one['percent'], 1, plus=True)} % with {one['window_band']:g} m"
-        for one in varied
-    )
-    return (
-        f"Where no windows are drawn, {1.4 if band is None else band:g} m of each storey of "
-        f"{settings['storey']:g} m are theirs: energy changes by {bands}."
-    )
 
 
 def describe_strings(totals):
