@@ -238,8 +238,19 @@ class Result:
 
     def plot(
         self,
+        *,
+        title: str = ...,
+        attribution: str = ...,
     ) -> Path:
-        """Write report.html into the folder: its path."""
+        """Write report.html into the folder: its path.
+
+        Parameters
+        ----------
+        title : str
+            Heading of the page; by default with the name of the folder.
+        attribution : str
+            Source and licence of the city model; by default as its files say.
+        """
         ...
 
 class Comparison:

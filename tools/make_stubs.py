@@ -61,6 +61,8 @@ TYPES = {
     "folder": "StrPath",
     "overwrite": "bool",
     "temporary": "bool",
+    "title": "str",
+    "attribution": "str",
     "exports": "str | Sequence[str]",
     "cluster": "str | None",
     "tile": "float | None",

@@ -239,14 +239,17 @@ def _run_plot(options):
     """`citypv plot`."""
     from .show import plot_results
 
-    options.log.write(f"Written to {', '.join(map(str, plot_results(options.folder)))}")
+    words = {"title": options.title, "attribution": options.attribution}
+    options.log.write(f"Written to {', '.join(map(str, plot_results(options.folder, **words)))}")
 
 
 def _run_site(options):
     """`citypv site`."""
     from ..results.write_site import NO_LICENCE, write_site
 
-    named = {name: getattr(options, name) for name in ("attribution", "private", "overwrite")}
+    named = {
+        name: getattr(options, name) for name in ("title", "attribution", "private", "overwrite")
+    }
     found, log = write_site(options.folder, options.out, **named), options.log
     log.write("{buildings:,} buildings, {surfaces:,} surfaces: {files:,} files".format(**found))
     if not options.attribution:

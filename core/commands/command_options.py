@@ -37,6 +37,7 @@ def plot_options(parser):
     parser.add_argument(
         "folder", metavar="DIR", help="folder that simulate, yield or world has written"
     )
+    _add_words(parser, "")
     parser.add_argument("--quiet", action="store_true", help="print errors only")
 
 
@@ -45,9 +46,7 @@ def site_options(parser):
     parser.add_argument(
         "folder", nargs="+", metavar="DIR", help="folders that simulate or yield has written"
     )
-    parser.add_argument(
-        "--attribution", default="", metavar="TEXT", help="source and licence of the city model"
-    )
+    _add_words(parser, "Solar map")
     parser.add_argument(
         "--private", action="store_true", help="leave out the ids of buildings and surfaces"
     )
@@ -104,3 +103,13 @@ def selfcheck_options(parser):
 
 def _add_json(parser):
     parser.add_argument("--json", action="store_true", help="print as JSON")
+
+
+def _add_words(parser, title):
+    parser.add_argument("--title", default=title, metavar="TEXT", help="heading of the page")
+    parser.add_argument(
+        "--attribution",
+        default="",
+        metavar="TEXT",
+        help="source and licence of the city model; default: as its files say",
+    )

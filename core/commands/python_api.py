@@ -154,11 +154,19 @@ class Result:
             )
             return Result(folder, temporary=out is None)
 
-    def plot(self):
-        """Write report.html into the folder: its path."""
+    def plot(self, *, title="", attribution=""):
+        """Write report.html into the folder: its path.
+
+        Parameters
+        ----------
+        title : str
+            Heading of the page; by default with the name of the folder.
+        attribution : str
+            Source and licence of the city model; by default as its files say.
+        """
         from .show import plot_results
 
-        return plot_results(self.folder)[0]
+        return plot_results(self.folder, title=title, attribution=attribution)[0]
 
     def _read(self, name):
         from ..results.read_results import FACE_TEXTS, GROUP_TEXTS, read_table
@@ -205,7 +213,9 @@ class Result:
 
             picture = embed_figure(draw_plan(found.faces, found.outlines, "roof"), "png")
             image = f'<img alt="Full load hours from above" style="max-width:30em" src="{picture}">'
-        return f"<div><p>{html.escape(repr(self))}</p>{image}{annual.to_html(index=False)}</div>"
+        return (
+            f"<div><pre>{html.escape(repr(self))}</pre>{image}{annual.to_html(index=False)}</div>"
+        )
 
 
 @contextmanager

@@ -89,7 +89,7 @@ def show_accuracy(paths, request, plot=None):
     return curve
 
 
-def plot_results(folder):
+def plot_results(folder, **words):
     """Draw the results in a folder and write report.html beside them; of a world, draw its
     pictures.
 
@@ -98,6 +98,8 @@ def plot_results(folder):
     folder : path-like
         Of `citypv simulate`, `citypv yield` or `citypv world`. A report or pictures of an earlier
         call are replaced.
+    **words
+        `title` and `attribution` of `write_report`.
 
     Returns
     -------
@@ -130,4 +132,4 @@ def plot_results(folder):
     from ..results.read_results import read_results
     from ..results.write_report import write_report
 
-    return [write_report(folder, read_results(folder))]
+    return [write_report(folder, read_results(folder), **words)]

@@ -250,7 +250,7 @@ def attributions_of(summary):
     summary : dict
         summary.json.
     """
-    return (summary["input"].get("report") or {}).get("attributions") or []
+    return ((summary.get("input") or {}).get("report") or {}).get("attributions") or []
 
 
 def describe_detail(report):

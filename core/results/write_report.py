@@ -9,6 +9,7 @@ the page has tables only.
 import base64
 import hashlib
 import importlib.util
+from datetime import UTC, datetime
 from html import escape
 from math import isnan
 from pathlib import Path
@@ -88,13 +89,17 @@ TOO_LARGE = (
 )
 
 
-def write_report(folder, results):
+def write_report(folder, results, *, title="", attribution=""):
     """Write report.html into a folder, whole or not at all.
 
     Parameters
     ----------
     folder : path-like
     results : Results
+    title : str
+        By default with the name of the folder.
+    attribution : str
+        Source and licence of the city model; "": as its files say.
 
     Returns
     -------
@@ -103,9 +108,18 @@ def write_report(folder, results):
     """
     path = Path(folder) / "report.html"
     city, data = compose_city(results)
-    page = fill_page(f"Solar potential: {results.name}", compose_body(results, city), data)
+    sources = attribution or "; ".join(attributions_of(results.summary))
+    written = datetime.fromtimestamp((Path(folder) / "summary.json").stat().st_mtime, UTC)
+    body = "\n".join([describe_origin(written, sources), compose_body(results, city)])
+    page = fill_page(title or f"Solar potential: {results.name}", body, data)
     write_whole(path, lambda file: file.write_text(page, encoding="utf-8", newline="\n"))
     return path
+
+
+def describe_origin(written, attribution):
+    """When the results were written, and whose city model they rest on: a paragraph."""
+    source = f" City model: {attribution.rstrip('.')}." if attribution else ""
+    return paragraph(f"Results of {written:%Y-%m-%d}.{source}", "small")
 
 
 def compose_city(results, change=None):
@@ -186,8 +200,7 @@ def compose_body(results, city):
                 ),
             ),
             paragraph(
-                f"Made by CityPV {__version__} from the files in the folder {results.name}."
-                + "".join(f" {text}." for text in attributions_of(summary)),
+                f"Made by CityPV {__version__} from the files in the folder {results.name}.",
                 "small",
             ),
         ]

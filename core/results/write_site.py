@@ -46,7 +46,7 @@ NO_LICENCE = (
 )
 
 
-def write_site(folders, out, *, attribution="", private=False, overwrite=False):
+def write_site(folders, out, *, title="Solar map", attribution="", private=False, overwrite=False):
     """Write a solar map of one or more result folders.
 
     Parameters
@@ -55,6 +55,7 @@ def write_site(folders, out, *, attribution="", private=False, overwrite=False):
         Of `citypv simulate` or `citypv yield`, computed with the same weather and settings.
     out : path-like
         Folder of the site; written completely or not at all.
+    title : str
     attribution : str
         Licence and source of the city model; "": as its files say.
     private : bool
@@ -110,7 +111,7 @@ def write_site(folders, out, *, attribution="", private=False, overwrite=False):
         total = store.base.execute("SELECT count(*) FROM building").fetchone()[0]
         header = {"frame": frame.ravel().tolist(), "box": box.round(2).tolist(), "buildings": total}
         _write_index(work, store, header | view, private)
-        _write_page(work, summary, attribution)
+        _write_page(work, summary, title, attribution)
         # Names of what was written, so that the next run may replace just these.
         paths = [path.relative_to(work) for path in work.rglob("*") if path.is_file()]
         listed = sorted(path.as_posix() for path in paths if path.parts[0] in SITE_NAMES)
@@ -298,7 +299,7 @@ def _write_index(work, store, header, private, *, shard=1000):
     )
 
 
-def _write_page(work, summary, attribution):
+def _write_page(work, summary, title, attribution):
     """Write index.html and what it needs: its own scripts are all that it runs, and its own files
     all that it reads.
 
@@ -330,7 +331,5 @@ def _write_page(work, summary, attribution):
         paragraph(f"Made by CityPV {__version__}.", "small"),
     ]
     scripts = [f'<script src="page/{name}"></script>' for name in SCRIPTS]
-    page = fill_template(
-        "Solar map", "\n".join(body), scripts, "script-src 'self'; connect-src 'self'"
-    )
+    page = fill_template(title, "\n".join(body), scripts, "script-src 'self'; connect-src 'self'")
     (work / "index.html").write_text(page, "utf-8", newline="\n")

@@ -192,6 +192,7 @@ def test_triangles_cover_the_surfaces_and_the_ground_lies_below():
 def compose(monkeypatch, tmp_path):
     """The page of some results, without its other parts."""
     monkeypatch.setattr(write_report, "compose_body", lambda results, city: city)
+    (tmp_path / "summary.json").touch()  # its date is that of the results
     return lambda results: write_report.write_report(tmp_path, results).read_text("utf-8")
 
 
