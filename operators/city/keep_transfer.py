@@ -96,9 +96,11 @@ import and trace again"
     )
 
 
-def weigh(session, path, request, progress=silent):
+def weigh(session, path, request, progress=silent, *, weather=None):
     """Light of a session, read from its file where that was opened since, and its weather and
     energy.
+
+    The weather is read unless it is given.
 
     Returns
     -------
@@ -117,7 +119,8 @@ def weigh(session, path, request, progress=silent):
     study.check_settings(request)
     transfer = read_transfer(path) if session.transfer is None else session.transfer
     progress("reading weather", 0, 1, "years")
-    weather = study.read_year(transfer.site, request, transfer.suns, (folder_of_answers(),))
+    if weather is None:
+        weather = study.read_year(transfer.site, request, transfer.suns, (folder_of_answers(),))
     return transfer, weather, study.compute_energy(transfer, weather, request, progress)
 
 

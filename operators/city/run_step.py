@@ -6,6 +6,7 @@ Errors are told in one line, in the words of the panel.
 
 import functools
 import re
+import time
 from contextlib import nullcontext
 
 import bpy
@@ -100,6 +101,7 @@ class Step:
     current = None  # the running job; the panels show it below the button with its title
     timer = None  # of the window, which calls it
     _job = None  # the work, once it has begun
+    _told = 0.0  # when its progress was drawn last [s]
     _scene = None  # `session_uid` of the scene that the step was started in
     watched = False  # whether there is a window to show what is found so far
     stages = None  # of `Job`; `prepare` sets its task's where they are not always the same
@@ -155,9 +157,7 @@ class Step:
         self._scene = context.scene.session_uid
         self._job = Job(self.bl_label, functools.partial(self.work, task), self.stages)
         Step.current = self._job
-        # A quarter of a second between two looks at the work: drawing its progress takes time from
-        # it.
-        Step.timer = context.window_manager.event_timer_add(0.25, window=context.window)
+        Step.timer = context.window_manager.event_timer_add(0.05, window=context.window)
         context.window_manager.modal_handler_add(self)
         self._job.start()
         return {"RUNNING_MODAL"}
@@ -169,8 +169,11 @@ class Step:
             return {"RUNNING_MODAL"}
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
-        context.workspace.status_text_set(f"CityPV   {self._job.text}   (Esc cancels)")
-        redraw_panels(context)
+        # A quarter of a second between two drawings of its progress, which take time from the work.
+        if time.monotonic() - self._told > 0.25:
+            self._told = time.monotonic()
+            context.workspace.status_text_set(f"CityPV   {self._job.text}   (Esc cancels)")
+            redraw_panels(context)
         try:
             with _in_scene(context, self._scene):
                 if is_held() and self.is_wanted(context):

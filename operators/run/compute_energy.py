@@ -29,12 +29,12 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
     stages = {"reading weather": 1, "electricity": 4}
 
     @staticmethod
-    def work(task, progress):
-        """Read the weather and compute the energy."""
+    def work(task, progress, weather=None):
+        """Read the weather, where it is not given, and compute the energy."""
         from ...core.energy.left_out import describe_gone
 
         session, kept, request = task
-        transfer, weather, energy = weigh(session, kept, request, progress)
+        transfer, weather, energy = weigh(session, kept, request, progress, weather=weather)
         told = sum_energy(transfer, weather, energy, request)
         gone = describe_gone(transfer.surfaces, request.leave_out)
         return session, transfer, weather, energy, request, (told, gone)

@@ -94,7 +94,14 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
             )
             findings = list_findings(scene, edited.transfer.covered_share)
             light = known, known, findings, (describe_albedo(scene, base.request), [])
-            known.cached = light, WeighEnergy.work((known, None, request), progress)
+            # The weather is known where nothing that was asked for has changed.
+            same = session.energy is not None and repr(session.request) == repr(request)
+            known.cached = (
+                light,
+                WeighEnergy.work(
+                    (known, None, request), progress, session.weather if same else None
+                ),
+            )
         # The result before the edit, in the light that the edit asks for, for comparison.
         earlier = _match_before(before, known, solved, progress)
         return (

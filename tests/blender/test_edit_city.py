@@ -21,6 +21,7 @@ from steps import (
     trace_anew,
 )
 
+from citypv.core import study
 from citypv.core.city.edit_city import CityChange, edit_city
 from citypv.core.city.written_scene import written_scene
 from citypv.core.light.change_light import trace_change
@@ -117,6 +118,21 @@ def test_a_tower_joins_the_city_is_moved_and_comes_back_by_undo(traced, monkeypa
         run("update")
     assert hours_of(session_here()) == pytest.approx(second, rel=0, abs=0, nan_ok=True)
     assert describe_edit(here()) == ("", "")
+
+
+@pytest.mark.slow
+def test_an_edit_reads_the_weather_only_where_something_else_is_asked_for(traced, monkeypatch):
+    """The light that was seen before is weighed with the same record."""
+    read, read_year = [], study.read_year
+    monkeypatch.setattr(study, "read_year", lambda *given: read.append(given) or read_year(*given))
+    add_tower()
+    weather = session_here().weather
+    run("add_to_city")
+    assert not read and session_here().weather is weather
+    bpy.data.objects["tower"].location.x += 30
+    bpy.context.scene.citypv.losses = 20.0
+    update()
+    assert len(read) == 1 and session_here().weather is not weather
 
 
 def triangles_of(session, building):
