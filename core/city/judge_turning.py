@@ -13,6 +13,7 @@ import numpy as np
 from ..rays import surroundings
 from ..rays.faces import FAR_GROUND, SKY, faces_of_triangles
 from ..rays.ray_scene import RayScene
+from ..settings.tolerances import GEOMETRY
 from .orient_shells import SURE_SHARE
 from .polygons import measure_polygons, triangulate
 
@@ -146,6 +147,8 @@ def _trace_both_sides(shape, shell, tested, wanted, *, rays=64):
     triangles, owner = triangulate(places, *shape[1:])
     nothing = np.zeros(len(triangles), bool)
     faces, area = faces_of_triangles(places[triangles], nothing, nothing - np.int32(1))
+    # Rays start beyond a second face that is drawn in the same place.
+    faces.offset = np.maximum(faces.offset, np.float32(GEOMETRY.corner))
     rows = np.flatnonzero(np.isin(owner, tested) & (area > 0))
     place = np.searchsorted(tested, owner[rows])
     whole = np.bincount(place, area[rows], len(tested))
