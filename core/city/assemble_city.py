@@ -18,8 +18,6 @@ from .polygons import clean_rings, measure_polygons
 from .repair_polygons import repair_polygons
 from .strays import find_strays
 
-ORIENTS = ("auto", "as-drawn")
-
 
 def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
     """Join the contents of files into one City.
@@ -47,8 +45,8 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
         If no building has a usable polygon, or none has the requested level of detail.
     """
     # Options are checked before anything is joined.
-    if orient not in ORIENTS:
-        raise InputError("--orient", f"{orient!r} is unknown", f"give {' or '.join(ORIENTS)}")
+    if orient not in ("auto", "as-drawn"):
+        raise InputError("--orient", f"{orient!r} is unknown", "give auto or as-drawn")
     lod = None if lod is None else str(lod).strip()
     if lod is not None and not re.fullmatch(r"[0-4](\.\d)?", lod):
         raise InputError(

@@ -34,8 +34,6 @@ from .site import MICROMETRE, Site
 from .slope_filter import draw_lines, highest_foot
 from .triangulate_feet import drop_on_triangles, triangulate_feet, triangulate_plan
 
-MILLIMETRE = 3  # decimals of a metre
-
 
 class Lattice(NamedTuple):
     """Squares of the ground on the grid of the files."""
@@ -90,7 +88,7 @@ def lay_lattice(points, feet, reach, patch_size, site, *, kept=None):
     Lattice
     """
     # On the grid of the files, so that an edit of the city leaves the squares where they are.
-    places = site.to_files(points)[:, :2].round(MILLIMETRE)
+    places = site.to_files(points)[:, :2].round(3)  # to millimetres
     low, high = places.min(axis=0), places.max(axis=0)
     if kept is not None and (low >= kept.low).all() and (high <= kept.high).all():
         return kept
@@ -137,7 +135,7 @@ def spread_points(foot_places, footprints, lattice):
         shifts = uniform(mix(pair_keys(middles).view(np.uint64)), 2) - 0.5
         # Random shifts by a hundredth of a square, so that no four points lie on one circle.
         middles = size * (cells + 0.5 + 1e-2 * shifts)
-        places = lattice.place(middles.round(MILLIMETRE))
+        places = lattice.place(middles.round(3))
         away, _ = tree.query(places)
         # A patch may grow by 0.35 m per metre of distance from the nearest foot.
         fine = size <= patch_size * 1.0001 + 0.35 * np.maximum(away - 0.7 * size, 0)

@@ -25,7 +25,6 @@ from .site import Site
 from .split_edges import refine_triangles
 from .terrain import Terrain
 
-GROUNDS = ("auto", "feet", "none")
 DRAWN_TWICE = "lies on a surface that faces the same way, counted once"
 CUT, GROUNDED = 0.27, 0.65  # shares of the time that are over then
 
@@ -86,8 +85,8 @@ def build_scene(
         If a number, an array or a setting is invalid.
     """
     options = options or SceneOptions()
-    if ground not in GROUNDS:
-        raise InputError("--ground", f"{ground!r} is unknown", f"give {' or '.join(GROUNDS)}")
+    if ground not in ("auto", "feet", "none"):
+        raise InputError("--ground", f"{ground!r} is unknown", "give auto or feet or none")
     if not 0 <= options.ground_albedo <= 1:
         raise InputError(
             "--ground-albedo",

@@ -28,8 +28,6 @@ from ..rays.random_numbers import GOLDEN, mix
 from ..rays.ray_scene import RayScene
 from .crossing_loops import build_hierarchy, sum_crossings
 
-GOLDEN_RATIO = 0.6180339887498949
-
 
 class Canopy:
     """Crowns and trunks for attenuating rays, in leaf and bare.
@@ -167,7 +165,8 @@ def _draw_numbers(ray_origins, ray_directions, count):
             )
             words = mix((words ^ bits) + GOLDEN)
     start = (words >> np.uint64(11)).astype(float)[:, None] * 2.0**-53
-    return 1 - (start + np.arange(count) * GOLDEN_RATIO) % 1.0
+    # Steps by the golden ratio are spread evenly, however many there are.
+    return 1 - (start + np.arange(count) * 0.6180339887498949) % 1.0
 
 
 class LeafyScene(RayScene):

@@ -13,8 +13,6 @@ from ..settings.tolerances import GEOMETRY
 from .polygons import edges_of, merge_vertices, normals_of, triangulate
 from .scene import Crowns, volumes_below
 
-CROWN_BASE = 0.25  # of its height
-
 
 @dataclass
 class _TreeShape:
@@ -95,10 +93,10 @@ def _build_tree(tree, report):
 
 
 def _build_ellipsoid(tree, report, *, crown_per_height=0.5):
-    """A tree from its numbers: an ellipsoid crown from CROWN_BASE of its height up, and a trunk
+    """A tree from its numbers: an ellipsoid crown from a quarter of its height up, and a trunk
     below its middle.
     """
-    width, base = tree.crown_diameter, CROWN_BASE * tree.height
+    width, base = tree.crown_diameter, 0.25 * tree.height
     if width is None:
         # `crown_per_height`: crown diameter of a tree for which only the height is given.
         width = crown_per_height * tree.height

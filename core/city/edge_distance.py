@@ -14,7 +14,6 @@ import shapely
 
 FURTHEST = 100.0  # [m] further away the edge takes next to nothing
 NEAREST = 25.0  # [m] at the rim
-LEVEL = 0.1  # horizontal part of a unit normal, below which a surface looks to no side
 
 
 def measure_edge_distance(scene):
@@ -40,7 +39,8 @@ def measure_edge_distance(scene):
     # Fewer than 50 buildings are no city, and have no edge.
     if len(np.unique(building[built])) < 50:
         return found
-    looks = (np.hypot(*surfaces.normal[:, :2].T) > LEVEL) & (kind != "flat")
+    # Surfaces with less of their unit normal in plan look to no side.
+    looks = (np.hypot(*surfaces.normal[:, :2].T) > 0.1) & (kind != "flat")
     rows = np.flatnonzero(built & looks)
     middles, directions = _middles_of_surfaces(scene)[rows, :2], surfaces.normal[rows, :2]
     directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)
@@ -82,7 +82,7 @@ def _built_area(scene, built, *, closed_width=50.0):
     """Footprints of the buildings, their roofs seen from above, closed by `closed_width`, and
     without holes.
     """
-    roofs = built & (scene.surfaces.normal[:, 2] > LEVEL)
+    roofs = built & (scene.surfaces.normal[:, 2] > 0.1)
     own = np.flatnonzero(scene.triangle_surface >= 0)
     own = own[roofs[scene.triangle_surface[own]]]
     footprints = shapely.union_all(shapely.polygons(scene.vertices[scene.triangles[own]][:, :, :2]))

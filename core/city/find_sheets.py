@@ -20,13 +20,6 @@ from ..settings.progress import report_part, silent
 from ..settings.tolerances import GEOMETRY
 from .find_ground import find_ground
 
-FEW, MANY = 8, 64  # rays per triangle: to exclude clear cases, and to judge the others
-# share of the time for the FEW rays, and for each pass of the next four
-AFTER_FEW, EACH = (
-    0.35,
-    0.125,
-)
-
 
 @dataclass
 class _Shapes:
@@ -93,26 +86,27 @@ def judge_shapes(shapes, rows, sheet, report_share, *, enclosed=0.4):
     # A sheet is a face without thickness that encloses nothing: from both of its sides rays reach
     # the sky. Faces narrower than the accuracy are rounding of the data.
     rows = rows[mean(rows, shapes.width[rows]) >= GEOMETRY.accuracy]
-    tell = partial(report_part, report_share, 0, AFTER_FEW)
-    backs, _ = _count_ends(shapes, rows, -1, FEW, hops=0, report_share=tell)
-    # Where three quarters of the rays hit backs, the face is clearly inside.
-    rows = rows[mean(rows, backs / FEW) < 0.75]
+    # The first rays take a third of the time, each of the next four passes an eighth.
+    begin, each, many = 0.35, 0.125, 64
+    tell = partial(report_part, report_share, 0, begin)
+    backs, _ = _count_ends(shapes, rows, -1, 8, hops=0, report_share=tell)
+    # Where three quarters of eight rays hit backs, the face is clearly inside.
+    rows = rows[mean(rows, backs / 8) < 0.75]
     # What stands close in front of another face is its cladding, and belongs to it.
     rows = rows[mean(rows, _look_straight(shapes, rows, -1, GEOMETRY.cladding)) < 0.5]
-    begin = AFTER_FEW
     # Few rays exclude clear cases, more judge the rest; an open face has a tenth of its rays escape
     # to the sky.
-    for rays, least in ((16, 1e-9), (MANY, 0.1)):
+    for rays, least in ((16, 1e-9), (many, 0.1)):
         backs = []
         for side in (-1, 1):
-            tell = partial(report_part, report_share, begin, begin + EACH)
+            tell = partial(report_part, report_share, begin, begin + each)
             met, sky = _count_ends(shapes, rows, side, rays, report_share=tell)
             kept = mean(rows, sky / rays) >= least
             rows, backs = rows[kept], [earlier[kept] for earlier in (*backs, met)]
-            begin += EACH
+            begin += each
     # Inside on a side: enough of its rays hit backs; what is inside on neither is a sheet.
     # Enclosed: so many rays hit backs. A wall beside a floor without a roof has half, a vault 0.36.
-    inside = np.array([mean(rows, met / MANY) >= enclosed for met in backs])
+    inside = np.array([mean(rows, met / many) >= enclosed for met in backs])
     news = sheet.any()  # those that are known do not count so far
     # Faces below or behind sheets are judged again, as backs of sheets are not an inside.
     for _ in range(4):
@@ -126,8 +120,8 @@ def judge_shapes(shapes, rows, sheet, report_share, *, enclosed=0.4):
         )
         for side, doubtful in zip((-1, 1), inside, strict=True):
             some = rows[doubtful]
-            backs, _ = _count_ends(lit, some, side, MANY, hops=0)
-            doubtful[doubtful] = mean(some, backs / MANY) >= enclosed
+            backs, _ = _count_ends(lit, some, side, many, hops=0)
+            doubtful[doubtful] = mean(some, backs / many) >= enclosed
 
 
 def shapes_of_scene(scene):

@@ -21,7 +21,6 @@ OFF_GROUND = (
     "implicit geometry in a coordinate reference system whose axes are not metres east and north"
 )
 JOINING = "joining polygons"  # name of the stage
-BROUGHT = 0.1  # share of the time until all are in one coordinate reference system
 
 
 def join_contents(
@@ -91,10 +90,11 @@ def join_contents(
     for content in contents:
         own = replace(grid, crs=content.crs, axes=content.axes, plane=_plane_for(content.crs, grid))
         _move_content(content, own.to_plane if crs else lambda points: points * UNITS[unit])
-    progress(JOINING, BROUGHT * count, count, "polygons")
+    brought = 0.1  # share of the time until all are in one coordinate reference system
+    progress(JOINING, brought * count, count, "polygons")
 
     report_share = partial(
-        report_part, partial(report_polygons, progress, JOINING, count), BROUGHT, 1.0
+        report_part, partial(report_polygons, progress, JOINING, count), brought, 1.0
     )
     # Then one city is made of all, and trees that stand far off are left out.
     trees = [tree for content in contents for tree in content.trees]

@@ -17,8 +17,6 @@ from ..settings.tolerances import GEOMETRY
 from .orient_shells import SURE_SHARE
 from .polygons import measure_polygons, triangulate
 
-GLIMPSE = 1 / 32  # of the rays must reach the sky for a front to be known to be outside
-
 
 @dataclass
 class _Views:
@@ -29,6 +27,11 @@ class _Views:
     backs_drawn: np.ndarray  # share that hits backs, with all polygons as drawn
     backs_turned: np.ndarray  # share that hits backs, with all candidates turned
     backs_opposite: np.ndarray  # the same with the shell of the tested polygon reversed
+
+    @property
+    def glimpses(self):
+        """Sides that see enough of the sky for a front to be known to be outside: (k, 2) bool."""
+        return self.sky >= 1 / 32
 
 
 def judge_turning(shape, found, allowed):
@@ -114,7 +117,7 @@ def _decide(sides, shells, agree, wanted, whole):
     # lit  drawn front sees more sky, and is not inside: it stays, as does what rays deny.
     inward, into = (sides.backs_turned > 0.5 * (1 - sides.down)).T
     lit = (drawn >= turned) & (
-        ((drawn > surroundings.STRAY) & ~inward) | ((drawn >= GLIMPSE) & into)
+        ((drawn > surroundings.STRAY) & ~inward) | (sides.glimpses[:, 0] & into)
     )
     contrary = _supports(sides, sides.backs_opposite, 1 - proposed) | (wanted & lit)
     count = shell.max() + 1
@@ -136,7 +139,7 @@ def _supports(sides, backs, front):
     """
     inside = surroundings.lies_inside((backs, sides.sky, sides.down), 1, closed=False)
     rows = np.arange(len(front))
-    return inside[rows, 1 - front] & ~inside[rows, front] & (sides.sky[rows, front] >= GLIMPSE)
+    return inside[rows, 1 - front] & ~inside[rows, front] & sides.glimpses[rows, front]
 
 
 def _trace_both_sides(shape, shell, tested, wanted, *, rays=64):

@@ -10,7 +10,6 @@ from ..settings.errors import InputError
 # Names used by German surveys (GeoInfoDok); the vertical system follows after "*". The kilometres
 # added to eastings by the states' variants of one system, as in DE_DHDN_3GK2_NW177, name the
 # realisation and do not change the grid.
-SURVEYS = "urn:adv:crs:"
 ADV_NAMES = {
     r"(?:DE_)?ETRS89_UTM(\d\d)": lambda zone: f"EPSG:258{zone}",
     r"DE_DHDN_3GK([2-5])(?:_\w+)?": lambda zone: f"EPSG:3146{4 + int(zone)}",
@@ -182,7 +181,7 @@ def _candidates(text, easting):
         yield (
             "EPSG:2056" if seven_digits or (easting is None and text != "CH1903") else "EPSG:21781"
         )
-    word = (text[len(SURVEYS) :] if lowered.startswith(SURVEYS) else text).split("*")[0]
+    word = text[12 * lowered.startswith("urn:adv:crs:") :].split("*")[0]
     for pattern, write in ADV_NAMES.items():
         if match := re.fullmatch(pattern, word, re.IGNORECASE):
             yield write(match[1])

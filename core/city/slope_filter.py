@@ -10,13 +10,6 @@ from scipy.spatial import cKDTree
 from ..settings.tolerances import GEOMETRY
 from .plan_geometry import find_in_boxes, merge_places, pair_keys, plant_tree
 
-NEAR = 10.0  # [m] within which feet are compared with whole edges, further away with their ends
-# to limit memory: edges may have some thousand feet nearby
-ENDS_AT_ONCE, EDGES_AT_ONCE = (
-    50_000,
-    1_000,
-)
-
 
 def find_standing(start, end, step, slope):
     """Edges neither of whose ends rises above another foot by more than a step and the slope to it.
@@ -36,16 +29,16 @@ def find_standing(start, end, step, slope):
     # Both ends of each edge against the feet nearest to them.
     ends, step, slope = np.concatenate([start, end]), np.tile(step, 2), np.tile(slope, 2)
     hangs = _hangs_above_feet(ends, step, slope, start)
-    # Likewise beside whole edges: a bay above the middle of a long wall stands on nothing.
+    # Likewise beside whole edges, up to 10 m away: a bay above the middle of a long wall stands on nothing.
     some = np.flatnonzero(~hangs)
     ends, step, slope = ends[some], step[some], slope[some]
-    for point, _, foot, distance in _pass_edges(ends, start, end, NEAR):
+    for point, _, foot, distance in _pass_edges(ends, start, end, 10.0):
         rise = ends[point, 2] - foot[:, 2]
         hangs[some[point[rise > step[point] + slope[point] * distance + GEOMETRY.accuracy]]] = True
     return ~hangs.reshape(2, -1).any(axis=0)
 
 
-def _hangs_above_feet(points, step, slope, others):
+def _hangs_above_feet(points, step, slope, others, *, at_once=50_000):
     """Points (p, 3) for which z - z' <= step + slope * distance does not hold for all nearest feet:
     (p,) bool.
     """
@@ -53,8 +46,8 @@ def _hangs_above_feet(points, step, slope, others):
     lowest = others[merge_places(others)[0]]
     tree, hangs = cKDTree(lowest[:, :2]), np.zeros(len(points), bool)
     # Rise above each of the 32 nearest feet, against the step and the slope times the distance.
-    for first in range(0, len(points), ENDS_AT_ONCE):
-        some = slice(first, first + ENDS_AT_ONCE)
+    for first in range(0, len(points), at_once):
+        some = slice(first, first + at_once)
         distance, index = tree.query(points[some, :2], k=np.arange(1, min(32, len(lowest)) + 1))
         #         ● hangs
         #       ╱   slope
@@ -66,7 +59,7 @@ def _hangs_above_feet(points, step, slope, others):
     return hangs
 
 
-def _pass_edges(points, start, end, within):
+def _pass_edges(points, start, end, within, *, at_once=1_000):
     """Pairs of a point and an edge that is within a distance [m] of it in plan, of some edges at a
     time.
 
@@ -86,8 +79,8 @@ def _pass_edges(points, start, end, within):
     )
     # Points in the box around each edge, then the nearest place on it: share  of the way from start
     # to end.
-    for first in range(0, len(start), EDGES_AT_ONCE):
-        point, edge = find_in_boxes(tree, boxes[first : first + EDGES_AT_ONCE])
+    for first in range(0, len(start), at_once):
+        point, edge = find_in_boxes(tree, boxes[first : first + at_once])
         edge += first
         away = points[point, :2] - start[edge, :2]
         share = (away * span[edge, :2]).sum(axis=1) / squared[edge]

@@ -17,7 +17,6 @@ from pyproj.crs.coordinate_operation import TransverseMercatorConversion
 from ..settings.errors import InputError
 
 UNITS = {"m": 1.0, "ft": 0.3048, "us-ft": 1200 / 3937, "mm": 0.001, "cm": 0.01, "in": 0.0254}  # [m]
-EAST_NORTH = {"east", "north"}
 LOCAL = "local transverse Mercator"  # name of a plane around the middle of a city
 
 
@@ -241,7 +240,9 @@ def choose_plane(crs, axes, points, source=None):
         scale, turned = measure_steps(system, middle, axes)
         directions = {axis.direction for axis in system.axis_info[:2]}
         # A step may be 0.3 % longer or shorter than on Earth: less than any error of the light.
-        straight = directions == EAST_NORTH and not turned and (np.abs(scale - 1) <= 0.003).all()
+        straight = (
+            directions == {"east", "north"} and not turned and (np.abs(scale - 1) <= 0.003).all()
+        )
         if straight or not np.isfinite(scale).all():
             if unit == 1:
                 return Grid(crs, axes), None
@@ -250,7 +251,7 @@ def choose_plane(crs, axes, points, source=None):
         # Anything else is brought to a plane of its own, and why is told.
         scales = " and ".join(f"{value:.4g}" for value in scale)
         why = f"has a scale of {scales} along east and north here"
-        if directions != EAST_NORTH or turned:
+        if directions != {"east", "north"} or turned:
             why = f"counts to the {' and '.join(axis.direction for axis in system.axis_info[:2])}"
         note = (
             f"{system.name} {why}: the city was brought to true metres east and north; what is "

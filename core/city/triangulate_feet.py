@@ -81,9 +81,6 @@ def heights_on(corners, places):
     )
 
 
-SHARES = np.array([0.25, 0.5, 0.75])  # of an edge, where its height is compared with the ground's
-
-
 def triangulate_feet(lines, foot_points, edges, free, report_share, *, rounds=5):
     """Delaunay TIN of all points; missing foot edges are halved once, and again where they hang
     above the ground.
@@ -118,10 +115,9 @@ def triangulate_feet(lines, foot_points, edges, free, report_share, *, rounds=5)
         missing = edges[
             ~are_among(pair_keys(edges + first), sides) & (np.linalg.norm(along, axis=1) > 0.5)
         ]
-        if turn:  # those above the ground at any of their SHARES
-            ends = feet[missing]
-            # (k, SHARES, 3)
-            places = (1 - SHARES[:, None]) * ends[:, :1] + SHARES[:, None] * ends[:, 1:]
+        if turn:  # those above the ground at a quarter, a half or three quarters of them
+            ends, along = feet[missing], np.array([0.25, 0.5, 0.75])[:, None]
+            places = (1 - along) * ends[:, :1] + along * ends[:, 1:]  # (k, 3, 3)
             height = drop_on_triangles(vertices[triangles], places.reshape(-1, 3)).reshape(
                 places.shape[:2]
             )

@@ -211,10 +211,6 @@ def _list_doubles(pairs, kinds, hits):
     return np.array(row, np.int64), np.array(doubles, np.int32)
 
 
-# of a triangle clipped by three edges: 6, and never more than twice as many after each cut
-MOST_CORNERS = 24
-
-
 def _drop_hidden(ray_scene, patches, coincident, threads=1, *, pairs_per_task=1 << 13):
     """Coincident faces without the fronts that light does not reach; only pairs that face opposite
     ways are tested.
@@ -268,7 +264,8 @@ def _middle_of_overlap(places):
         Of `Coincident`.
     """
     middle = np.empty((len(places), 2), np.float32)
-    corners, clipped = np.empty((MOST_CORNERS, 2)), np.empty((MOST_CORNERS, 2))
+    # A triangle has never more than twice as many corners after each of three cuts.
+    corners, clipped = np.empty((24, 2)), np.empty((24, 2))
     for entry in range(len(places)):
         # The first face in the weights of the other, as a triangle of three corners.
         for axis in range(2):

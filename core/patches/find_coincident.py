@@ -17,7 +17,6 @@ from ..settings.threads import map_in_order
 from ..settings.tolerances import GEOMETRY
 
 MOST_PAIRS = 256  # per triangle; a pair that shares several cells counts in each
-SMALLEST = np.finfo(float).tiny
 
 
 @dataclass
@@ -55,7 +54,7 @@ def find_coincident(corners, offset, threads=1, *, layer_growth=2.0, triangles_p
     corners, offset = np.ascontiguousarray(corners, float), np.asarray(offset, float)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.sqrt(normal[:, 0] ** 2 + normal[:, 1] ** 2 + normal[:, 2] ** 2)
-    normal /= np.maximum(length, SMALLEST)[:, None]
+    normal /= np.maximum(length, np.finfo(float).tiny)[:, None]
     boxes = np.concatenate(
         [corners.min(axis=1) - offset[:, None], corners.max(axis=1) + offset[:, None]], axis=1
     )
@@ -119,7 +118,7 @@ def _list_pairs(pairs, corners):
     points = np.concatenate([corners[one, :1] - corners[other, :1], edges[one]], axis=1)
     # Dual vectors of the other's edges in its plane, 1 along one edge and 0 along the other.
     normal = np.cross(edges[other, 0], edges[other, 1])
-    normal /= np.maximum((normal**2).sum(axis=1, keepdims=True), SMALLEST)
+    normal /= np.maximum((normal**2).sum(axis=1, keepdims=True), np.finfo(float).tiny)
     dual = np.stack([np.cross(edges[other, 1], normal), np.cross(normal, edges[other, 0])], axis=1)
     places = np.einsum("eix,ekx->eik", dual, points)
     return Coincident(np.searchsorted(one, np.arange(count + 1)), other.astype(np.int32), places)

@@ -17,8 +17,6 @@ from ..settings.tolerances import GEOMETRY
 from . import cover_cells
 from .cover_cells import COVERED, FACING, OPEN, TOUCHING, UNKNOWN
 
-STATE_OF_FATE = np.full(BACK + 1, UNKNOWN)
-STATE_OF_FATE[[FRONT, SKY, BACK]] = FACING, OPEN, COVERED
 # cells: all along the edges, half of the others
 UPRIGHT = np.flatnonzero(sample_points.cell_places(CELL_DIVISIONS)[1] % 2 == 0)
 
@@ -116,7 +114,9 @@ def _first_states(ray_scene, patches, chosen, starts, *, rising=False):
         )
     # The kind of face that each ray meets: a back inside something, a front, or none.
     met = surroundings.send(ray_scene.trace_places, patches, places, (x, y, z))
-    states = STATE_OF_FATE[met.fate]
+    states = np.full(met.fate.shape, UNKNOWN)
+    for fate, state in ((FRONT, FACING), (SKY, OPEN), (BACK, COVERED)):
+        states[met.fate == fate] = state
     touching = _find_touching(patches, places.triangle, met.places)
     states[touching & (states == FACING)] = TOUCHING
     return states.reshape(b1.shape)

@@ -16,10 +16,6 @@ from ..rays.faces import Faces, faces_of_triangles
 from ..settings.errors import check_array, check_seed
 from ..settings.tolerances import GEOMETRY
 
-# of a surface, behind its building's: see `city.assemble_city`
-MADE_UP = re.compile(r"(_\d+|.*~\d+)([#/].*)?")
-UNNAMED = "\x00"
-
 
 @dataclass
 class Patches(Faces):
@@ -88,8 +84,9 @@ def keys_of_triangles(scene, *seeds):
     list of (t,) uint64
         For each seed.
     """
-    names = np.where(_find_made_up(scene), UNNAMED, np.array(scene.surfaces.surface_id, object))
-    digests = random_numbers.digest_names([*names, UNNAMED])
+    unnamed = "\x00"
+    names = np.where(_find_made_up(scene), unnamed, np.array(scene.surfaces.surface_id, object))
+    digests = random_numbers.digest_names([*names, unnamed])
     number = number_triangles(scene) if scene.number is None else scene.number
     own = random_numbers.mix(number.astype(np.uint64) + np.uint64(1))
     # The ground's -1 takes the last name.
@@ -140,7 +137,9 @@ def _find_made_up(scene):
     """
     surfaces = scene.surfaces
     pairs = zip(surfaces.surface_id, surfaces.building_id, strict=True)
+    # Behind their building's name they have what `city.assemble_city` appends.
+    made_up = re.compile(r"(_\d+|.*~\d+)([#/].*)?")
     return np.array(
-        [MADE_UP.fullmatch(name.removeprefix(building)) is not None for name, building in pairs],
+        [made_up.fullmatch(name.removeprefix(building)) is not None for name, building in pairs],
         bool,
     )

@@ -76,9 +76,6 @@ def stop_child(child):
     child.stdin.close()
 
 
-CORE = __package__.rpartition(".")[0]
-
-
 def compile_loops():
     """Compile all loops. Ends early when the process that started this one ends, or closes its end
     of the pipe.
@@ -118,7 +115,7 @@ def compile_loop(line):
     numba.core.dispatcher.Dispatcher
     """
     module, function, arguments = line.split(" ", 2)
-    loop = getattr(import_module(f"{CORE}.{module}"), function)
+    loop = getattr(import_module(f"{__package__.rpartition('.')[0]}.{module}"), function)
     types, _ = normalize_signature(arguments)  # of a text, numba's cache would keep the letters
     loop.compile(types)
     return loop

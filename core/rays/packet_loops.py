@@ -10,16 +10,7 @@ from numba import njit, types
 from numba.extending import intrinsic
 
 # rows of a packet
-ORIGIN, NEAR, DIRECTION, TIME, FAR, MASK, NUMBER, FLAGS = (
-    0,
-    3,
-    4,
-    7,
-    8,
-    9,
-    10,
-    11,
-)
+ORIGIN, NEAR, DIRECTION, FAR, MASK = 0, 3, 4, 8, 9
 B1, B2, TRIANGLE, MESH, INSTANCE, ROWS = 15, 16, 17, 18, 19, 24
 NONE = -1
 

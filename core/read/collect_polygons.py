@@ -69,9 +69,7 @@ PASSED_BY = {
     "buildingSubdivision",
 }
 STEPS = THEMATIC | {"BuildingPart", "Solid", "OrientableSurface", "ImplicitGeometry", "interior"}
-LOD = re.compile(r"lod(\d)(.*)")
 OUTLINE = ("exterior", "outerBoundaryIs")  # the other rings are holes
-RINGS = [f"{{*}}{name}" for name in (*OUTLINE, "interior", "innerBoundaryIs")]
 
 
 class _Place(NamedTuple):
@@ -159,7 +157,7 @@ def _kind(tag):
     if not isinstance(tag, str):
         return "passed by"  # comments and processing instructions
     name = tag.rpartition("}")[2]
-    lod = LOD.fullmatch(name)
+    lod = re.fullmatch(r"lod(\d)(.*)", name)
     if lod:
         return (
             "passed by"
@@ -232,7 +230,9 @@ def _add_polygon(element, place, content):
     identifier = name_element(element)
     _note_srs_name(element, content)
     outlines, holes, problem = [], [], None
-    for part in element.iterchildren(*RINGS):
+    for part in element.iterchildren(
+        *(f"{{*}}{name}" for name in (*OUTLINE, "interior", "innerBoundaryIs"))
+    ):
         points, trouble = _read_ring(part, place, content)
         problem = problem or trouble
         (outlines if part.tag.endswith(OUTLINE) else holes).append(points)

@@ -15,7 +15,6 @@ from .collect_polygons import place_prototype
 from .open_input import LARGEST_COORDINATE, clean_name
 from .walk_boundaries import CLASSES, DEPTHS, INTERIOR, read_numbers, read_vertices, walk_boundaries
 
-LOD = re.compile(r"[0-4](\.\d)?")
 INSTANCE = "GeometryInstance"
 # instanced polygons of one file; a template instanced a million times fills any memory
 MOST_PLACED = 500_000
@@ -109,7 +108,7 @@ def read_lod(geometry):
     if lod is None:
         return ""
     text = f"{lod:g}" if type(lod) in (int, float) and abs(lod) < 10 else lod
-    return text if isinstance(text, str) and LOD.fullmatch(text) else None
+    return text if isinstance(text, str) and re.fullmatch(r"[0-4](\.\d)?", text) else None
 
 
 def _draw_geometry(geometry, owner, source, shapes):

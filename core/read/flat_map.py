@@ -14,7 +14,6 @@ from ..settings.errors import InputError
 from . import footprint_names as names
 from .open_input import LARGEST_COORDINATE, clean_name
 
-OUTLINES = ("Polygon", "MultiPolygon")
 # words in names of layers of buildings
 BUILDINGS = r"build|b[aâ]ti|geb(ä|ae)ud|haus|house|edif|immob|pand|bygn|byggn|budyn|budov|footprint|rakenn|stavb"
 OPENSTREETMAP = "© OpenStreetMap contributors, Open Database License (ODbL)"
@@ -160,7 +159,7 @@ def _list_polygons(geometry, depth=3):
         ]
         polygons = [polygon for own, _ in found for polygon in own]
         return polygons, "" if polygons else "GeometryCollection"
-    if kind not in OUTLINES:
+    if kind not in ("Polygon", "MultiPolygon"):
         return [], re.sub(r"\W", "", clean_name(str(kind))[:30]) or "feature"
     polygons = [places] if kind == "Polygon" else places
     if not isinstance(polygons, list) or not all(

@@ -14,7 +14,6 @@ SAFE = dict.fromkeys(("resolve_entities", "load_dtd", "dtd_validation", "huge_tr
 SAFE |= dict.fromkeys(("no_network", "remove_comments", "remove_pis"), True)
 MOST_TAGS = 2**22  # tags in memory at once; the largest buildings have some ten thousand
 ROOT = re.compile(rb"<[A-Za-z_][^\s<>/]*")
-NO_CONTENT = re.compile(rb"<!--.*?-->|<\?.*?\?>", re.DOTALL)
 KNOWN_PREFIXES = {
     "gml": "http://www.opengis.net/gml",
     "bldg": "http://www.opengis.net/citygml/building/2.0",
@@ -121,7 +120,9 @@ class _Source:
         self._path, self._stream, self.tags = path, stream, 0
         # The root element must begin within the first 64 KB.
         self._head = head = stream.read(2**16) if prefixes else b""
-        root = ROOT.search(NO_CONTENT.sub(lambda found: b" " * len(found.group()), head))
+        root = ROOT.search(
+            re.sub(rb"(?s)<!--.*?-->|<\?.*?\?>", lambda found: b" " * len(found.group()), head)
+        )
         names = (
             f' xmlns:{prefix}="{KNOWN_PREFIXES.get(prefix, "urn:undeclared:" + prefix)}"'
             for prefix in prefixes

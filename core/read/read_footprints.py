@@ -20,7 +20,6 @@ from .flat_map import OPENSTREETMAP
 from .footprint_heights import DEFAULT, OUTLINE, STOREY, measure_heights
 from .open_input import clean_name
 
-NO = ("", "no", "none", "null", "false", "0", "nan")  # values that deny, in lower case
 COMPASS = (
     "n",
     "nne",
@@ -40,7 +39,6 @@ COMPASS = (
     "nnw",
 )
 SHAPES = {"gabled": "gabled", "hipped": "hipped", "pyramidal": "pyramidal", "skillion": "skillion"}
-MOST_MISSING = 0.1  # share of outlines that may be without a height
 
 
 class _Features:
@@ -103,7 +101,9 @@ def _text(value):
 
 
 def _says_yes(value):
-    return value is not None and value is not False and _text(value).lower() not in NO
+    # Values that deny, in lower case.
+    no = ("", "no", "none", "null", "false", "0", "nan")
+    return value is not None and value is not False and _text(value).lower() not in no
 
 
 def _name_features(flat_map):
@@ -267,7 +267,8 @@ def _fill_heights(one, hints):
         )
         return
     count = int(one.kept.sum())
-    if len(missing) > MOST_MISSING * count:
+    # A tenth of the outlines may be without a height.
+    if len(missing) > 0.1 * count:
         known = ", ".join(clean_name(name) for name in list(one.columns)[:12]) or "none"
         problem = (
             f"{len(missing):,} of {count:,} outlines ({100 * len(missing) / count:.0f} %) have neither "

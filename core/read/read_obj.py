@@ -14,7 +14,6 @@ from ..settings.progress import silent
 from ..settings.tolerances import GEOMETRY
 from .parse_obj import parse_obj, read_libraries, turn_up
 
-MOST_NAMED = 5  # in a note
 # Names that objects or their materials have where a file holds more than buildings, with the
 # suffixes of 3dfier.
 GROUND = r"(?i)(terrain|tinrelief|relief|dtm|landuse|roads?|railway|water|waterbody|forest|vegetation|plantcover)"
@@ -190,9 +189,7 @@ def _note_others(parts, building, content):
     others = {number: names for number, names in called.items() if all(map(OTHERS.match, names))}
     if not others or len(others) == len(called):
         return
-    named = list_some(
-        list(dict.fromkeys(name for one in others.values() for name in one)), MOST_NAMED
-    )
+    named = list_some(list(dict.fromkeys(name for one in others.values() for name in one)), 5)
     words = (
         f"{len(others)} of {len(called)} objects of {content.path} are no buildings by their names "
         f"({named})"
@@ -216,7 +213,7 @@ def _colour(parts, content):
     faces = sum(map(bool, parts.materials))
     coloured = sum(colour is not None for colour in content.colours.values())
     words = f"{content.path} has {len(used)} materials on {faces} of {len(parts.faces)} polygons"
-    words += f": {list_some(used, MOST_NAMED)}"
+    words += f": {list_some(used, 5)}"
     asked = (
         "Albedos are taken from names and colours with --materials (in Blender Albedo from: "
         "Materials)."

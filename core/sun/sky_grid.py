@@ -15,8 +15,6 @@ from scipy.spatial import ConvexHull
 from ..settings.errors import InputError
 from .suns import Suns
 
-GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))
-
 
 def sky_grid_suns(count):
     """Directions with equal areas of the upper hemisphere, on a Fibonacci spiral.
@@ -37,7 +35,7 @@ def sky_grid_suns(count):
     neighbours keeps them apart, :doi:`10.1007/s11004-009-9257-x`.
     """
     height = (np.arange(count) + 0.5) / count
-    azimuth = GOLDEN_ANGLE * np.arange(count)
+    azimuth = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(count)
     radius = np.sqrt(1.0 - height**2)
     direction = np.stack([radius * np.sin(azimuth), radius * np.cos(azimuth), height], axis=-1)
     none = np.full(count, -1, np.int32)

@@ -145,19 +145,20 @@ def test_the_floors_of_lyon_are_turned_as_the_tower_around_them():
     assert area[tilt > 91].sum() == pytest.approx(
         area[tilt < 1].sum() + area[(tilt > 1) & (tilt < 60)].sum(), rel=0.06
     )
-    # Three more, 0.25 m² in all, stick out of the tower and see the sky as they are drawn.
-    assert len(city.report.repaired["flipped with its open shell"]) == 233
+    # Four more, 0.41 m² in all, stick out of the tower: as drawn, 29 to 47 % of 4,096 rays see the
+    # sky, and turned, less than half see backs.
+    assert len(city.report.repaired["flipped with its open shell"]) == 232
     spared = [note for note in city.report.notes if "not by rays from both sides" in note]
     assert len(spared) == 1
-    assert spared[0].startswith("3 surfaces")
+    assert spared[0].startswith("4 surfaces")
     assert (
         area[
             [
-                city.surface_id.index(name)
+                city.surface_id.index(name.removesuffix(" …"))
                 for name in spared[0].split(": ")[1].rstrip(".").split(", ")
             ]
         ].sum()
-        < 0.3
+        < 0.45
     )
 
 

@@ -13,7 +13,7 @@ from small_city import write_gml
 from thorough import mark_cases
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
-from citypv.core.city.crowns import CROWN_BASE, cylinder, unit_sphere
+from citypv.core.city.crowns import cylinder, unit_sphere
 from citypv.core.commands.command_line import main
 from citypv.core.read.read_city import read_city
 from citypv.core.settings.errors import InputError
@@ -94,7 +94,7 @@ def test_a_tree_of_which_only_numbers_are_given(tmp_path):
     )
     numbers += f"{DENSITY.format(0.7)}<veg:crownDiameter>6</veg:crownDiameter>{POINT}"
     crowns = read_gml(tmp_path, tree(numbers))
-    assert crowns.volume == pytest.approx(np.pi / 6 * 6**2 * 12 * (1 - CROWN_BASE))
+    assert crowns.volume == pytest.approx(np.pi / 6 * 6**2 * 12 * (1 - 0.25))
     assert crowns.height == 12 and crowns.trunk.sum() == 16 and crowns.evergreen.all()
     assert crowns.area_density == pytest.approx(0.7)
 
