@@ -110,7 +110,9 @@ def read_buildings(paths, request, progress=silent):
     like = place_of_results(request.site_of)[0] if request.site_of else None
     hints = PlaceHints(request.axes, request.latitude, request.longitude, is_land, like)
     how = {"unit": request.unit, "up": request.up, "orient": request.orient, "hints": hints}
-    how["heights"] = HeightHints(request.height, request.default_height, request.unit)
+    how["heights"] = HeightHints(
+        request.height, request.default_height, request.unit, request.terrain is not None
+    )
     how["find_ground"] = None
     if request.terrain:
         # Outlines are extruded on the terrain.

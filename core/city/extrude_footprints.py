@@ -37,6 +37,7 @@ class Footprints:
     top: np.ndarray  # (f,) float64 [m] above the ground, the roof included
     ground: np.ndarray  # (f,) float64 [m] of the ground, NaN where it is not known
     height_source: list  # (f,) str: the attribute that gives the height, or what stands for it
+    above_sea: np.ndarray  # (f,) bool: the top is above the sea, not above the ground
     roofs: dict = field(default_factory=dict)  # row of the f -> roof_shapes.Roof
 
 
@@ -80,9 +81,9 @@ def extrude_footprints(contents, crs, report, ground_height=None):
     names = _name_buildings(contents, report)
     part = [*chain.from_iterable(table.part for table in tables)]
     source = [*chain.from_iterable(table.height_source for table in tables)]
-    bottom, top, ground = (
+    bottom, top, ground, above_sea = (
         np.concatenate([getattr(table, name) for table in tables])
-        for name in ("bottom", "top", "ground")
+        for name in ("bottom", "top", "ground", "above_sea")
     )
     roofs = {
         before + row: roof
@@ -108,6 +109,17 @@ def extrude_footprints(contents, crs, report, ground_height=None):
     # They stand on the ground, the parts of a building at one height.
     foot = _find_feet(shapes, building[owner], ground[owner], ground_height)
     low, high = foot + bottom[owner], foot + top[owner]
+    if above_sea.any():
+        # Heights above the sea end where they say, or 1 m above ground that is not yet known.
+        tops = foot + bottom[owner] + 1.0 if ground_height is None else top[owner]
+        high = np.where(above_sea[owner], tops, high)
+        sunk = high <= low
+        report.skip("ends below the terrain", [names[row] for row in owner[sunk]])
+        shapes, owner, low, high = shapes[~sunk], owner[~sunk], low[~sunk], high[~sunk]
+        if not len(shapes):
+            raise InputError(
+                contents[0].path, "all of it ends below the terrain", "correct --height"
+            )
     own = {k: roofs[row] for k, row in enumerate(owner.tolist()) if row in roofs}
     drawn, shaped = _extrude(shapes, (low, high, bottom[owner] > 0), own)
     _note_roofs(len(own), len(shaped), report)

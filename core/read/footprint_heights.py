@@ -6,6 +6,7 @@ what the user gives for those without. A null is none, and so are `*`, −1 and 
 
 import math
 import re
+from collections import Counter
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -46,6 +47,7 @@ class HeightHints:
     name: str | None = None  # NAME[:ft|:absolute]
     default: float | None = None  # [m] of outlines without a height
     unit: str = "auto"  # of `transform_crs.UNITS`, of all attributes of length; or auto
+    terrain: bool = False  # whether terrain tells the height of the ground
 
 
 @dataclass
@@ -57,6 +59,7 @@ class Heights:
     bottom: np.ndarray  # (f,) float64 [m] above the ground
     ground: np.ndarray  # (f,) float64 [m], NaN where it is not known
     roof: np.ndarray  # (f,) float64 [m] of the roof alone, NaN where it is not known
+    above_sea: np.ndarray  # (f,) bool: the top is above the sea, not above the ground
 
 
 def measure_heights(flat_map, hints, content):
@@ -78,35 +81,14 @@ def measure_heights(flat_map, hints, content):
     InputError
         `--height` names an attribute that the file does not have.
     """
-    columns, count = flat_map.columns, len(flat_map)
+    columns = flat_map.columns
     given = _read_hint(hints, columns, content.path)
     floors, floors_name = _first_values(flat_map, _floor_names(columns), lambda _: 1.0)
     ground, _ = _first_values(
         flat_map, names.find_names(columns, names.GROUNDS), _chooser(hints, content), zero=True
     )
     ground[ground < -500.0] = np.nan
-    # Attributes to take, in order, and whether each is above the sea; the first value counts.
-    wanted = [given] if given else _list_attributes(columns, ground, content)
-    top, source, used = np.full(count, np.nan), np.full(count, "", object), []
-    for name, known_unit, above_sea in wanted:
-        values = _column_lengths(columns[name])
-        unit = known_unit or _unit_of(name, values[0], floors, hints, content)
-        own = _in_metres(values, unit)
-        if above_sea or (given is None and _is_absolute(own, ground)):
-            own = own - ground
-            if not above_sea:
-                content.notes.append(
-                    f"{content.path}: {name} was read as a height above the sea, by the heights of the "
-                    f"ground; --height {name}:m reads it as above the ground."
-                )
-        own = np.where((own > 0) & (own <= HIGHEST), own, np.nan)
-        new = np.isnan(top) & np.isfinite(own)
-        top[new], source[new] = own[new], name
-        if new.any():
-            used.append(f"{name} ({new.sum():,})")
-    if given is not None and given[2] and not np.isfinite(ground).any():
-        problem = f"{given[0]} is a height above the sea, and no attribute tells that of the ground"
-        raise InputError(content.path, problem, "give an attribute of heights above the ground")
+    top, source, above_sea = _measure_tops(flat_map, (floors, ground), given, hints, content)
     _mark_multiples(top, source, floors, content)
     # Floors where there is no height; levels of a roof come on top.
     roof_names = names.find_names(columns, names.ROOF_HEIGHTS)
@@ -124,12 +106,67 @@ def measure_heights(flat_map, hints, content):
     plus = above if floors_name and ":" in floors_name else 0.0  # of OpenStreetMap
     top = np.where(estimated, floors * STOREY + plus, top)
     source[estimated] = FLOORS
-    if used or estimated.any():
-        told = ", ".join(
-            [*used, *([f"floors of {STOREY:g} m ({estimated.sum():,})"] if estimated.any() else [])]
-        )
+    told = ", ".join(f"{name} ({uses:,})" for name, uses in Counter(source).items() if name)
+    if told:
+        told = told.replace(f"{FLOORS} (", f"floors of {STOREY:g} m (") if estimated.any() else told
         content.notes.append(f"{content.path}: heights from {told}.")
-    return Heights(top, source.tolist(), bottom, ground, roof)
+    return Heights(top, source.tolist(), bottom, ground, roof, above_sea)
+
+
+def _measure_tops(flat_map, known, given, hints, content):
+    """Height of the top of each feature, its attribute, and whether it is above the sea: (f,)
+    float64 [m], (f,) object, (f,) bool.
+
+    Parameters
+    ----------
+    flat_map : FlatMap
+    known : tuple
+        Floors, and ground [m], (f,) float64 each.
+    given : tuple or None
+        As of `_read_hint`.
+    hints : HeightHints
+    content : FileContent
+    """
+    floors, ground = known
+    top, source = np.full(len(flat_map), np.nan), np.full(len(flat_map), "", object)
+    above_sea, grounded = np.zeros(len(flat_map), bool), np.isfinite(ground).any()
+    # Attributes in order, each with its unit, and whether it is above the sea: the first value
+    # counts.
+    for name, unit, high in (
+        [given] if given else _list_attributes(flat_map.columns, ground, content)
+    ):
+        values = _column_lengths(flat_map.columns[name])
+        own = _in_metres(values, unit or _unit_of(name, values[0], floors, hints, content))
+        if high and not grounded:
+            if not hints.terrain:
+                raise InputError(
+                    content.path,
+                    f"{name} is a height above the sea, and no attribute tells that of the ground",
+                    "give --terrain, or an attribute of heights above the ground",
+                )
+            # −1, 0 and numbers that are no height on Earth are none.
+            own = np.where((own > -500) & (own < 9500) & (own != 0) & (own != -1), own, np.nan)
+            return own, np.where(np.isfinite(own), name, "").astype(object), np.isfinite(own)
+        if high or (given is None and _is_absolute(own, ground)):
+            own = own - ground
+            if not high:
+                content.notes.append(
+                    f"{content.path}: {name} was read as a height above the sea, by the heights of the "
+                    f"ground; --height {name}:m reads it as above the ground."
+                )
+        own = np.where((own > 0) & (own <= HIGHEST), own, np.nan)
+        new = np.isnan(top) & np.isfinite(own)
+        top[new], source[new] = own[new], name
+    # Nowhere are nine of ten buildings higher than 100 m.
+    tops = top[np.isfinite(top)]
+    if given is None and len(tops) >= 10 and (lowest := np.percentile(tops, 10)) > 100:
+        raise InputError(
+            content.path,
+            f"{source[np.isfinite(top)][0]} is above {lowest:,.0f} for nine of ten outlines: heights above "
+            "the sea, or not in metres",
+            "give --height NAME:absolute with --terrain, --height NAME:cm, or another attribute",
+        )
+    return top, source, above_sea
 
 
 def _list_attributes(columns, ground, content):
@@ -291,6 +328,12 @@ def _unit_of(name, values, floors, hints, content):
         both = (values > 0) & (floors > 0)
         if both.sum() >= 10:
             storey = float(np.median(values[both] / floors[both]))
+            if 150 <= storey <= 650:
+                content.notes.append(
+                    f"{content.path}: {name} was read in centimetres, since a floor would have "
+                    f"{storey:.0f} m; --height {name}:m reads metres."
+                )
+                return "cm"
             if 7.5 <= storey <= 20:
                 if own == "m":
                     content.notes.append(

@@ -7,7 +7,7 @@ Parts take the place of their outline (Simple 3D Buildings of OpenStreetMap, Ove
 
 import math
 import re
-from collections import defaultdict
+from collections import Counter, defaultdict
 
 import numpy as np
 import shapely
@@ -46,7 +46,8 @@ class _Features:
 
     def __init__(self, content, hints):
         self.content, self.map = content, content.flat_map
-        self.count, self.columns = len(self.map), content.flat_map.columns
+        _spread_tags(self.map)
+        self.count, self.columns = len(self.map), self.map.columns
         self.names = _name_features(self.map)
         self.kept, self.part = _sort_features(self.columns, self.count, content, self.names)
         self.link = (
@@ -106,8 +107,36 @@ def _says_yes(value):
     return value is not None and value is not False and _text(value).lower() not in no
 
 
+def _spread_tags(flat_map):
+    """Make attributes of the tags that a column holds together: an object, or GDAL's text of
+    `"key"=>"value"`.
+    """
+    pair = re.compile(r'"((?:[^"\\]|\\.)*)"\s*=>\s*"((?:[^"\\]|\\.)*)"')
+    for column in ("tags", "other_tags"):
+        values = flat_map.columns.pop(column, None)
+        for row, value in enumerate(values or ()):
+            pairs = value.items() if isinstance(value, dict) else ()
+            if isinstance(value, str):
+                pairs = pair.findall(value)
+            for key, text in pairs:
+                if names.is_useful(key):
+                    own = flat_map.columns.setdefault(key, [None] * len(flat_map))
+                    own[row] = text if own[row] is None else own[row]
+
+
 def _name_features(flat_map):
     """Ids of features: the file's own, else of the first attribute that tells nearly all apart."""
+    # GDAL has ids of ways and of relations in two columns.
+    ways, others = (flat_map.columns.get(name) for name in ("osm_way_id", "osm_id"))
+    if ways and others:
+        return [
+            f"way/{_text(way)}"
+            if _text(way)
+            else f"relation/{_text(other)}"
+            if _text(other)
+            else ""
+            for way, other in zip(ways, others, strict=True)
+        ]
     if sum(map(bool, flat_map.ids)) > 0.9 * len(flat_map):
         return list(flat_map.ids)
     for name, _ in names.find_names(flat_map.columns, names.IDS):
@@ -131,7 +160,8 @@ def _sort_features(columns, count, content, ids):
     types = [_text(value) for value in column("type") or [None] * count]
     themes = [_text(value) for value in column("theme") or [None] * count]
     part |= np.array([word == "building_part" for word in types])
-    kept &= np.array([word in ("", "buildings") for word in themes])
+    if "buildings" in themes:
+        kept &= np.array([word in ("", "buildings") for word in themes])
     building, parts = column("building"), column("building:part")
     if parts is not None:
         part |= np.array([_says_yes(value) for value in parts])
@@ -181,12 +211,14 @@ def _link_parts(flat):
         for row in np.flatnonzero(one.kept & ~one.part):
             for name in {one.names[row], one.names[row].rpartition(":")[2]} - {""}:
                 whole.setdefault(name, (number, int(row)))
+    uses = Counter(name for one in flat for name in one.link)
     for number, one in enumerate(flat):
         one.outline = {}  # row of a part -> (file, row) of its outline
         for row, name in enumerate(one.link):
             if name and one.kept[row] and name != one.names[row]:
                 found = whole.get(name) or whole.get(name.rpartition(":")[2])
-                one.part[row] = True
+                # A building that nothing else belongs to is whole.
+                one.part[row] |= uses[name] > 1 or found is not None
                 one.building[row] = name
                 if found is not None and found != (number, row):
                     one.outline[row] = found
@@ -288,7 +320,7 @@ def _make_footprints(one):
     """Footprints of the features that are left."""
     heights, flat_map = one.heights, one.map
     # What begins above its own top is no solid.
-    upside = one.kept & ~(heights.top > heights.bottom)
+    upside = one.kept & ~((heights.top > heights.bottom) | heights.above_sea)
     for row in np.flatnonzero(upside):
         one.content.skip("begins above its own height", one.names[row] or f"outline {row + 1}")
     rows = np.flatnonzero(one.kept & ~upside)
@@ -313,6 +345,7 @@ def _make_footprints(one):
         heights.top[rows],
         heights.ground[rows],
         [heights.source[row] for row in rows],
+        heights.above_sea[rows],
         {int(number[row]): roof for row, roof in roofs.items() if number[row] >= 0},
     )
 

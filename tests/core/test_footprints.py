@@ -376,3 +376,57 @@ def test_maps_that_cannot_be_used_say_why(tmp_path, text, words):
     (tmp_path / "map.geojson").write_text(text)
     with pytest.raises(InputError, match=words):
         read(tmp_path / "map.geojson")
+
+
+def test_heights_above_the_sea_end_where_they_say_on_terrain(tmp_path):
+    rows = "\n".join(" ".join(["250"] * 20) for _ in range(20))
+    head = "ncols 20\nnrows 20\nxllcorner 534800\nyllcorner 5683280\ncellsize 10\n"
+    (tmp_path / "ground.asc").write_text(head + rows + "\n")
+    own = feature(square(0, 0), "a", roof_top=262.5)
+    own["geometry"]["coordinates"] = [[[534_858 + x, 5_683_306 + y] for x, y in square(0, 0)]]
+    crs = {"type": "name", "properties": {"name": "EPSG:25832"}}
+    path = write_map(tmp_path / "map.geojson", own, crs=crs)
+    city = read(path, terrain=str(tmp_path / "ground.asc"), height="roof_top:absolute")
+    assert (city.points[:, 2].min(), city.points[:, 2].max()) == pytest.approx((250, 262.5))
+    with pytest.raises(InputError, match="no attribute tells that of the ground; give --terrain"):
+        read(path, height="roof_top:absolute")
+
+
+def test_heights_that_no_town_has_are_refused(tmp_path):
+    """Heights above the sea, of a town without heights of the ground."""
+    houses = [feature(square(20 * k, 0), height=520 + k) for k in range(12)]
+    path = write_map(tmp_path / "map.geojson", *houses)
+    with pytest.raises(InputError, match="nine of ten outlines: heights above the sea"):
+        read(path)
+    assert max(tops(read(path, height="height:cm")).values()) == pytest.approx(5.31)
+
+
+def test_centimetres_are_told_by_floors(tmp_path):
+    houses = [feature(square(20 * k, 0), height=310 * (k + 1), floors=k + 1) for k in range(12)]
+    city = read(write_map(tmp_path / "map.geojson", *houses))
+    assert max(tops(city).values()) == pytest.approx(3.1 * 12)
+
+
+@pytest.mark.parametrize(
+    "tags",
+    [
+        {"other_tags": '"height"=>"7.5","addr:street"=>"A \\"B\\" road"'},
+        {"tags": {"height": "7.5 m", "name": "x"}},
+    ],
+)
+def test_tags_in_one_column(tmp_path, tags):
+    own = feature(square(0, 0), None, osm_way_id="12", osm_id=None, building="yes", **tags)
+    other = feature(square(30, 0), None, osm_way_id=None, osm_id="7", building="yes", **tags)
+    city = read(write_map(tmp_path / "map.geojson", own, other))
+    assert tops(city) == pytest.approx({"way/12": 7.5, "relation/7": 7.5})
+
+
+def test_attributes_of_other_producers_mean_nothing_here(tmp_path):
+    """A theme of its own, and a building_id beside a feature's id, leave all as it is."""
+    houses = [
+        feature(square(20 * k, 0), f"f{k}", theme="Gebäude", building_id=f"b{k}", height=5)
+        for k in range(3)
+    ]
+    city = read(write_map(tmp_path / "map.geojson", *houses))
+    assert city.report.building_count == 3 and city.report.part_count == 0
+    assert set(city.building_id) == {"b0", "b1", "b2"}
