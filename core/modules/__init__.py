@@ -9,6 +9,7 @@ DOORS = (
     "lay_city.OPENINGS",
     "lay_city.lay_city",
     "lay_modules.ModuleLayout",
+    "module_shapes.draw_modules",
     "read_facades.check_facades",
     "read_facades.read_facades",
 )

@@ -14,13 +14,14 @@ from scipy.spatial import cKDTree
 from ..city.classify import ORIENTATIONS
 from ..city.polygons import triangulate
 from ..energy.pv_system import KINDS
+from ..modules.module_shapes import draw_modules
 from .read_results import in_order
 from .viewer_columns import describe_view, list_layers, measure_faces, sum_counting
 
 BELOW = 0.2  # [m] of the ground below the feet of buildings
 
 
-def pack_city(results, change=None):
+def pack_city(results, change=None, *, with_modules=True):
     """The data of the 3D view as base64 of a raw deflate stream.
 
     The stream holds the length of a JSON header (uint32), the header, and its `arrays` one after
@@ -33,6 +34,8 @@ def pack_city(results, change=None):
     change : pandas.DataFrame, optional
         Surfaces of a `Comparison` whose later state this is, to be shown as a colour and as sums of
         buildings too.
+    with_modules : bool
+        Whether the shapes of modules are packed, where they are known.
 
     Returns
     -------
@@ -71,6 +74,8 @@ def pack_city(results, change=None):
     supply = sum_counting(faces["kind"].to_numpy(str), values)
     # Shapes of the surfaces, then the header that says what each array is, then all in one stream.
     shapes = {} if results.outlines is None else pack_shapes(results.outlines, building)
+    if results.layout is not None and with_modules:
+        shapes |= _pack_modules(results.layout)
     packed = [_pack_array(name, array) for name, array in (arrays | shapes).items()]
     header = {
         "buildings": buildings.tolist(),
@@ -82,6 +87,22 @@ def pack_city(results, change=None):
     stream = zlib.compressobj(9, zlib.DEFLATED, -zlib.MAX_WBITS)
     parts = [len(text).to_bytes(4, "little"), text, *(data for _, data in packed)]
     return base64.b64encode(stream.compress(b"".join(parts)) + stream.flush()).decode("ascii")
+
+
+def _pack_modules(layout):
+    """Surface of each module, and its lower left corner and edges [mm], all x, all y, all z: dict
+    of arrays.
+    """
+    corners = draw_modules(layout)
+    shapes = {
+        "corner": corners[:, 0],
+        "along": corners[:, 1] - corners[:, 0],
+        "up": corners[:, 3] - corners[:, 0],
+    }
+    return {"module_surface": layout.surface} | {
+        f"module_{name}": np.round(1000.0 * points.T).astype(np.int64)
+        for name, points in shapes.items()
+    }
 
 
 def _pack_array(name, array):

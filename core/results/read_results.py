@@ -17,15 +17,23 @@ from ..city.grid_cells import Outlines
 from ..city.site import Site
 from ..energy.counted_area import CHOSEN, REASONS
 from ..energy.pv_system import KINDS
+from ..modules.lay_modules import ModuleLayout
 from ..read.netcdf_file import refuse_links
 from ..settings.errors import InputError, id_of_cell, parsing
 from .columns import IDS
-from .surfaces_file import AGAIN, GIVE_RESULTS, MONTHLY, check_names, open_surfaces
+from .surfaces_file import (
+    AGAIN,
+    GIVE_RESULTS,
+    MONTHLY,
+    check_names,
+    open_surfaces,
+    read_layout,
+)
 from .transfer_file import read_fields
 
 FACE_TEXTS = ("surface_id", "building_id", "kind", "orientation", "eligible")
 FACE_TEXTS += ("reason", "reason_note")
-FACE_NUMBERS = ("area", "open_area", "kwp", "surface_tilt", "surface_azimuth")
+FACE_NUMBERS = ("area", "open_area", "kwp", "module_count", "surface_tilt", "surface_azimuth")
 FACE_NUMBERS += ("sky_view_factor", "full_load_hours", "full_load_hours_standard_error")
 GROUP_TEXTS = ("kind", "orientation", "period")
 SECTIONS = {  # of summary.json, and what must stand in each
@@ -71,6 +79,7 @@ class Results:
     suns: np.ndarray  # (s, 3) unit vectors towards the suns that were traced
     outlines: Outlines | None  # None where the light comes from a file without them
     months: np.ndarray  # (n, 12) [h] full load hours of each surface by month
+    layout: ModuleLayout | None = None  # where modules lie; None: every square metre counts
 
 
 def read_results(folder):
@@ -114,7 +123,8 @@ def read_results(folder):
         outlines = Outlines(**found) if (found := read_fields(file, "outlines")) else None
         suns, months = (np.asarray(file[name][:], float) for name in ("direction", MONTHLY))
         check_names(folder, file["surface_id"][:], faces["surface_id"].tolist())
-    return Results(folder.absolute().name, faces, groups, summary, *axis, suns, outlines, months)
+        read = suns, outlines, months, read_layout(file)
+    return Results(folder.absolute().name, faces, groups, summary, *axis, *read)
 
 
 def read_summary(path):

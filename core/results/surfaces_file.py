@@ -1,5 +1,5 @@
-"""surfaces.nc: shapes of the surfaces and their full load hours by month, for pictures; without the
-traced matrices.
+"""surfaces.nc: shapes of the surfaces and of the modules on them, and full load hours by month, for
+pictures; without the traced matrices.
 """
 
 from contextlib import contextmanager
@@ -7,6 +7,7 @@ from contextlib import contextmanager
 import h5netcdf
 import numpy as np
 
+from ..modules.lay_modules import ModuleLayout
 from ..read.netcdf_file import netcdf_file, refuse_links, write_variables
 from ..settings.errors import InputError
 from .transfer_file import PACKED, describe_fields
@@ -41,6 +42,17 @@ def write_surfaces(path, transfer, energy):
         ),
         MONTHLY: (("surface", "month"), hours, meaning, PACKED),
     } | describe_fields({"outlines": transfer.outlines})
+    # Modules with their edges, which are nearly all the same and so packed small.
+    if energy.layout is not None:
+        words = {"surface": "surface that carries the module", "corner": "its lower left corner"}
+        words |= {"along": "its edge along the row", "up": "its edge up the slope"}
+        words |= {"row": "its row on the surface, of facades the storey"}
+        for name, long_name in words.items():
+            values = getattr(energy.layout, name)
+            whole, axes = values.ndim == 1, ("module", "axis")[: values.ndim]
+            told = {"long_name": long_name} | ({} if whole else {"units": "m"})
+            kept = values.astype(np.int32 if whole else np.float32)
+            variables[f"module_{name}"] = axes, kept, told, PACKED
     with netcdf_file(path) as stream, h5netcdf.File(stream, "w") as file:
         file.attrs["title"] = FORMAT
         write_variables(file, variables)
@@ -74,6 +86,17 @@ def open_surfaces(folder):
         raise InputError(
             path, f"cannot be read as CityPV's surfaces ({error})", GIVE_RESULTS
         ) from error
+
+
+def read_layout(file):
+    """Modules of a surfaces.nc that is open: ModuleLayout, None where every square metre counts."""
+    if "module_surface" not in file:
+        return None
+    names = ("surface", "corner", "along", "up", "row")
+    return ModuleLayout(
+        **{name: np.asarray(file[f"module_{name}"][:], float) for name in names[1:4]},
+        **{name: np.asarray(file[f"module_{name}"][:], np.int64) for name in names[::4]},
+    )
 
 
 def check_names(folder, found, surface_id):

@@ -61,6 +61,14 @@ VIEWED = (
         mounted=True,
     ),
     _Viewed(
+        "modules",
+        "number of modules",
+        source="module_count",
+        title="Modules",
+        digits=1,
+        mounted=True,
+    ),
+    _Viewed(
         "hours",
         "full load hours per year of the area that counts [h]",
         title="Full load hours",

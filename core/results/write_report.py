@@ -127,6 +127,8 @@ def compose_city(results, change=None):
     gets words alone.
     """
     data = pack_city(results, change)
+    if len(data) > MOST_DATA:  # the modules are what a reader misses least
+        data = pack_city(results, change, with_modules=False)
     if len(data) <= MOST_DATA:
         return read_web("viewer.html"), data
     words = TOO_LARGE.format(count=len(results.faces), size=len(data) / 1e6, most=MOST_DATA / 1e6)

@@ -133,10 +133,25 @@ function paintPicture(layer, stops, missing) {
   view.colours.needsUpdate = true;
 }
 
+function shapeOfModule(k) {
+  const count = city.module_surface.length;
+  const parts = [city.module_corner, city.module_along, city.module_up];
+  return parts.map((part) => [0, 1, 2].map((axis) => part[axis * count + k] / 1000));
+}
+
+function paintModules() {
+  if (view.modules) fillModules(view.modules, city.module_surface, city);
+}
+
 function buildView() {
-  const parts = { ...startView(), ...buildMesh(), mark: null };
+  const parts = { ...startView(), ...buildMesh(), mark: null, modules: null };
   const all = [...city.surface_id.keys()];
   parts.scene.add(buildGround(), parts.mesh, buildEdges(all, LOOK_OF_EDGES));
+  if (city.module_surface?.length) {
+    parts.modules = buildModules(city.module_surface.length, shapeOfModule);
+    parts.scene.add(parts.modules);
+    show("modules-label");
+  }
   return { ...parts, all, box: boundSurfaces(all) };
 }
 

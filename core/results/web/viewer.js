@@ -1,8 +1,8 @@
 // A city in 3D, the numbers of a surface or building that is clicked, and the table of buildings: what the report
 // (report.js) and a city's solar map (map.js) share. supply.js, between them, shows which faces pay.
 //
-// Each of them defines what it does in its own way: paintPicture, visitCorners, showMark, choosePicked, rowOf, partsOf
-// and findRows. Texts of the data become part of the page by textContent alone. THREE is the bundle of three.js.
+// Each of them defines what it does in its own way: paintPicture, paintModules, visitCorners, showMark, choosePicked,
+// rowOf, partsOf and findRows. Texts of the data become part of the page by textContent alone. THREE is the bundle of three.js.
 "use strict";
 
 const PAGE_OF_ROWS = 25;
@@ -144,6 +144,7 @@ function paint() {
   byId("grey-words").textContent = `${layer.name === "change" ? "is new, or " : ""}does not count${few}`;
   if (!view) return;
   paintPicture(layer, layer.stops.map(readColour), readColour(city.missing));
+  paintModules();
   draw();
 }
 
@@ -178,6 +179,7 @@ function lookOfSurfaces() {
 }
 
 const LOOK_OF_EDGES = { color: 0x1d2433, transparent: true, opacity: 0.28 };
+const LOOK_OF_MODULES = { color: 0x14213d, transparent: true, opacity: 0.6, side: 2 }; // seen from both sides
 const LOOK_OF_MARK = { color: MARK, depthTest: false, transparent: true }; // what is transparent is drawn last
 
 function buildLines(points, look) {
@@ -186,6 +188,41 @@ function buildLines(points, look) {
   const lines = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial(look));
   lines.raycast = () => {}; // a click means a surface
   return lines;
+}
+
+// Modules as one mesh before the faces, whose colours show through. Of each its lower left corner and the two edges
+// from it.
+function buildModules(count, shapeOf) {
+  const points = new Float32Array(12 * count);
+  for (let k = 0; k < count; k++) {
+    const [corner, along, up] = shapeOf(k);
+    for (let axis = 0; axis < 3; axis++) {
+      const places = [0, along[axis], along[axis] + up[axis], up[axis]];
+      places.forEach((place, point) => (points[12 * k + 3 * point + axis] = corner[axis] + place));
+    }
+  }
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.BufferAttribute(points, 3));
+  return wearModules(new THREE.Mesh(geometry));
+}
+
+function wearModules(mesh) {
+  mesh.material = new THREE.MeshBasicMaterial(LOOK_OF_MODULES);
+  mesh.raycast = () => {}; // a click means a surface
+  return mesh;
+}
+
+// Modules of the faces that pay for the slider; `surfaces` carry them, one after the other.
+function fillModules(mesh, surfaces, columns) {
+  mesh.visible = byId("modules").checked;
+  if (!mesh.visible) return;
+  const corners = [];
+  surfaces.forEach((surface, k) => {
+    if (columns.kwp[surface] > 0 && !(columns.hours[surface] < least)) {
+      for (const point of [0, 1, 2, 0, 2, 3]) corners.push(4 * k + point);
+    }
+  });
+  mesh.geometry.setIndex(corners);
 }
 
 function boundSurfaces(surfaces) {
@@ -480,7 +517,7 @@ function showPage() {
     return option;
   });
   byId("layer").append(...options);
-  for (const name of ["layer", "shared"]) byId(name).addEventListener("change", paint);
+  for (const name of ["layer", "shared", "modules"]) byId(name).addEventListener("change", paint);
   byId("more").addEventListener("click", () => {
     order.shown += 4 * PAGE_OF_ROWS;
     showTable();
