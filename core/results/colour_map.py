@@ -21,6 +21,7 @@ DIVERGING = (
 )
 MISSING = "8f8f8c"  # faces without this result
 GROUND = "dededa"  # generated ground, and the sky of a picture
+MODULES = "14213d"  # modules, as in web/viewer.js
 
 
 def choose_range(values, areas):

@@ -2,13 +2,16 @@
 
 import numpy as np
 
+from ..modules.module_shapes import draw_modules, triangulate_modules
 from ..settings.progress import silent
-from .colour_map import GROUND, choose_range, linear_light, srgb_colour
+from .colour_map import GROUND, MODULES, choose_range, linear_light, srgb_colour
 from .glb import (
     ARRAY,
     COLOUR_MAP,
+    ELEMENTS,
     FLOAT,
     UINT16,
+    UINT32,
     Buffer,
     colour_hours,
     pack_glb,
@@ -22,7 +25,8 @@ def write_gltf(path, run, progress=silent):
 
     Axes are glTF's: x east, y up, z south; metres from the scene's origin, which `asset.extras`
     names together with the scale of the colours. Each building is a node of its own (all together
-    where there are more than 2,000), the ground another. The material is unlit, so that colours
+    where there are more than 2,000), with the sums of its modules in `extras`, the ground another,
+    and all modules one more. The material is unlit, so that colours
     show as they are; viewers without that extension light a rough surface. Ground and surfaces
     without full load hours are grey.
 
@@ -39,7 +43,7 @@ def write_gltf(path, run, progress=silent):
     # Colours are full load hours between the limits of the scale; corners are not shared, so that
     # each face has its own.
     level = choose_range(energy.full_load_hours, scene.surfaces.area)
-    names, node = _group_triangles(scene)
+    names, sums, node = _group_triangles(scene, energy)
     corners = np.asarray(scene.vertices, float)[scene.triangles]  # (t, 3, 3) [m]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
@@ -68,6 +72,20 @@ def write_gltf(path, run, progress=silent):
             }
         )
     progress(stage, 1, 2, "steps")
+    nodes = [
+        {"name": name, "mesh": k, "extras": own}
+        for k, (name, own) in enumerate(zip(names, sums, strict=True))
+    ]
+    # All modules are one mesh more, which a viewer may hide.
+    materials = [plain_material((1, 1, 1), name="full load hours")]
+    if energy.layout is not None and len(energy.layout):
+        attributes = {"POSITION": buffer.place(draw_modules(energy.layout).reshape(-1, 3))}
+        corners = triangulate_modules(len(energy.layout)).astype("<u4").ravel()
+        indices = buffer.access(corners, UINT32, "SCALAR", ELEMENTS)
+        shape = {"attributes": attributes, "indices": indices, "material": 1, "mode": 4}
+        nodes.append({"name": "modules", "mesh": len(meshes)})
+        meshes.append({"name": "modules", "primitives": [shape]})
+        materials.append(plain_material(linear_light(srgb_colour(MODULES)), name="modules"))
     # What the colours mean, and where on Earth the model lies.
     extras = {
         "shows": "full load hours",
@@ -85,16 +103,16 @@ def write_gltf(path, run, progress=silent):
     document = {
         "asset": {"extras": extras},
         "extensionsUsed": ["KHR_materials_unlit"],
-        "nodes": [{"name": name, "mesh": k} for k, name in enumerate(names)],
+        "nodes": nodes,
         "meshes": meshes,
-        "materials": [plain_material((1, 1, 1), name="full load hours")],
+        "materials": materials,
     }
     path.write_bytes(pack_glb(document, buffer))
     progress(stage, 2, 2, "steps")
 
 
-def _group_triangles(scene):
-    """Names of the nodes, and the node of each triangle (t,)."""
+def _group_triangles(scene, energy):
+    """Names of the nodes, sums of the modules of each, and the node of each triangle (t,)."""
     surface = scene.surface_of_triangle
     names, building = np.unique(
         np.array(scene.surfaces.building_id, dtype=object).astype(str), return_inverse=True
@@ -104,5 +122,14 @@ def _group_triangles(scene):
         names, building = ["buildings"], np.zeros(len(building), np.int64)
     node = np.append(building.reshape(-1), len(names))[surface]
     used, node = np.unique(node, return_inverse=True)
-    names = [*map(str, names), "ground"]
-    return [names[k] for k in used], node.reshape(-1)
+    # What the modules of a building are and yield; the ground has none.
+    kwp = energy.kwp_of_hours(scene.surfaces.area)
+    numbers = {name: getattr(energy, name) for name in ("module_count", "module_area", "kwp")}
+    numbers["mwh_per_year"] = np.nan_to_num(kwp * energy.full_load_hours) / 1000
+    sums = {
+        name: np.bincount(building.reshape(-1), values, len(names)).tolist()
+        for name, values in numbers.items()
+    }
+    told = [{name: own[k] for name, own in sums.items()} for k in range(len(names))]
+    names, told = [*map(str, names), "ground"], [*told, {}]
+    return [names[k] for k in used], [told[k] for k in used], node.reshape(-1)
