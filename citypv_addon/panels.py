@@ -283,6 +283,7 @@ class ColourPanel(_Step, bpy.types.Panel):
             "auto_range",
             *ends,
             "show_legend",
+            "show_modules",
         )
         if city and not has_result(city, settings.attribute):
             draw_sentence(

@@ -18,7 +18,7 @@ from ..operators.city.declare_settings import build_properties
 from ..operators.city.read_materials import MATERIALS
 from ..operators.city.read_settings import ADDON, ASKED_BY_KEY, FILES_WORDS, use_cache_folder
 from ..operators.run.plan_trace import DAYS
-from ..operators.show import choose_faces, show_result
+from ..operators.show import choose_faces, show_modules, show_result
 from ..operators.show.timeline import TIMED, follow_timeline_show
 
 LODS = [
@@ -242,6 +242,11 @@ class Settings(bpy.types.PropertyGroup):
         ),
         default=True,
         update=show_result.follow_switch,
+    )
+    show_modules: BoolProperty(
+        name="Modules",
+        description="Draw each module where it lies on roofs and facades",
+        update=show_modules.follow_modules,
     )
     show_legend: BoolProperty(
         name="Legend", description="Draw the legend in the 3D view", default=True

@@ -10,6 +10,7 @@ DOORS = (
     "colour_map.GROUND",
     "colour_map.MAPS",
     "colour_map.MISSING",
+    "colour_map.MODULES",
     "colour_map.choose_range",
     "colour_map.linear_light",
     "colour_map.mix_stops",

@@ -16,6 +16,7 @@ from ..city.source_objects import is_in_place, list_members, list_taken
 from ..show.colour_faces import read_scale
 from ..show.colour_user_meshes import colour_user_meshes, uncolour_user_meshes
 from ..show.show_city import match_view
+from ..show.show_modules import show_modules
 
 
 class SwitchCity(OfCity, Action, bpy.types.Operator):
@@ -39,6 +40,7 @@ class SwitchCity(OfCity, Action, bpy.types.Operator):
         same = chosen.get(Key.FAMILY) and chosen.get(Key.FAMILY) == (
             city.get(Key.FAMILY) if city is not None else None
         )
+        show_modules(context)
         match_view(context, None if taken or same else read_vertices(chosen))
 
 

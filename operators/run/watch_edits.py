@@ -16,6 +16,7 @@ from ..city.read_settings import read_settings
 from ..city.run_step import Step
 from ..show.colour_user_meshes import draw_as_before
 from ..show.show_city import match_view
+from ..show.show_modules import find_modules
 from ..show.timeline import follow_frame
 from .update_city import UpdateCity, is_editing
 
@@ -87,6 +88,8 @@ def remove_left_grounds():
     if gone := _grounds.keys() - cities.keys():
         left_grounds = session.find_objects(_grounds[city] for city in gone)
         left = set(left_grounds.values()) - set(grounds.values())
+        # Of a city that is gone its modules have no parent any more.
+        left |= {item for item in find_modules(bpy.context.scene) if item.parent is None}
         if left:
             remove_objects(*left)
         shown = {item for city in cities.values() for _, item, _ in source_objects.list_taken(city)}

@@ -16,6 +16,7 @@ from ..city.run_step import Action, leave_edit_mode, list_views
 from ..city.session import find_city
 from ..city.source_objects import list_taken
 from .select_faces import gather_selection, select_faces
+from .show_modules import MODULES, find_modules
 
 CURVES = {"year": range(1, 13), "June": (6,), "December": (12,)}
 
@@ -105,7 +106,9 @@ def hit_face(context, origin, direction):
     hit, place, _, _, item, _ = context.scene.ray_cast(
         context.evaluated_depsgraph_get(), origin, direction
     )
-    if not hit or item.original not in {city, *(own for _, own, _ in list_taken(city))}:
+    # Modules lie before the faces of the city.
+    seen = {city, *(own for _, own, _ in list_taken(city)), *find_modules(context.scene)}
+    if not hit or not (item.original in seen or item.original.get(Key.PART) == MODULES):
         return -1
     # Objects show some of its faces in its place, so that those seen have other numbers.
     shape = bmesh.new()
@@ -167,6 +170,7 @@ def describe_surfaces(session, rows):
         "Full load hours|–" if hours is None else f"Full load hours|{hours:,.0f}{error} h per year",
         f"Irradiation|{np.average(energy.poa_global_annual[rows], weights=area):,.0f} kWh/m² per "
         "year",
+        f"Modules|{energy.module_count[rows].sum():,.0f}",
         f"Power|{total['kwp']:,.1f} kWp",
         *(f"Without modules|{words}" for words in told),
         f"Energy|{total['mwh_per_year']:,.2f} MWh per year",

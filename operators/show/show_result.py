@@ -16,6 +16,7 @@ from ..city.source_objects import list_taken
 from .colour_faces import build_scale, colour_faces, paint_mesh, read_scale, show_exact_colours
 from .colour_user_meshes import colour_user_meshes, uncolour_user_meshes
 from .show_city import give_back_shading, keep_shading, show_city
+from .show_modules import show_modules
 
 BEFORE = "before"  # part of the object that is kept as *before*
 
@@ -57,6 +58,7 @@ def show_result(context, city, ground, attribute):
         settings.low, settings.high = scale.low, scale.high
     _state["quiet"] = False
     show_colours(context, city)
+    show_modules(context)
     before = find_before(context.scene)
     if before is not None and not before.hide_viewport:
         show_before(before, visible=True, scale=scale)

@@ -1,14 +1,18 @@
 """Which faces pay, in Blender: the property acts at once on colours, sums and comparisons."""
 
+import bpy
 import numpy as np
 import pytest
 from steps import run, session_here
 
+from citypv.core.modules.module_shapes import draw_modules
 from citypv.core.results.colour_map import MISSING, srgb_colour
 from citypv.operators.city.attributes import read_face_attribute
 from citypv.operators.city.read_settings import state_of_step
 from citypv.operators.show.colour_faces import colours_of_values, read_scale
 from citypv.operators.show.compare_results import read_comparison
+from citypv.operators.show.probe_faces import hit_face
+from citypv.operators.show.show_modules import find_modules
 
 
 def total(city):
@@ -85,3 +89,55 @@ def test_a_comparison_counts_on_the_modules_of_before(addon, city_file, tower_fi
         expected = sum(kwp * state[name][0] / 1000 for name, kwp in modules.items())
         assert rows["house0"][word] == pytest.approx(expected, abs=0.001)
     addon.least_hours = 0
+
+
+@pytest.mark.slow
+def test_modules_are_one_object_of_instances(addon, city_file):
+    """Each lies before its face, as large as it is, and goes with the faces that do not pay."""
+    city = run("solar_city", city_path=str(city_file), samples=16, shadow_samples=4, days=2)
+    assert find_modules(bpy.context.scene) == []
+    addon.show_modules = True
+    (item,) = find_modules(bpy.context.scene)
+    layout, energy = session_here().energy.layout, session_here().energy
+    assert len(item.data.vertices) == len(layout) == energy.module_count.sum() > 0
+    assert item.parent == city and item.hide_select
+    # The evaluated instances have the corners of the layout, 5 cm before their faces.
+    graph = bpy.context.evaluated_depsgraph_get()
+    found = []
+    for one in graph.object_instances:
+        if one.is_instance and one.parent.original == item:
+            mesh = one.object.data
+            matrix = np.array(one.matrix_world)
+            points = np.array([vertex.co for vertex in mesh.vertices])
+            found.append(points @ matrix[:3, :3].T + matrix[:3, 3])
+    found, expected = np.array(found), draw_modules(layout)
+    assert found.shape == expected.shape
+    order = [np.lexsort(points.mean(axis=1).round(3).T) for points in (found, expected)]
+    np.testing.assert_allclose(found[order[0]], expected[order[1]], atol=2e-3)
+    # A click on a module probes the face that carries it.
+    row = int(layout.surface[0])
+    outward = np.cross(layout.along[0], layout.up[0])
+    middle = expected[0].mean(axis=0)
+    bpy.context.view_layer.update()
+    face = hit_face(bpy.context, middle + 2 * outward, -outward / np.linalg.norm(outward))
+    assert read_face_attribute(city.data, "surface")[face] == row
+    bpy.ops.citypv.probe(face=face)
+    assert f"Modules|{energy.module_count[row]:,.0f}" in list(city["citypv_probe"])
+    # What does not pay loses its modules, and all go where the energy does, or are switched off.
+    least = round(
+        float(np.median(hours_of_modules(city)[read_face_attribute(city.data, "surface") >= 0]))
+    )
+    addon.least_hours = least
+    (item,) = find_modules(bpy.context.scene)
+    assert len(item.data.vertices) == session_here().energy.module_count.sum() < len(layout)
+    addon.least_hours = 0
+    addon.show_modules = False
+    assert find_modules(bpy.context.scene) == []
+    addon.show_modules = True
+    run("trace")
+    assert find_modules(bpy.context.scene) == []
+    addon.show_modules = False
+
+
+def hours_of_modules(city):
+    return np.nan_to_num(read_face_attribute(city.data, "module_hours"))

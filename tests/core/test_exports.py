@@ -148,8 +148,22 @@ def test_name_of_the_system():
 
 def test_gltf_has_the_areas_and_colours_of_the_faces(small_results):
     city = Glb((small_results / "city.glb").read_bytes())
-    assert [node["name"] for node in city.json["nodes"]] == ["a", "b", "c", "ground"]
+    names = ["a", "b", "c", "ground", "modules"]
+    assert [node["name"] for node in city.json["nodes"]] == names
     table = pd.read_csv(small_results / "faces.csv")
+    # Each building tells the sums of its modules, and all of these are a mesh of rectangles.
+    buildings = pd.read_csv(small_results / "buildings.csv", index_col="building_id")
+    for node in city.json["nodes"][:3]:
+        for name in ("module_count", "kwp", "mwh_per_year"):
+            told = buildings.loc[node["name"], name]
+            assert node["extras"][name] == pytest.approx(told, rel=1e-4) and told > 0
+    (modules,) = city.json["meshes"][4]["primitives"]
+    corners = city.accessor(modules["attributes"]["POSITION"])[city.accessor(modules["indices"])]
+    edges = np.diff(corners.reshape(-1, 3, 3), axis=1)
+    area = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+    assert len(corners) == 6 * table["module_count"].sum()
+    assert area.sum() == pytest.approx(table["module_area"].sum(), rel=1e-4)
+    assert area == pytest.approx(np.full(len(area), area[0]), rel=1e-4)
     extras = city.json["asset"]["extras"]
     stops = decode(
         np.array([[*bytes.fromhex(stop)] for stop in MAPS[extras["colour_map"]].split()])

@@ -15,6 +15,7 @@ import shapely
 
 from citypv.core.city.grid_cells import Outlines
 from citypv.core.energy.counted_area import CHOSEN, REASONS
+from citypv.core.modules.lay_modules import ModuleLayout
 from citypv.core.results import write_report
 from citypv.core.results.pack_city import BELOW, pack_city, pack_shapes
 from citypv.core.results.read_results import (
@@ -61,6 +62,7 @@ def some_results(count=4, seed=0, **columns):
         "sky_view_factor": rng.uniform(0, 1, size).round(6),
     }
     faces["kwp"] = faces["open_area"] * np.array(([0.1] * 4 + [0.2, 0.0]) * count)
+    faces["module_count"] = faces["kwp"] / 0.3
     faces["reason"] = ([""] * 5 + ["ground"]) * count
     outlines = Outlines(
         points.astype(np.float32), np.arange(0, 4 * size + 1, 4, np.int32), np.arange(size + 1)
@@ -115,6 +117,23 @@ def test_numbers_come_out_as_they_are_in_the_tables():
         REASONS["ground"],
     ]
     assert city["reason"][roof] == 1
+
+
+def test_modules_come_out_where_they_lie():
+    """Two modules on a wall to the south, 5 cm before it, and one on a slope."""
+    along, up = [[1.65, 0, 0], [1.65, 0, 0], [0, 1, 0]], [[0, 0, 1.0], [0, 0, 1.0], [-0.8, 0, 0.6]]
+    corner = [[0.1, 0, 3], [1.77, 0, 3], [5, 6, 7]]
+    layout = ModuleLayout(np.array([0, 0, 4]), *map(np.array, (corner, along, up)), np.zeros(3))
+    results = replace(some_results(), layout=layout)
+    city = unpack(pack_city(results))
+    assert city["module_surface"].tolist() == [0, 0, 4]
+    low = np.reshape(city["module_corner"], (3, 3)).T / 1000
+    assert low[:2] == pytest.approx(np.array([[0.1, -0.05, 3], [1.77, -0.05, 3]]), abs=1e-3)
+    assert low[2] - corner[2] == pytest.approx([0.03, 0, 0.04], abs=1e-3)  # along its normal
+    for name, edges in (("along", along), ("up", up)):
+        found = np.reshape(city[f"module_{name}"], (3, 3)).T / 1000
+        assert found == pytest.approx(np.array(edges), abs=2e-3)
+    assert "module_surface" not in unpack(pack_city(results, with_modules=False))
 
 
 def test_hours_are_those_of_the_area_that_counts():

@@ -110,6 +110,7 @@ def test_a_hundred_clicks_show_what_faces_csv_says(page, folder, faces):
 
 def test_totals_are_those_of_buildings_csv(page, folder, faces):
     buildings = pd.read_csv(folder / "buildings.csv", index_col="building_id")
+    worn = faces[faces["kwp"] > 0].groupby("building_id")["open_area"].sum()
     page.run("byId('more').hidden || byId('more').click()")
     cells = (
         "[...byId('buildings').tBodies[0].rows].map((row) => [...row.cells].map((cell) => "
@@ -124,7 +125,7 @@ def test_totals_are_those_of_buildings_csv(page, folder, faces):
         one = buildings.loc[name]
         area, kwp, mwh, hours = (numbers(text)[0] for text in texts)
         assert [area, kwp, mwh] == pytest.approx(
-            [one.eligible_area, one.kwp, one.mwh_per_year], rel=0.001, abs=0.51
+            [worn[name], one.kwp, one.mwh_per_year], rel=0.001, abs=0.51
         )
         assert hours == pytest.approx(one.full_load_hours, abs=0.06) and one.flat_roof_kwp == 0
         assert mwh == pytest.approx(one.mwh_per_year, abs=0.006)
@@ -133,9 +134,9 @@ def test_totals_are_those_of_buildings_csv(page, folder, faces):
         assert parts["Together"][:4] == pytest.approx([area, kwp, mwh, hours], abs=0.06)
         for title, kind in (("Facades", "facade"), ("Pitched roofs", "roof")):
             own = faces[
-                (faces["building_id"] == name) & faces["eligible"] & (faces["kind"] == kind)
+                (faces["building_id"] == name) & (faces["kwp"] > 0) & (faces["kind"] == kind)
             ]
-            mean = np.average(on_counted_area(own, "full_load_hours"), weights=own["open_area"])
+            mean = np.average(on_counted_area(own, "full_load_hours"), weights=own["kwp"])
             assert [parts[title][0], parts[title][3]] == pytest.approx(
                 [own["open_area"].sum(), mean], abs=0.51
             )
@@ -177,6 +178,30 @@ def test_the_slider_sums_and_greys_which_faces_pay(page, faces):
     places = page.run("markers.map(({ marker, place }) => marker.x1.baseVal.value - place(least))")
     assert places == pytest.approx([0, 0], abs=1e-3)
     slide(page, 0)
+
+
+def test_modules_are_drawn_where_they_pay(page, folder, faces, tmp_path):
+    """A box shows them; a mesh of two triangles each, dark before the faces, as the slider says."""
+    for name in ("bare", "worn"):
+        page.run(
+            f"byId('modules').checked === {str(name == 'worn').lower()} || byId('modules').click()"
+        )
+        page.run("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        page.picture(tmp_path / f"{name}.png")
+    count = "view.modules.geometry.index.count / 6"
+    assert page.run(count) == faces["module_count"].sum() == page.run("city.module_surface.length")
+    least = 10 * round(on_counted_area(faces, "full_load_hours")[faces["kwp"] > 0].median() / 10)
+    slide(page, least)
+    pays = (faces["kwp"] > 0) & (on_counted_area(faces, "full_load_hours") >= least)
+    assert 0 < page.run(count) == faces["module_count"][pays].sum()
+    slide(page, 0)
+    # Pixels are as before, or darker by the look of a module over the colour of the face.
+    bare, worn = (imread(tmp_path / f"{name}.png")[:, :, :3] for name in ("bare", "worn"))
+    look = np.array([0x14, 0x21, 0x3D]) / 255
+    same = np.abs(worn - bare).max(axis=2) < 0.02
+    dark = np.abs(worn - (0.4 * bare + 0.6 * look)).max(axis=2) < 0.02
+    assert (dark & ~same).sum() > 2000 and (same | dark).mean() > 0.9
+    page.run("byId('modules').click()")
 
 
 def test_names_do_nothing_but_stand_there(page):
