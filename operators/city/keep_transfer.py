@@ -114,10 +114,18 @@ def weigh(session, path, request, progress=silent, *, weather=None):
         The file with the light is missing or damaged, or the weather cannot be read.
     """
     from ...core import study
+    from ...core.city.grid_cells import outline_surfaces
     from ...core.results.transfer_file import read_transfer
+    from ...core.run.write_run import draw_city
 
     study.check_settings(request)
     transfer = read_transfer(path) if session.transfer is None else session.transfer
+    # Modules lie on the shapes of the surfaces, cells and racks among them.
+    if transfer.outlines is None and session.city is not None and session.scene is not None:
+        scene = session.scene
+        city = draw_city(session.city, scene, request)
+        outlines = outline_surfaces(city, scene.surfaces, scene.site)
+        transfer = replace(transfer, outlines=outlines)
     progress("reading weather", 0, 1, "years")
     if weather is None:
         weather = study.read_year(transfer.site, request, transfer.suns, (folder_of_answers(),))

@@ -4,7 +4,6 @@ page.
 
 import csv
 import tempfile
-from dataclasses import replace
 from math import isfinite
 from pathlib import Path
 
@@ -187,10 +186,8 @@ def _write_state(work, session, progress=silent, **beside):
     """Write tables and summary of a session to a folder, with shapes where they are known;
     `beside`: to the summary.
     """
-    from ...core.city.grid_cells import outline_surfaces
     from ...core.results.write_summary import summarise, write_summary
     from ...core.results.write_tables import write_tables
-    from ...core.run.write_run import draw_city
 
     scene, transfer, energy, request = (
         session.scene,
@@ -198,11 +195,6 @@ def _write_state(work, session, progress=silent, **beside):
         session.energy,
         session.request,
     )
-    if session.city is not None and scene is not None:
-        outlines = outline_surfaces(
-            draw_city(session.city, scene, request), scene.surfaces, scene.site
-        )
-        transfer = replace(transfer, outlines=outlines)
     write_tables(work, transfer, energy, session.weather, request, progress=progress)
     summary = summarise(transfer, energy, session.weather, request, scene=scene)
     write_summary(work / "summary.json", summary | beside)
