@@ -72,7 +72,6 @@ FILES = (
     "horizon",
     "leave_out",
 )  # settings that name a file, which is kept too
-PACKED = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
 
 
 @dataclass
@@ -133,9 +132,9 @@ def write_rays(path, base, city, names=None):
     tree = encode(content, arrays)
     for number, array in enumerate(arrays):
         axes = tuple(f"axis_{number}_{axis}" for axis in range(array.ndim))
-        found[f"array_{number}"] = axes, array, {}, PACKED if array.ndim else {}
+        found[f"array_{number}"] = axes, array
     text = json.dumps(tree).encode()
-    found["content"] = ("byte", np.frombuffer(text, np.uint8), {"crc32": crc32(text)}, PACKED)
+    found["content"] = ("byte", np.frombuffer(text, np.uint8), {"crc32": crc32(text)})
     with netcdf_file(path) as stream, h5netcdf.File(stream, "w") as file:
         file.attrs["title"] = FORMAT
         write_variables(file, found)

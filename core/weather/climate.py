@@ -7,7 +7,6 @@ the long-term means, days and hours are random.
 import numpy as np
 import pandas as pd
 import pvlib
-from scipy.ndimage import uniform_filter1d
 
 from ..settings.errors import InputError
 from ..sun.solar_position import is_sunny, solar_position
@@ -323,10 +322,7 @@ def _air_temperature(places, times, normals, outside, ghi):
     lag = 2j * np.pi * 29.0 / (len(times) / 24)
     yearly = ((gain * harmonic)[:, None] * np.exp(phase - lag)).real
     # Daily cycle (Erbs et al.): swing  range of a day from its clearness [K].
-    around = {"size": 24, "axis": 1, "mode": "wrap", "origin": -1}
-    clearness = uniform_filter1d(ghi, **around) / np.maximum(
-        uniform_filter1d(outside, **around), 1.0 / 24
-    )
+    clearness = _sum_day_around(ghi) / np.maximum(_sum_day_around(outside), 1.0)
     swing = np.maximum(25.8 * clearness - 5.21, 0.0)  # [K]
     # solar  hour angle from one o'clock in the afternoon, local solar time [rad]; form  course of a
     # day, with a range of about 1 [–].
@@ -338,3 +334,9 @@ def _air_temperature(places, times, normals, outside, ghi):
     cycles = yearly + swing * form
     mean = np.array([[found.temp_air] for found in normals])
     return (mean + cycles - cycles.mean(axis=1, keepdims=True)).round(3)
+
+
+def _sum_day_around(hourly):
+    """Sums of the 24 hours around the end of each hour, (p, t); a year follows upon itself."""
+    sums = np.cumsum(np.pad(hourly, ((0, 0), (12, 12)), "wrap"), axis=1)
+    return sums[:, 24:] - sums[:, :-24]
