@@ -168,15 +168,15 @@ def _free_stretches(edges, boxes, low, high, least):
             continue
         begin = x0 if low <= y0 <= high else x0 + _share(y0, y1, low, high) * (x1 - x0)
         end = x1 if low <= y1 <= high else x1 + _share(y1, y0, low, high) * (x0 - x1)
-        taken[count, 0], taken[count, 1] = min(begin, end), max(begin, end)
+        _insert(taken, count, min(begin, end), max(begin, end))
         count += 1
     for x0, y0, x1, y1 in boxes:
         if y1 > low + SLACK and y0 < high - SLACK:
-            taken[count, 0], taken[count, 1] = x0, x1
+            _insert(taken, count, x0, x1)
             count += 1
     # Between these no edge passes: a stretch lies inside if its middle does.
     free, found, reach = np.empty((count + 1, 2)), 0, -np.inf
-    for number in np.argsort(taken[:count, 0]):
+    for number in range(count):
         begin = taken[number, 0]
         if begin - reach >= least - SLACK and _lies_inside(
             edges, 0.5 * (reach + begin), 0.5 * (low + high)
@@ -185,6 +185,16 @@ def _free_stretches(edges, boxes, low, high, least):
             found += 1
         reach = max(reach, taken[number, 1])
     return free[:found]
+
+
+@njit(nogil=True, cache=True)
+def _insert(taken, count, begin, end):
+    """Put a stretch among the first `count` of some, which ascend."""
+    place = count
+    while place > 0 and taken[place - 1, 0] > begin:
+        taken[place, 0], taken[place, 1] = taken[place - 1, 0], taken[place - 1, 1]
+        place -= 1
+    taken[place, 0], taken[place, 1] = begin, end
 
 
 @njit(nogil=True, cache=True)
