@@ -297,7 +297,7 @@ def simulate(
     lod: str | None = None,
     unit: Literal["auto", "m", "ft", "us-ft", "mm", "cm", "in"] = "auto",
     height: str | None = None,
-    default_height: float | None = None,
+    default_height: float = 0.0,
     up: Literal["auto", "z", "y"] = "auto",
     axes: Literal["auto", "xy", "yx"] = "auto",
     orient: Literal["auto", "as-drawn"] = "auto",
@@ -438,9 +438,9 @@ def simulate(
     height : str, optional
         attribute with the height of outlines, NAME, NAME:ft, or NAME:absolute for heights above
         the sea; default: as their producer calls it
-    default_height : float, optional
-        [m] height of outlines without a height or floors; default: refused if more than a
-        tenth, else left out
+    default_height : float, default 0.0
+        [m] height of outlines without a height or floors; 0: refused if more than a tenth, else
+        left out
     up : {'auto', 'z', 'y'}, default 'auto'
         upward axis of files that do not state it (OBJ)
     axes : {'auto', 'xy', 'yx'}, default 'auto'
@@ -582,7 +582,7 @@ def inspect(
     lod: str | None = None,
     unit: Literal["auto", "m", "ft", "us-ft", "mm", "cm", "in"] = "auto",
     height: str | None = None,
-    default_height: float | None = None,
+    default_height: float = 0.0,
     up: Literal["auto", "z", "y"] = "auto",
     axes: Literal["auto", "xy", "yx"] = "auto",
     orient: Literal["auto", "as-drawn"] = "auto",
@@ -608,9 +608,9 @@ def inspect(
     height : str, optional
         attribute with the height of outlines, NAME, NAME:ft, or NAME:absolute for heights above
         the sea; default: as their producer calls it
-    default_height : float, optional
-        [m] height of outlines without a height or floors; default: refused if more than a
-        tenth, else left out
+    default_height : float, default 0.0
+        [m] height of outlines without a height or floors; 0: refused if more than a tenth, else
+        left out
     up : {'auto', 'z', 'y'}, default 'auto'
         upward axis of files that do not state it (OBJ)
     axes : {'auto', 'xy', 'yx'}, default 'auto'

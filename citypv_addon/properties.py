@@ -118,7 +118,9 @@ class Settings(bpy.types.PropertyGroup):
 
     # Import
     city_path: StringProperty(
-        name="City", description="CityGML, CityJSON, OBJ or a folder", subtype="FILE_PATH"
+        name="City",
+        description="CityGML, CityJSON, OBJ, outlines (GeoJSON, GeoPackage) or a folder",
+        subtype="FILE_PATH",
     )
     lod: EnumProperty(name="LoD", description="Level of detail to read", items=LODS)
     collection: PointerProperty(

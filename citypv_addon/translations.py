@@ -83,6 +83,8 @@ GERMAN = {
         "Legend": "Legende",
         "Charts": "Diagramme",
         "Up axis": "Achse nach oben",
+        "Height attribute": "Attribut der Höhe",
+        "Default height": "Höhe ohne Angabe",
         "Unit": "Einheit",
         "Largest first": "Größte zuerst",
         "Sort by": "Sortieren nach",

@@ -45,7 +45,7 @@ class HeightHints:
     """What the user tells of the heights of outlines."""
 
     name: str | None = None  # NAME[:ft|:absolute]
-    default: float | None = None  # [m] of outlines without a height
+    default: float = 0.0  # [m] of outlines without a height; 0: none
     unit: str = "auto"  # of `transform_crs.UNITS`, of all attributes of length; or auto
     terrain: bool = False  # whether terrain tells the height of the ground
 

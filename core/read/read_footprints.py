@@ -290,7 +290,7 @@ def _fill_heights(one, hints):
     missing = np.flatnonzero(one.kept & np.isnan(top))
     if not len(missing):
         return
-    if hints.default is not None:
+    if hints.default:
         top[missing] = hints.default + one.heights.bottom[missing]
         for row in missing:
             one.heights.source[row] = DEFAULT

@@ -57,12 +57,13 @@ class Request(SystemSettings):
         title="Height attribute",
         panel="import",
     )
-    default_height: float | None = of_city(
-        None,
-        "height of outlines without a height or floors; default: refused if more than a tenth, else "
-        "left out",
+    default_height: float = of_city(
+        0.0,
+        "height of outlines without a height or floors; 0: refused if more than a tenth, else left out",
+        title="Default height",
+        panel="import",
         unit="m",
-        above=0,
+        least=0,
     )
     up: str = of_city(
         "auto",

@@ -74,7 +74,8 @@ class CityFiles:
 
 
 class ImportCity(CityFiles, Step, bpy.types.Operator):
-    """Read the buildings of a file or folder (CityGML, CityJSON, OBJ) and show them.
+    """Read the buildings of a file or folder (CityGML, CityJSON, OBJ, GeoJSON, GeoPackage)
+    and show them.
 
     Files that were imported before replace their earlier import; other cities are kept, hidden"""
 
