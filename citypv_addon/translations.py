@@ -47,6 +47,7 @@ GERMAN = {
         "Use preset": "Voreinstellung verwenden",
         "Use terrain": "Gelände verwenden",
         "Use weather": "Wetter verwenden",
+        "Where does it stand?": "Wo steht sie?",
         "Whole buildings": "Ganze Gebäude",
     },
     LABELS: {

@@ -16,6 +16,7 @@ from ..city.keys import Key
 from ..city.read_settings import remember_step
 from ..city.run_step import Step
 from ..city.session import Session, find_city, find_own_city, find_session
+from .ask_place import ask_place
 from .classify_city import ClassifyCity
 from .compute_energy import WeighEnergy
 from .import_city import CityFiles, ImportCity, show_import
@@ -39,6 +40,18 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
     bl_idname, bl_label = "citypv.solar_city", "Solar city"
 
     whole = True
+
+    def invoke(self, context, event):
+        """Start in the background; OBJ files have no place, so it is asked for."""
+        path = self.filepath or context.scene.citypv.city_path
+        plain = path.lower().removesuffix(".gz").endswith(".obj")
+        if (
+            plain
+            and Step.current is None
+            and ask_place(context, "solar_city", filepath=self.filepath, upward=True)
+        ):
+            return {"CANCELLED"}
+        return super().invoke(context, event)
 
     def prepare(self, context):
         """Read paths and settings."""

@@ -15,6 +15,7 @@ from ..city.run_step import Step, leave_edit_mode
 from ..city.session import find_objects
 from ..city.source_objects import WORN_COLOURS, is_single
 from ..city.worn_faces import name_faces
+from .ask_place import ask_place
 from .import_city import show_import, triangulate_import
 
 LARGEST_COORDINATE = 1e8  # [m] larger than any coordinate on Earth
@@ -31,6 +32,12 @@ class TakeMeshes(Step, bpy.types.Operator):
         """There are objects to use."""
         cls.poll_message_set("Select meshes, or choose a collection")
         return bool(_find_items(context)[1])
+
+    def invoke(self, context, event):
+        """Start in the background; meshes have no place, so it is asked for."""
+        if Step.current is None and ask_place(context, "take_meshes"):
+            return {"CANCELLED"}
+        return super().invoke(context, event)
 
     def prepare(self, context):
         """Read the meshes in Blender's thread."""

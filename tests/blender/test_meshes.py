@@ -195,3 +195,14 @@ def test_marked_meshes_are_trees(addon):
         name for name, evergreen in zip(crowns.names, crowns.evergreen, strict=True) if evergreen
     ] == ["Lime"]
     np.testing.assert_allclose(crowns.volume, 480.0, rtol=1e-5)
+
+
+def test_the_place_is_asked_for_before_meshes_are_taken(addon):
+    """In the background nothing can ask; the dialog's answer is kept, and the step begins."""
+    bpy.ops.mesh.primitive_cube_add(size=10, location=(0, 0, 5))
+    refuse("ask_place", "Give latitude and longitude", then="take_meshes")
+    settings = bpy.context.scene.citypv
+    assert not settings.own_place and here() is None
+    settings.latitude, settings.longitude = 48.0, 11.0
+    assert bpy.ops.citypv.ask_place(then="take_meshes") == {"FINISHED"}
+    assert settings.own_place and len(session_here().city) == 6
