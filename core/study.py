@@ -39,7 +39,6 @@ from .results.list_findings import rows_of_names
 from .results.read_results import place_of_results
 from .settings.errors import InputError
 from .settings.progress import silent
-from .settings.request import check_request
 from .settings.system_settings import BUILDINGS
 from .sky.read_horizon import check_horizon
 from .sky.sky_models import choose_sky
@@ -59,7 +58,7 @@ def check_settings(request):
     ------
     InputError
     """
-    check_request(request)
+    request.check()
     check_effects(request)
     parse_sampling(request.suns)
     parse_racks(request.racks)

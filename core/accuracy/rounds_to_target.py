@@ -10,18 +10,17 @@ sequences of random points.
 """
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import bisect
 
 from ..settings.progress import CancelledError, describe_duration
-from .yield_errors import CURES, SAMPLED, SOURCES
+from .yield_errors import SAMPLED
 
 # shadow points from which patches are resolved into as many elements: the fewest of a run with
 # rounds
 CELLS = 16
-CERTAIN = 0.8  # of what no round lowers: it is itself an estimate
 
 
 @dataclass
@@ -178,22 +177,3 @@ def _describe_round(errors, goal, each, record, stop):
     if goal.deadline is not None:
         line += f"; {describe_duration(max(goal.deadline - time.monotonic(), 0))} left"
     return line
-
-
-def unreachable(errors, target):
-    """Why no number of rounds reaches a target [%], and the option that would help: str, "" where
-    one may.
-    """
-    # Only what no round lowers decides; the cure is of its largest part.
-    left = errors.at_share(without=SAMPLED)
-    if not CERTAIN * left > target:
-        return ""
-    fixed = replace(
-        errors, variance={name: errors.variance[name] for name in SOURCES if name not in SAMPLED}
-    )
-    source = fixed.largest()
-    words = f"{SOURCES[source]} alone leaves {left:.2f} % whatever the number of rays"
-    return (
-        f"{target:g} % cannot be reached: {words}; give {CURES[source]}, or a target above "
-        f"{left:.2f}"
-    )

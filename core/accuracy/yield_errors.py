@@ -1,6 +1,6 @@
 """Errors of the full load hours of single surfaces, apart by their source."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -62,6 +62,24 @@ class YieldErrors:
         if not self.at_share() > 0:
             return None
         return min(self.variance, key=lambda source: self.at_share(without=[source]))
+
+    def say_unreachable(self, target):
+        """Why no number of rounds reaches a target [%], and the option that would help: str, ""
+        where one may.
+        """
+        # Only what no round lowers decides; the cure is of its largest part.
+        left = self.at_share(without=SAMPLED)
+        if not CERTAIN * left > target:
+            return ""
+        fixed = replace(
+            self, variance={name: self.variance[name] for name in SOURCES if name not in SAMPLED}
+        )
+        source = fixed.largest()
+        words = f"{SOURCES[source]} alone leaves {left:.2f} % whatever the number of rays"
+        return (
+            f"{target:g} % cannot be reached: {words}; give {CURES[source]}, or a target above "
+            f"{left:.2f}"
+        )
 
 
 def _quantile_by_area(values, area, share):
@@ -148,3 +166,6 @@ def seconds_of_rounds(transfer):
     stages = transfer.record.seconds.items()
     own = sum(seconds for stage, seconds in stages if stage != "plan and tree")
     return own + (seconds_of_rounds(transfer.bare) if transfer.bare is not None else 0.0)
+
+
+CERTAIN = 0.8  # of what no round lowers: it is itself an estimate

@@ -51,7 +51,6 @@ DOORS = (
     "foliage.choose_foliage",
     "foliage.parse_months",
     "grid_cells.Outlines",
-    "grid_cells.outline_surfaces",
     "grid_cells.split_into_cells",
     "join_contents.join_contents",
     "judge_sizes.judge_up",

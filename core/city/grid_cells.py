@@ -115,23 +115,23 @@ class Outlines:
             self.points[self.ring_start[r] : self.ring_start[r + 1]] for r in range(first, last)
         ]
 
+    @staticmethod
+    def of(city, surfaces, site):
+        """Outlines of the surfaces of a scene.
 
-def outline_surfaces(city, surfaces, site):
-    """Outlines of the surfaces of a scene.
+        Parameters
+        ----------
+        city : City
+            Cut into cells where the scene is.
+        surfaces : Surfaces
+            Of the scene that was built from it; those behind the city's own polygons get no rings.
+        site : Site
 
-    Parameters
-    ----------
-    city : City
-        Cut into cells where the scene is.
-    surfaces : Surfaces
-        Of the scene that was built from it; those behind the city's own polygons get no rings.
-    site : Site
-
-    Returns
-    -------
-    Outlines
-    """
-    start = np.full(len(surfaces) + 1, city.polygon_start[-1], np.int32)
-    start[: len(city) + 1] = city.polygon_start
-    points = site.from_files(city.points).astype(np.float32)
-    return Outlines(points, np.asarray(city.ring_start, np.int32), start)
+        Returns
+        -------
+        Outlines
+        """
+        start = np.full(len(surfaces) + 1, city.polygon_start[-1], np.int32)
+        start[: len(city) + 1] = city.polygon_start
+        points = site.from_files(city.points).astype(np.float32)
+        return Outlines(points, np.asarray(city.ring_start, np.int32), start)

@@ -10,7 +10,7 @@ from numbers import Real
 from ..results.exports import EXPORTS
 from ..settings.errors import InputError
 from ..settings.presets import METHODS, PRESETS
-from ..settings.request import Request, check_request, declared_settings
+from ..settings.request import Request, declared_settings
 
 KINDS = {  # of a setting -> (what it has to be, in words, and as types)
     "number": ("a number", Real),
@@ -61,7 +61,7 @@ def request_of_settings(settings, *groups, others=()):
     if "effects" in implied and "effects" in given:
         given["effects"] = {**implied["effects"], **given["effects"]}
     request = Request(**{**implied, **given})
-    check_request(request)
+    request.check()
     return request
 
 

@@ -11,7 +11,7 @@ from ..energy.pv_system import MOUNTINGS
 from ..light.solve_radiosity import radiosity_factor, solve_radiosity
 from ..light.trace_gather import trace_gather
 from ..light.trace_hemisphere import trace_rows
-from ..light.traced import RayCity, empty_traced
+from ..light.traced import RayCity, Traced
 from ..patches.patches import patches_of_scene
 from ..rays.hemisphere_rays import CELL_DIVISIONS
 from ..rays.ray_scene import RayScene
@@ -157,7 +157,7 @@ def _hemisphere_of(scene, albedo, samples, *, lit_inside=False):
     city = RayCity(
         ray_scene=RayScene(scene.vertices, scene.triangles), patches=patches, covered=covered
     )
-    traced_rays = empty_traced(city)
+    traced_rays = Traced.empty(city)
     for part, *_ in trace_rows(city, np.arange(len(patches)), samples):
         traced_rays.put(part)
     return patches, traced_rays

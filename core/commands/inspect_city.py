@@ -7,7 +7,7 @@ import pandas as pd
 
 from ..accuracy.sun_sampling import name_groups
 from ..city import transform_crs
-from ..patches.materials import describe_finish, named_material
+from ..patches.materials import MaterialSpec, describe_finish
 from ..results.list_findings import list_findings
 from ..settings.errors import list_some, show_number
 from ..settings.progress import silent
@@ -54,7 +54,7 @@ def inspect_city(paths, request, progress=silent):
     # Area of each material, and how it would reflect.
     materials = _group_areas(names, surfaces.area, names != "")
     for name, group in materials.items():
-        group["taken_as"] = describe_finish(named_material(name, scene.colours.get(name)))
+        group["taken_as"] = describe_finish(MaterialSpec.of_name(name, scene.colours.get(name)))
     # Counts and areas by kind, class and eligibility, with trees and faults.
     return {
         "report": asdict(scene.report),

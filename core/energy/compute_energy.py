@@ -19,7 +19,7 @@ from .paying import choose_modules
 from .power import PowerTables, PvlibCurves, ac_power, diffuse_incidence_factors, tabulate_power
 from .pv_system import dc_system
 from .standard_errors import errors_of_energy, state_errors
-from .sum_block import BlockSums, direct_part, run_model, sum_block, take_block
+from .sum_block import Block, BlockSums, direct_part, run_model, sum_block
 from .time_axis import lay_on_axis
 
 # surfaces at a time: enough that threads wait little for the interpreter, few enough for the cache
@@ -168,7 +168,7 @@ class _Task:
             "mounting": self.mounting[rows],
         }
         own |= {"lit_share": self.lit_share[rows], "sky": self.sky}
-        block = take_block(self.transfer, rows, group_weight=group_weight, **own)
+        block = Block.take(self.transfer, rows, group_weight=group_weight, **own)
         # Surfaces whose strings lose nothing at any sun need no further look.
         if self.electric[rows].any() and self.transfer.string_loss is not None:
             losses = self.transfer.string_loss[rows]

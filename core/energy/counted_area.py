@@ -13,7 +13,7 @@ from ..city.racks import RACK, find_racked_roofs, orient_racks
 from ..modules.lay_city import OPENINGS, lay_city
 from ..modules.lay_modules import ModuleLayout
 from ..settings.errors import InputError
-from .pv_system import KINDS, area_of_kwp
+from .pv_system import KINDS
 
 # share of a surface: if more of it is covered or has no room, it carries no modules
 MOST_COVERED = 0.5
@@ -156,7 +156,7 @@ def find_counted_area(transfer, system, *, steepest_underside=165.0):
         module_count=count * usable,
         module_area=module_area * usable,
         kwp=count * usable * module.nominal_power / 1000,
-        area_kwp=counted_area * usable / area_of_kwp(module),
+        area_kwp=counted_area * usable / module.area_of_kwp,
         reason=np.select(list(holds.values()), list(holds), "twin"),
         reason_note=np.full(len(area), ""),
         layout=layout,

@@ -87,6 +87,11 @@ class Module:
     # length and width [m]: the library's, else of a shape that is usual for so many cells
     size: tuple = ()
 
+    @property
+    def area_of_kwp(self):
+        """Module area per kilowatt at reference conditions [m²/kWp]."""
+        return self.area / (self.nominal_power / 1000)
+
 
 @dataclass(frozen=True)
 class _Inverter:
@@ -292,11 +297,6 @@ def _size_of_module(library, key, area):
     cells = row["N_s" if library == CEC else "Cells_in_Series"]
     shape = {72: 1.95, 96: 1.5}.get(int(cells), 1.65)
     return math.sqrt(area * shape), math.sqrt(area / shape)
-
-
-def area_of_kwp(module):
-    """Module area per kilowatt at reference conditions [m²/kWp]."""
-    return module.area / (module.nominal_power / 1000)
 
 
 @lru_cache

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from ..light.transfer import no_parts, variance_of_mean
+from ..light.transfer import variance_of_mean
 from ..sky.sky_models import split_sky
 from .energy import states_of_year
 
@@ -128,7 +128,7 @@ def errors_of_energy(transfer, weather, energy):
         # In the hours of this state, [h] per relative irradiance of direct and diffuse light and of
         # traced sources.
         direct, diffuse, *of_sources = per_poa * annual[:, None]
-        parts = state.error_parts or no_parts(len(poa))
+        parts = state.known_parts
         # Own noise of the surface's rays to suns and dome, which are not independent, and to the
         # sources.
         noise = join_own(direct, diffuse, state.own_direct, state.own_diffuse, parts.covariance)

@@ -40,6 +40,71 @@ class Block:
     # (s, d, n) uint8, what strings lose, as of `string_shade.add_losses`; None: nothing, or unknown
     string_loss: np.ndarray | None = None
 
+    @staticmethod
+    def take(transfer, rows, *, group_weight, iam, mounting, lit_share, sky=None):
+        """Extract some surfaces of a Transfer.
+
+        A Transfer has means over whole surfaces. Covered parts are dark and carry no modules:
+        modules on the rest get the mean divided by its share. Light of the k traced parts of a sky
+        is per irradiance in their units. A part darker than the dome takes light away, from no
+        surface more than the dome gives it.
+
+        Parameters
+        ----------
+        transfer : Transfer
+        rows : numpy.ndarray, (n,) int
+            The surfaces.
+        group_weight : numpy.ndarray, (n, g)
+            Share of each group's area, of whole surfaces.
+        iam : numpy.ndarray, (2 + k, n)
+            Of these surfaces, from `diffuse_incidence_factors`, in the precision to compute in.
+        mounting : numpy.ndarray, (n,) int
+            Of these surfaces, from `PvSystem.mounting_of`.
+        lit_share : numpy.ndarray, (n,)
+            Of these surfaces, from `counted_area.find_lit_share`.
+        sky : SkyParts, optional
+            By default without traced parts.
+
+        Returns
+        -------
+        Block
+        """
+        dtype, lit = iam.dtype, np.asarray(lit_share, iam.dtype)
+        light = views = np.zeros((0, len(rows)))
+        # Of each traced source what comes straight from it, and what the city reflects of it. A
+        # source darker than the dome takes away no more than the dome's light that the surface
+        # sees.
+        if sky is not None and sky.sources:
+            traced = [transfer.sources[name] for name in sky.sources]
+            view = np.stack([light.view_factor[rows] for light in traced])
+            reflected = np.stack([light.relative[rows] for light in traced]) - view
+            views = np.concatenate(
+                [view, np.minimum(view, sky.caps[:, None] * transfer.sky_view_factor[rows])]
+            )
+            light = views + np.tile(reflected, (2, 1))
+        # Means over the whole surface become light of its open part: all of it is divided by that
+        # share.
+        return Block(
+            normal=transfer.surfaces.normal[rows].T.astype(dtype),
+            diffuse=transfer.diffuse_relative[rows].astype(dtype) / lit,
+            far_ground=(transfer.far_ground_view_factor[rows] * transfer.ground_albedo).astype(
+                dtype
+            )
+            / lit,
+            sky=np.minimum(transfer.sky_view_factor[rows], transfer.diffuse_relative[rows]).astype(
+                dtype
+            )
+            / lit,
+            sources=light.astype(dtype) / lit,
+            source_view=views.astype(dtype) / lit,
+            iam=iam,
+            visible_share=filled_share(transfer, rows, dtype) / lit,
+            reflected=np.ascontiguousarray(transfer.direct_reflected[rows].T, dtype=dtype) / lit,
+            group_weight=(group_weight * lit_share[:, None]).astype(dtype),
+            mounting=mounting,
+            lit_share=lit,
+        )
+
 
 @dataclass
 class BlockSums:
@@ -53,68 +118,6 @@ class BlockSums:
     capacity_factor: np.ndarray  # (h, g), of the block's part of each group
     # (n,) AC power over nominal power that strings lose, counted or not
     string_loss: np.ndarray
-
-
-def take_block(transfer, rows, *, group_weight, iam, mounting, lit_share, sky=None):
-    """Extract some surfaces of a Transfer.
-
-    A Transfer has means over whole surfaces. Covered parts are dark and carry no modules: modules
-    on the rest get the mean divided by its share. Light of the k traced parts of a sky is per
-    irradiance in their units. A part darker than the dome takes light away, from no surface more
-    than the dome gives it.
-
-    Parameters
-    ----------
-    transfer : Transfer
-    rows : numpy.ndarray, (n,) int
-        The surfaces.
-    group_weight : numpy.ndarray, (n, g)
-        Share of each group's area, of whole surfaces.
-    iam : numpy.ndarray, (2 + k, n)
-        Of these surfaces, from `diffuse_incidence_factors`, in the precision to compute in.
-    mounting : numpy.ndarray, (n,) int
-        Of these surfaces, from `PvSystem.mounting_of`.
-    lit_share : numpy.ndarray, (n,)
-        Of these surfaces, from `counted_area.find_lit_share`.
-    sky : SkyParts, optional
-        By default without traced parts.
-
-    Returns
-    -------
-    Block
-    """
-    dtype, lit = iam.dtype, np.asarray(lit_share, iam.dtype)
-    light = views = np.zeros((0, len(rows)))
-    # Of each traced source what comes straight from it, and what the city reflects of it. A source
-    # darker than the dome takes away no more than the dome's light that the surface sees.
-    if sky is not None and sky.sources:
-        traced = [transfer.sources[name] for name in sky.sources]
-        view = np.stack([light.view_factor[rows] for light in traced])
-        reflected = np.stack([light.relative[rows] for light in traced]) - view
-        views = np.concatenate(
-            [view, np.minimum(view, sky.caps[:, None] * transfer.sky_view_factor[rows])]
-        )
-        light = views + np.tile(reflected, (2, 1))
-    # Means over the whole surface become light of its open part: all of it is divided by that
-    # share.
-    return Block(
-        normal=transfer.surfaces.normal[rows].T.astype(dtype),
-        diffuse=transfer.diffuse_relative[rows].astype(dtype) / lit,
-        far_ground=(transfer.far_ground_view_factor[rows] * transfer.ground_albedo).astype(dtype)
-        / lit,
-        sky=np.minimum(transfer.sky_view_factor[rows], transfer.diffuse_relative[rows]).astype(
-            dtype
-        )
-        / lit,
-        sources=light.astype(dtype) / lit,
-        source_view=views.astype(dtype) / lit,
-        iam=iam,
-        visible_share=filled_share(transfer, rows, dtype) / lit,
-        reflected=np.ascontiguousarray(transfer.direct_reflected[rows].T, dtype=dtype) / lit,
-        group_weight=(group_weight * lit_share[:, None]).astype(dtype),
-        mounting=mounting,
-        lit_share=lit,
-    )
 
 
 def sum_block(block, hours, model):

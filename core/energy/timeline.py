@@ -40,49 +40,50 @@ class Timeline:
         """Direct irradiance of the surfaces at a moment, 0 to 287: (n,) float32 [Wm⁻²]."""
         return self.relative[moment] * np.float32(self.dni[moment])
 
+    def describe(self, moment):
+        """Month, hour, sun and weather of a moment, and the yield of its month, as text."""
+        month, hour = divmod(moment, HOURS)
+        height = np.degrees(np.arcsin(np.clip(self.direction[moment, 2], -1, 1)))
+        sun = f"sun {height:.0f}° high, {self.dni[moment]:.0f} W/m²" if height >= 0 else "night"
+        energy = f"{self.energy_by_month[month]:,.0f}"
+        zone = show_number(self.zone, 0, plus=True) if self.zone else ""
+        return (
+            f"{NAMES[month]} {hour:02d}–{hour + 1:02d} h (UTC{zone}), {sun}; {energy} MWh in "
+            f"{NAMES[month]}"
+        )
 
-def build_timeline(transfer, weather, energy):
-    """Timeline of a traced city under a year of weather.
+    @staticmethod
+    def build(transfer, weather, energy):
+        """Timeline of a traced city under a year of weather.
 
-    Parameters
-    ----------
-    transfer : Transfer
-    weather : Weather
-    energy : Energy
-        Of both.
+        Parameters
+        ----------
+        transfer : Transfer
+        weather : Weather
+        energy : Energy
+            Of both.
 
-    Returns
-    -------
-    Timeline
-        The sun stands as on the months' average days (`month_hours`). Hours that the weather lacks
-        are dark.
-    """
-    axis = weather.axis
-    hours = month_hours(axis.times[len(axis.times) // 2].year, axis.longitude)
-    relative, direction = relative_direct(transfer, *axis._replace(times=hours, interval=HOUR))
-    when = axis.times, axis.interval, axis.longitude
-    dni, dhi = (np.nan_to_num(mean_of_months(weather.data[name], *when)) for name in ("dni", "dhi"))
-    # Hours are means over whole polygons, power comes from the modules on their counted area.
-    by_month = energy.full_load_hours_by_month
-    rows = np.flatnonzero(energy.eligible & np.isfinite(energy.full_load_hours))
-    kwp = energy.kwp_of_hours(transfer.surfaces.area)[rows]
-    energy_by_month = kwp @ by_month[rows] / 1000.0
-    return Timeline(
-        relative, direction, dni, dhi, by_month, energy_by_month, _zone_of(axis.longitude)
-    )
-
-
-def describe_moment(timeline, moment):
-    """Month, hour, sun and weather of a moment, and the yield of its month, as text."""
-    month, hour = divmod(moment, HOURS)
-    height = np.degrees(np.arcsin(np.clip(timeline.direction[moment, 2], -1, 1)))
-    sun = f"sun {height:.0f}° high, {timeline.dni[moment]:.0f} W/m²" if height >= 0 else "night"
-    energy = f"{timeline.energy_by_month[month]:,.0f}"
-    zone = show_number(timeline.zone, 0, plus=True) if timeline.zone else ""
-    return (
-        f"{NAMES[month]} {hour:02d}–{hour + 1:02d} h (UTC{zone}), {sun}; {energy} MWh in "
-        f"{NAMES[month]}"
-    )
+        Returns
+        -------
+        Timeline
+            The sun stands as on the months' average days (`month_hours`). Hours that the weather
+            lacks are dark.
+        """
+        axis = weather.axis
+        hours = month_hours(axis.times[len(axis.times) // 2].year, axis.longitude)
+        relative, direction = relative_direct(transfer, *axis._replace(times=hours, interval=HOUR))
+        when = axis.times, axis.interval, axis.longitude
+        dni, dhi = (
+            np.nan_to_num(mean_of_months(weather.data[name], *when)) for name in ("dni", "dhi")
+        )
+        # Hours are means over whole polygons, power comes from the modules on their counted area.
+        by_month = energy.full_load_hours_by_month
+        rows = np.flatnonzero(energy.eligible & np.isfinite(energy.full_load_hours))
+        kwp = energy.kwp_of_hours(transfer.surfaces.area)[rows]
+        energy_by_month = kwp @ by_month[rows] / 1000.0
+        return Timeline(
+            relative, direction, dni, dhi, by_month, energy_by_month, _zone_of(axis.longitude)
+        )
 
 
 def _zone_of(longitude):

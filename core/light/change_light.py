@@ -47,7 +47,7 @@ from .trace_gather import (
     trace_statistics,
 )
 from .trace_hemisphere import trace_rows
-from .traced import SKY_DOME, empty_traced, no_light
+from .traced import SKY_DOME, Traced, no_light
 from .transfer import variance_of_mean
 
 STAGE = "what the change reaches"
@@ -217,7 +217,7 @@ def _trace_rows(old, context, change, scene, progress):
     lost[dead] = True
     traced = []
     for one in before:
-        new = empty_traced(context)
+        new = Traced.empty(context)
         _copy_rows(new, one, first)
         new.ray_count = dict.fromkeys(new.first, 0)
         if context.reflections:

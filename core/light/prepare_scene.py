@@ -12,7 +12,6 @@ from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches, keys_of_triangles, patches_of_scene
 from ..patches.read_albedo import albedo_of_triangles, name_brdfs
 from ..settings.progress import silent
-from ..settings.request import check_request
 from ..settings.threads import usable_threads
 from ..sun.suns import Suns
 
@@ -67,7 +66,7 @@ def check_tracing(scene, suns, request):
     """
     scene.check()
     suns.check()
-    check_request(request)
+    request.check()
 
 
 def prepare_scene(scene, request, *, weather=None, suns=None, materials=None, progress=silent):

@@ -8,7 +8,6 @@ import numpy as np
 
 from ..city.canopy import LeafyScene
 from ..settings.errors import InputError
-from ..settings.request import check_request
 from ..settings.threads import usable_threads
 from .prepare_scene import prepare_scene
 from .shadow_points import points_above
@@ -47,7 +46,7 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
         The scene, the suns or a setting cannot be used, or the Transfer belongs to another scene.
     """
     scene.check()
-    check_request(request)
+    request.check()
     for suns in ways:
         suns.check()
     if len(transfer.surfaces) != len(scene.surfaces):

@@ -26,7 +26,7 @@ from .shadow_points import count_elements, points_above
 from .solve_radiosity import element_factors
 from .sun_matrix import area_means
 from .trace_hemisphere import trace_rows
-from .traced import SKY_DOME, RayCity, empty_traced
+from .traced import SKY_DOME, RayCity, Traced
 
 STAGE = "sky and reflections"
 # [m²] in which areas are added, as whole numbers: in any order they give the same sum
@@ -148,7 +148,7 @@ def trace_all(context):
         for count in (samples, fewer_rays(samples))
     )
     sends = patches.receives & ~context.known
-    traced_states = [empty_traced(context) for _ in range(context.ray_scene.states)]
+    traced_states = [Traced.empty(context) for _ in range(context.ray_scene.states)]
     full = sends & context.full
     # Patches that turn out to be covered are counted as if they were traced.
     most, done = every * int(full.sum()) + fewer * int((sends & ~full).sum()), 0

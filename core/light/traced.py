@@ -2,7 +2,8 @@
 
        sky                        A ray that escapes upwards reaches the sky, one that escapes
                                   downwards the far
-    \\   |   /                      ground. A ray that hits the front of a patch links the two in the matrix F.
+    \\   |   /                      ground. A ray that hits the front of a patch links the two in
+    the matrix F.
  hit ←  \\|/ → far ground          A ray that hits a back carries nothing.
 ═════════════ patch
 """
@@ -173,24 +174,24 @@ class Traced:
         """Share of each patch that lies inside or under something: (p,) float32."""
         return self.covered.mean(axis=1, dtype=np.float32)
 
-
-def empty_traced(city):
-    """Traced of patches that sent no rays yet."""
-    count, elements = len(city.patches), city.elements
-    first = {SKY_DOME: no_light(count, elements)}
-    for source in city.sources:
-        unshaded = source.unshaded(city.patches.normal).astype(np.float32)
-        first[source.name] = no_light(count, elements, STEP * unshaded)
-    form_factors = FormFactors(
-        [[]], count, elements, np.zeros(count, np.int32), city.start_elements
-    )
-    return Traced(
-        first=first,
-        far_ground=np.zeros((count, HEMISPHERE_REPLICATES), np.float32),
-        element_far_ground=np.zeros((count, elements), np.float32),
-        open_share=np.ones((count, elements), np.float32),
-        covered=np.zeros((count, CELL_DIVISIONS**2), bool),
-        form_factors=form_factors if city.reflections else None,
-        ray_count=dict.fromkeys(first, 0),
-        samples=np.zeros(count, np.int32),
-    )
+    @staticmethod
+    def empty(city):
+        """Traced of patches that sent no rays yet."""
+        count, elements = len(city.patches), city.elements
+        first = {SKY_DOME: no_light(count, elements)}
+        for source in city.sources:
+            unshaded = source.unshaded(city.patches.normal).astype(np.float32)
+            first[source.name] = no_light(count, elements, STEP * unshaded)
+        form_factors = FormFactors(
+            [[]], count, elements, np.zeros(count, np.int32), city.start_elements
+        )
+        return Traced(
+            first=first,
+            far_ground=np.zeros((count, HEMISPHERE_REPLICATES), np.float32),
+            element_far_ground=np.zeros((count, elements), np.float32),
+            open_share=np.ones((count, elements), np.float32),
+            covered=np.zeros((count, CELL_DIVISIONS**2), bool),
+            form_factors=form_factors if city.reflections else None,
+            ray_count=dict.fromkeys(first, 0),
+            samples=np.zeros(count, np.int32),
+        )

@@ -57,20 +57,22 @@ class TraceRecord:
         rays = values.pop("source_rays")
         return values | {name + OF_SOURCE: count for name, count in rays.items()}
 
+    @staticmethod
+    def from_dict(values):
+        """TraceRecord from the result of `as_dict`.
 
-def record_of_dict(values):
-    """TraceRecord from the result of `as_dict`.
-
-    Raises
-    ------
-    ValueError
-        Names the missing or unknown key.
-    """
-    rays = {name: values[name + OF_SOURCE] for name in SOURCES if name + OF_SOURCE in values}
-    values = {
-        name: value for name, value in values.items() if name.removesuffix(OF_SOURCE) not in rays
-    }
-    return build_from(TraceRecord, values | {"source_rays": rays})
+        Raises
+        ------
+        ValueError
+            Names the missing or unknown key.
+        """
+        rays = {name: values[name + OF_SOURCE] for name in SOURCES if name + OF_SOURCE in values}
+        values = {
+            name: value
+            for name, value in values.items()
+            if name.removesuffix(OF_SOURCE) not in rays
+        }
+        return build_from(TraceRecord, values | {"source_rays": rays})
 
 
 def note_interruption(kept, count):
@@ -212,9 +214,17 @@ class Transfer:
         return replace(self, **taken, material=material, bare=bare, outlines=None)
 
     @property
+    def known_parts(self):
+        """Parts of the standard errors: ErrorParts, of own noise only where they are not known."""
+        count = len(self.surfaces)
+        return self.error_parts or ErrorParts(
+            np.zeros((count, 2)), np.zeros((count, 2)), *np.zeros((4, count))
+        )
+
+    @property
     def own_diffuse(self):
         """Variance of `diffuse_relative` from the surface's own rays: (n,) [–]."""
-        parts = self.error_parts or no_parts(len(self.surfaces))
+        parts = self.known_parts
         error = self.diffuse_relative_standard_error
         return _own_variance(error, parts.diffuse_passed_on, parts.diffuse_discretisation)
 
@@ -223,14 +233,9 @@ class Transfer:
         """Variance of the annual mean of direct irradiance per DNI from own rays: (n,) [–]; NaN if
         it is unknown.
         """
-        parts = self.error_parts or no_parts(len(self.surfaces))
+        parts = self.known_parts
         error = self.direct_annual_standard_error
         return _own_variance(error, parts.direct_passed_on, parts.direct_discretisation)
-
-
-def no_parts(count):
-    """Error parts of n surfaces whose standard errors are own noise only."""
-    return ErrorParts(np.zeros((count, 2)), np.zeros((count, 2)), *np.zeros((4, count)))
 
 
 def _own_variance(standard_error, transported, discretisation):

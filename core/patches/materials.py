@@ -98,6 +98,57 @@ class MaterialSpec:
             else Lambertian(self.albedo)
         )
 
+    @staticmethod
+    def of_shader(colour, metallic=0.0, roughness=0.5, transmission=0.0):
+        """MaterialSpec of a surface with such a shader.
+
+        Parameters
+        ----------
+        colour : (3,) float, optional
+            Linear Rec. 709.
+        metallic, roughness, transmission : float, optional
+            From 0 to 1, as in Blender's Principled BSDF. For all parameters None means unknown, for
+            example given by a texture.
+
+        Returns
+        -------
+        MaterialSpec or None
+            None if a parameter that matters is unknown.
+        """
+        if metallic is None or (transmission is None and metallic < HALF):
+            return None
+        if metallic < HALF and transmission >= HALF:
+            return MaterialSpec(material="glass")
+        if colour is None or (metallic >= HALF and roughness is None):
+            return None
+        albedo = albedo_of_colour(colour)
+        if metallic < HALF or roughness >= ROUGH:
+            return MaterialSpec(albedo)
+        return MaterialSpec(
+            albedo, "mirror" if roughness <= SMOOTH else f"glossy:{roughness**2:.4g}"
+        )
+
+    @staticmethod
+    def of_name(name, colour=None):
+        """MaterialSpec of a material in a file: by its name if that is known, else by its diffuse
+        colour.
+
+        Parameters
+        ----------
+        name : str
+        colour : (3,) float, optional
+            Linear Rec. 709; None if unknown.
+
+        Returns
+        -------
+        MaterialSpec or None
+            None if neither is known.
+        """
+        word = recognise_material(name)
+        if word and word != "mirror":
+            return MaterialSpec(material=word)
+        return None if colour is None else MaterialSpec(albedo_of_colour(colour), word)
+
 
 def brdf_of_material(name, albedo=None):
     """BRDF of a material.
@@ -185,52 +236,3 @@ def luminance(colour):
 def albedo_of_colour(colour):
     """Luminance, rounded to remove the float32 errors of colours."""
     return round(luminance(colour), 4)
-
-
-def shader_material(colour, metallic=0.0, roughness=0.5, transmission=0.0):
-    """MaterialSpec of a surface with such a shader.
-
-    Parameters
-    ----------
-    colour : (3,) float, optional
-        Linear Rec. 709.
-    metallic, roughness, transmission : float, optional
-        From 0 to 1, as in Blender's Principled BSDF. For all parameters None means unknown, for
-        example given by a texture.
-
-    Returns
-    -------
-    MaterialSpec or None
-        None if a parameter that matters is unknown.
-    """
-    if metallic is None or (transmission is None and metallic < HALF):
-        return None
-    if metallic < HALF and transmission >= HALF:
-        return MaterialSpec(material="glass")
-    if colour is None or (metallic >= HALF and roughness is None):
-        return None
-    albedo = albedo_of_colour(colour)
-    if metallic < HALF or roughness >= ROUGH:
-        return MaterialSpec(albedo)
-    return MaterialSpec(albedo, "mirror" if roughness <= SMOOTH else f"glossy:{roughness**2:.4g}")
-
-
-def named_material(name, colour=None):
-    """MaterialSpec of a material in a file: by its name if that is known, else by its diffuse
-    colour.
-
-    Parameters
-    ----------
-    name : str
-    colour : (3,) float, optional
-        Linear Rec. 709; None if unknown.
-
-    Returns
-    -------
-    MaterialSpec or None
-        None if neither is known.
-    """
-    word = recognise_material(name)
-    if word and word != "mirror":
-        return MaterialSpec(material=word)
-    return None if colour is None else MaterialSpec(albedo_of_colour(colour), word)

@@ -9,7 +9,7 @@ from ..city.city import whole_of_cell
 from ..read.open_input import open_input
 from ..settings.errors import InputError, id_of_cell
 from .brdfs import Lambertian
-from .materials import MaterialSpec, describe_brdf, named_material
+from .materials import MaterialSpec, describe_brdf
 
 FILE = "--albedo-file"  # a source of an albedo
 
@@ -135,7 +135,9 @@ def name_brdfs(scene, request):
                 "the files of this city have no materials",
                 "omit it, or use --albedo-file",
             )
-        of_name = {name: named_material(name, colour) for name, colour in scene.colours.items()}
+        of_name = {
+            name: MaterialSpec.of_name(name, colour) for name, colour in scene.colours.items()
+        }
     of_name = {name: spec for name, spec in (of_name | request.materials).items() if spec}
     of_material = {
         name: Found("materials", name, name, _brdf_of_named(name, spec))

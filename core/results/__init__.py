@@ -19,7 +19,6 @@ DOORS = (
     "colour_map.tick_step",
     "columns.COLUMNS",
     "columns.Column",
-    "columns.column_values",
     "columns.write_table",
     "compare_runs.BEFORE",
     "compare_runs.BEFORE_COLUMNS",

@@ -28,6 +28,12 @@ class Column:
     tabled: bool = True  # whether faces.csv has it
     stored: bool = False  # whether transfer.nc has it
 
+    def values_of(self, transfer, energy):
+        """Values of a column, (n,): a list of str, or an array of bool or float."""
+        carriers = {"surfaces": transfer.surfaces, "transfer": transfer, "energy": energy}
+        values = getattr(carriers[self.owner], self.name)
+        return np.asarray(values, float) if self.kind == "number" else values
+
 
 COLUMNS = (
     Column("surface_id", "surfaces", "identifier of the polygon", "", "text", stored=True),
@@ -188,13 +194,6 @@ COLUMNS = (
 
 
 TABLED = tuple(one for one in COLUMNS if one.tabled)  # in faces.csv and CityJSON
-
-
-def column_values(column, transfer, energy):
-    """Values of a column, (n,): a list of str, or an array of bool or float."""
-    carriers = {"surfaces": transfer.surfaces, "transfer": transfer, "energy": energy}
-    values = getattr(carriers[column.owner], column.name)
-    return np.asarray(values, float) if column.kind == "number" else values
 
 
 def write_table(path, table):

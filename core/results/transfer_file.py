@@ -22,7 +22,7 @@ from ..city.scene import Surfaces
 from ..city.site import Site
 from ..light.sun_matrix import row_blocks
 from ..light.taken_parts import parts_of_rings, rings_of_parts
-from ..light.transfer import ErrorParts, SourceLight, Transfer, record_of_dict
+from ..light.transfer import ErrorParts, SourceLight, TraceRecord, Transfer
 from ..read.netcdf_file import check_hdf5, netcdf_file, read_variables, write_variables
 from ..settings.errors import InputError, blame_file, build_from, parsing
 from ..settings.progress import silent
@@ -446,7 +446,7 @@ def make_transfer(variables, attributes):
         if name in attributes
     }
     if "record" in texts:
-        own["record"] = record_of_dict(texts["record"])
+        own["record"] = TraceRecord.from_dict(texts["record"])
     # What only some runs have.
     for name, build in (("error_parts", ErrorParts), ("outlines", Outlines)):
         if found := read_fields(variables, name):

@@ -14,7 +14,7 @@ from ..city.classify import find_footprints
 from ..city.transform_crs import plane_of
 from ..settings.progress import silent
 from .cityjson_surroundings import list_objects, list_points
-from .columns import TABLED, column_values
+from .columns import TABLED
 from .write_buildings import sum_buildings
 
 PREFIX = "citypv_"
@@ -247,7 +247,7 @@ def _describe_surfaces(city, transfer, energy):
     table = pd.DataFrame({"type": types, "id": transfer.surfaces.surface_id})
     for column in TABLED:
         if column.name not in ("surface_id", "building_id"):
-            table[PREFIX + column.name] = column_values(column, transfer, energy)
+            table[PREFIX + column.name] = column.values_of(transfer, energy)
     semantic_surfaces = [
         {
             name: short(value) if isinstance(value, float) else value

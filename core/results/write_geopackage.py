@@ -17,7 +17,7 @@ import pyproj
 import shapely
 
 from ..settings.progress import silent
-from .columns import TABLED, column_values
+from .columns import TABLED
 from .write_buildings import sum_buildings
 
 APPLICATION_ID, VERSION = 0x47504B47, 10300  # "GPKG", 1.3.0 (requirement 2)
@@ -65,9 +65,7 @@ def write_geopackage(path, run, progress=silent):
         "surfaces": "INTEGER",
         "eligible": "INTEGER",
     }
-    surfaces = pd.DataFrame(
-        {column.name: column_values(column, transfer, energy) for column in columns}
-    )
+    surfaces = pd.DataFrame({column.name: column.values_of(transfer, energy) for column in columns})
     layers = {  # name -> columns, their SQL types, geometries
         "surfaces": (
             surfaces,

@@ -17,7 +17,7 @@ from ..accuracy.yield_errors import split_errors
 from ..city.edge_distance import FURTHEST, NEAREST
 from ..energy.counted_area import name_group, sum_left_out
 from ..energy.energy import exceeded_energy
-from ..energy.pv_system import KINDS, area_of_kwp, build_system
+from ..energy.pv_system import KINDS, build_system
 from ..energy.vary_windows import vary_windows
 from .list_findings import list_findings
 
@@ -279,7 +279,7 @@ def sum_totals(transfer, energy, system):
         **{
             f"{name}_mwh_per_year": float(value) for name, value in exceeded_energy(by_year).items()
         },
-        "area_per_kwp": area_of_kwp(system.module),
+        "area_per_kwp": system.module.area_of_kwp,
         "layout": "area" if energy.layout is None else "rows",
         "every_square_metre": {name: every[name] for name in ("kwp", "mwh_per_year")},
         "kinds": {

@@ -14,7 +14,7 @@ from ..energy.pv_system import build_system
 from ..read.netcdf_file import netcdf_file, write_variables
 from ..settings.system_settings import BUILDINGS
 from ..sun.solar_position import local_middle
-from .columns import TABLED, column_values, name_months, write_table
+from .columns import TABLED, name_months, write_table
 from .surfaces_file import write_surfaces
 from .write_buildings import write_buildings
 
@@ -35,7 +35,7 @@ def write_faces(path, transfer, energy, *, monthly=False):
     monthly : bool
         Whether to add columns with the full load hours of each month.
     """
-    columns = {column.name: column_values(column, transfer, energy) for column in TABLED}
+    columns = {column.name: column.values_of(transfer, energy) for column in TABLED}
     columns |= {
         column.name: np.where(columns[column.name], "true", "false")
         for column in TABLED

@@ -7,9 +7,9 @@ import time
 from dataclasses import replace
 
 from ..accuracy.cost_curve import predict_city
-from ..accuracy.rounds_to_target import CELLS, CERTAIN
+from ..accuracy.rounds_to_target import CELLS
 from ..accuracy.sun_sampling import CityYear
-from ..accuracy.yield_errors import SOURCES
+from ..accuracy.yield_errors import CERTAIN, SOURCES
 from ..light.prepare_scene import prepare_scene
 from ..settings.errors import InputError
 from ..settings.progress import describe_duration

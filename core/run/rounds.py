@@ -39,8 +39,8 @@ def refine_run(run, log, progress, folder):
         None if request.time_budget is None else log.started + request.time_budget - finishing
     )
 
-    # Errors after a round, by the hours known so far; where they meet the target, hours are computed
-    # anew to confirm it.
+    # Errors after a round, by the hours known so far; where they meet the target, hours are
+    # computed anew to confirm it.
     def judge(one):
         nonlocal energy
         log.show(one)
@@ -58,7 +58,7 @@ def refine_run(run, log, progress, folder):
     progress.progress = TerminalProgress(log.stream, lasting=False) if log.stream else log.progress
     target = request.target_error
     # A target that no number of rays reaches is told, with the option that would help.
-    if target is not None and (words := rounds_to_target.unreachable(judge(transfer), target)):
+    if target is not None and (words := judge(transfer).say_unreachable(target)):
         log.write(words)
 
     # Rounds go on until target or deadline.

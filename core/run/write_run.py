@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from ..accuracy.measure_effects import state_effects
-from ..city.grid_cells import outline_surfaces, split_into_cells
+from ..city.grid_cells import Outlines, split_into_cells
 from ..city.racks import city_with_racks
 from ..cluster.trace_part import bound_hours
 from ..energy.pv_system import build_system, note_windows
@@ -51,7 +51,7 @@ def write_results(work, found, request, output, log):
     """
     city, scene, transfer, _, weather = found
     city = draw_city(city, scene, request)
-    transfer = replace(transfer, outlines=outline_surfaces(city, scene.surfaces, scene.site))
+    transfer = replace(transfer, outlines=Outlines.of(city, scene.surfaces, scene.site))
     keep = not is_on_disk(transfer.visible_share) or bool(
         {"transfer", "editable"} & set(output.exports)
     )

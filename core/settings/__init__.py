@@ -42,7 +42,6 @@ DOORS = (
     "request.BEST_SKY",
     "request.Request",
     "request.SKIES",
-    "request.check_request",
     "request.declared_settings",
     "request.option_of",
     "request.write_options",

@@ -321,6 +321,27 @@ class Request(SystemSettings):
         """All settings by name."""
         return asdict(self)
 
+    def check(self):
+        """Refuse settings that mean nothing.
+
+        Raises
+        ------
+        InputError
+            Names the option and its allowed values.
+        """
+        for name, default, details in declared_settings():
+            value = getattr(self, name)
+            if details.kind in ("number", "integer") and value is not None:
+                check_number(option_of(name), value, details)
+            elif details.kind == "place" and value is not None:
+                check_place(option_of(name), value)
+            elif details.kind == "choice" and value not in (default, *details.choices):
+                raise InputError(
+                    option_of(name),
+                    f"{value!r} is not known",
+                    f"give {' or '.join(details.choices)}",
+                )
+
 
 @cache
 def declared_settings(*groups):
@@ -373,23 +394,3 @@ def write_options(values):
 def _show_switch(value):
     """A value in the words of the command line: on and off of a switch."""
     return {True: "on", False: "off"}[value] if isinstance(value, bool) else str(value)
-
-
-def check_request(request):
-    """Refuse settings that mean nothing.
-
-    Raises
-    ------
-    InputError
-        Names the option and its allowed values.
-    """
-    for name, default, details in declared_settings():
-        value = getattr(request, name)
-        if details.kind in ("number", "integer") and value is not None:
-            check_number(option_of(name), value, details)
-        elif details.kind == "place" and value is not None:
-            check_place(option_of(name), value)
-        elif details.kind == "choice" and value not in (default, *details.choices):
-            raise InputError(
-                option_of(name), f"{value!r} is not known", f"give {' or '.join(details.choices)}"
-            )

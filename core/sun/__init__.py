@@ -6,9 +6,7 @@ sun_sampling.py.
 
 DOORS = (
     "sky_grid.SkyTriangles",
-    "sky_grid.match_triangles",
     "sky_grid.sky_grid_suns",
-    "sky_grid.triangulate_sky",
     "solar_position.MINIMUM_ELEVATION",
     "solar_position.POSITION",
     "solar_position.check_place",

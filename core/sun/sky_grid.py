@@ -53,69 +53,65 @@ class SkyTriangles:
     inverse: np.ndarray  # (f, 3, 3): times a direction gives the weights of the corners
     reach: float  # longest edge [°]: no direction is further from a corner of its triangle
 
+    def match(self, direction):
+        """The corners of the triangle around each direction, and their barycentric weights.
 
-def triangulate_sky(suns):
-    """Triangulate a sky grid.
+        A mirrored corner counts as its original above the horizon.
 
-    Parameters
-    ----------
-    suns : Suns
-        A sky grid, all of it.
+        Parameters
+        ----------
+        direction : numpy.ndarray, (t, 3)
+            Unit vectors; fastest in the order of time.
 
-    Returns
-    -------
-    SkyTriangles
-        The convex hull of points on a sphere is their Delaunay triangulation.
-
-    Raises
-    ------
-    InputError
-        If the suns are not a whole sky grid.
-    """
-    if suns.sampling != f"sky-grid:{len(suns)}":
-        raise InputError(
-            "suns", f"{len(suns)} directions of {suns.sampling}", "give a whole sky grid"
+        Returns
+        -------
+        index : numpy.ndarray, (t, 3) int64
+            Into the grid.
+        weight : numpy.ndarray, (t, 3) float64
+            Not negative; rows sum to 1.
+        """
+        triangle_rows = _find_triangles(
+            self.neighbours, self.inverse, np.ascontiguousarray(direction, float)
         )
-    points = np.concatenate([suns.direction, suns.direction * [1.0, 1.0, -1.0]])
-    hull = ConvexHull(points)
-    corners = hull.simplices.astype(np.int64)
-    sides = points[corners]  # (f, 3, 3)
-    cosine = np.einsum("fik,fik->fi", sides, np.roll(sides, 1, axis=1))
-    return SkyTriangles(
-        len(suns),
-        suns.direction,
-        corners,
-        hull.neighbors.astype(np.int64),
-        np.linalg.inv(sides.transpose(0, 2, 1)),
-        float(np.degrees(np.arccos(np.clip(cosine.min(), -1.0, 1.0)))),
-    )
+        weight = np.maximum(np.einsum("tij,tj->ti", self.inverse[triangle_rows], direction), 0.0)
+        return self.corners[triangle_rows] % self.count, weight / weight.sum(axis=1, keepdims=True)
 
+    @staticmethod
+    def of(suns):
+        """Triangulate a sky grid.
 
-def match_triangles(triangles, direction):
-    """The corners of the triangle around each direction, and their barycentric weights.
+        Parameters
+        ----------
+        suns : Suns
+            A sky grid, all of it.
 
-    A mirrored corner counts as its original above the horizon.
+        Returns
+        -------
+        SkyTriangles
+            The convex hull of points on a sphere is their Delaunay triangulation.
 
-    Parameters
-    ----------
-    triangles : SkyTriangles
-    direction : numpy.ndarray, (t, 3)
-        Unit vectors; fastest in the order of time.
-
-    Returns
-    -------
-    index : numpy.ndarray, (t, 3) int64
-        Into the grid.
-    weight : numpy.ndarray, (t, 3) float64
-        Not negative; rows sum to 1.
-    """
-    triangle_rows = _find_triangles(
-        triangles.neighbours, triangles.inverse, np.ascontiguousarray(direction, float)
-    )
-    weight = np.maximum(np.einsum("tij,tj->ti", triangles.inverse[triangle_rows], direction), 0.0)
-    return triangles.corners[triangle_rows] % triangles.count, weight / weight.sum(
-        axis=1, keepdims=True
-    )
+        Raises
+        ------
+        InputError
+            If the suns are not a whole sky grid.
+        """
+        if suns.sampling != f"sky-grid:{len(suns)}":
+            raise InputError(
+                "suns", f"{len(suns)} directions of {suns.sampling}", "give a whole sky grid"
+            )
+        points = np.concatenate([suns.direction, suns.direction * [1.0, 1.0, -1.0]])
+        hull = ConvexHull(points)
+        corners = hull.simplices.astype(np.int64)
+        sides = points[corners]  # (f, 3, 3)
+        cosine = np.einsum("fik,fik->fi", sides, np.roll(sides, 1, axis=1))
+        return SkyTriangles(
+            len(suns),
+            suns.direction,
+            corners,
+            hull.neighbors.astype(np.int64),
+            np.linalg.inv(sides.transpose(0, 2, 1)),
+            float(np.degrees(np.arccos(np.clip(cosine.min(), -1.0, 1.0)))),
+        )
 
 
 @njit(nogil=True, cache=True)

@@ -9,7 +9,7 @@ from scipy.spatial import KDTree
 
 from ..settings.errors import InputError
 from .days_of_year import days_of_year_suns, match_days_of_year
-from .sky_grid import match_triangles, sky_grid_suns, triangulate_sky
+from .sky_grid import SkyTriangles, sky_grid_suns
 from .solar_position import (
     DAY,
     MINIMUM_ELEVATION,
@@ -195,7 +195,7 @@ def match_suns(
     up = sunny | (90.0 - sun["apparent_zenith"].to_numpy() >= lowest)
     direction = sun_direction(sun["apparent_zenith"][up], sun["solar_azimuth"][up])
     if suns.sampling.startswith("sky-grid"):
-        found, share = match_triangles(triangulate_sky(suns), direction)
+        found, share = SkyTriangles.of(suns).match(direction)
     elif suns.sampling.startswith("days"):
         found, share = match_days_of_year(
             suns, direction, solar_days(times, interval, longitude)[0][up]

@@ -14,13 +14,13 @@ from ..effects.closed_form import ground_view_of_tilt, sky_view_of_tilt
 from ..energy import counted_area
 from ..energy.check_inputs import check_sky, check_transfer
 from ..energy.power import diffuse_incidence_factors
-from ..energy.sum_block import Block, take_block
+from ..energy.sum_block import Block
 from ..light.transfer import SourceLight, Transfer
 from ..results.transfer_file import read_transfer
 from ..settings.errors import InputError
 from ..sky.horizon_band import SOURCES
 from ..sky.sky_models import model_traced, sources_of
-from ..sun.sky_grid import SkyTriangles, sky_grid_suns, triangulate_sky
+from ..sun.sky_grid import SkyTriangles, sky_grid_suns
 from ..sun.solar_position import sun_direction
 from .group_errors import GroupErrors, find_group_errors
 
@@ -90,8 +90,8 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
     order = np.argsort(member, kind="stable")
     rows, member = rows[order], member[order]
     # Light of these surfaces per irradiance, and the grid of directions that suns are matched to.
-    sky, lit = triangulate_sky(transfer.suns), counted_area.find_lit_share(transfer, system)[rows]
-    block = take_block(
+    sky, lit = SkyTriangles.of(transfer.suns), counted_area.find_lit_share(transfer, system)[rows]
+    block = Block.take(
         transfer,
         rows,
         group_weight=np.zeros((len(rows), 0)),

@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 from ..energy.standard_errors import join_own, sun_sampling_share
-from ..light.transfer import no_parts, variance_of_mean
+from ..light.transfer import variance_of_mean
 from ..settings.errors import InputError
 from .place_hours import MONTHS
 
@@ -63,7 +63,7 @@ def find_group_errors(transfer, environment, rows, traced=()):
     GroupErrors
     """
     # Weights of surfaces in their group, per surface as a whole.
-    parts = transfer.error_parts or no_parts(len(transfer.surfaces))
+    parts = transfer.known_parts
     first, weight = environment.first, environment.weight
     # weights of what a Transfer tells: means over whole surfaces
     of_whole = weight / environment.block.lit_share

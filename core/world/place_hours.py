@@ -12,7 +12,6 @@ from ..energy.power import HALF, MIDDLE, cell_heating, spectral_factor
 from ..results.write_tables import share_periods
 from ..sky.sky_models import split_sky
 from ..sun import solar_position
-from ..sun.sky_grid import match_triangles
 from .sum_groups import Sunlight
 
 MONTHS, HOURS = 12, 24  # of `PlaceHours.share`, behind the year; hours twice
@@ -151,5 +150,5 @@ def _match_some(sky, direction, chosen):
     float32.
     """
     index, weight = np.zeros((len(direction), 3), np.int64), np.zeros((len(direction), 3), SINGLE)
-    index[chosen], weight[chosen] = match_triangles(sky, direction[chosen])
+    index[chosen], weight[chosen] = sky.match(direction[chosen])
     return index, weight

@@ -17,7 +17,7 @@ result kept as *before*.
 
 import numpy as np
 
-from ...core.results.columns import COLUMNS, Column, column_values
+from ...core.results.columns import COLUMNS, Column
 from ...core.settings.errors import InputError
 
 PREFIX = "citypv_"
@@ -149,9 +149,7 @@ def write_results(city, ground, transfer, energy=None):
     """
     for quantity in QUANTITIES:
         if energy is not None or quantity.owner != "energy":
-            write_surface_values(
-                city, ground, quantity.name, column_values(quantity, transfer, energy)
-            )
+            write_surface_values(city, ground, quantity.name, quantity.values_of(transfer, energy))
     if energy is not None:
         write_surface_values(city, ground, "module_hours", _hours_of_modules(transfer, energy))
     else:

@@ -14,7 +14,7 @@ import bpy
 from ...core.settings.errors import InputError
 from .keys import Key
 from .run_step import redraw_panels
-from .session import find_objects, find_session
+from .session import Session, find_objects
 from .shapes import describe_ground, describe_mesh, describe_object
 from .source_objects import (
     OF_OBJECTS,
@@ -217,8 +217,8 @@ def _note_arranged(city, parts, before, now):
     if not changed:
         return True
     there, place = find_objects(changed & now.keys()), _place_of(city)
-    # What is more than an object of one scene is looked at as a whole: objects of CityPV, instances,
-    # buildings of files, and names that two of them have.
+    # What is more than an object of one scene is looked at as a whole: objects of CityPV,
+    # instances, buildings of files, and names that two of them have.
     special = Key.PART, Key.BUILDING_ID
     if (
         parts.results is None
@@ -419,14 +419,14 @@ def describe_edit(city):
 
 def can_update(city):
     """Whether a city has light that can be edited, so that only the edit has to be traced."""
-    return getattr(find_session(city), "base", None) is not None
+    return getattr(Session.of(city), "base", None) is not None
 
 
 def is_from_file(city):
     """Whether the .blend was opened since the city was read: its buildings are known from its files
     again.
     """
-    return getattr(find_session(city), "city", None) is None
+    return getattr(Session.of(city), "city", None) is None
 
 
 def hinders_update(city):

@@ -14,7 +14,7 @@ from ...core.settings.progress import silent
 from .city_design import check_unedited
 from .keys import Key
 from .read_settings import folder_of_answers, read_settings, state_of_step
-from .session import Session, find_city, find_session, list_cities, open_session
+from .session import Session, find_city, list_cities
 
 
 @persistent
@@ -33,7 +33,7 @@ def keep_transfers(path, *_):
 
     for city in {item for scene in bpy.data.scenes if path for item in list_cities(scene)}:
         name = f"{Path(path).stem}.{bpy.path.clean_name(city.name)}.citypv.nc"
-        target, session, kept = Path(path).with_name(name), find_session(city), find_kept(city)
+        target, session, kept = Path(path).with_name(name), Session.of(city), find_kept(city)
         try:
             if session is not None and session.transfer is not None:
                 write_transfer(target, session.transfer)
@@ -72,7 +72,7 @@ def find_kept(city):
 
 def _has_transfer(city):
     """Whether the light of a city is traced: in this session, or in a file that is there."""
-    session, kept = find_session(city), find_kept(city)
+    session, kept = Session.of(city), find_kept(city)
     return (session is not None and session.transfer is not None) or (
         kept is not None and kept.is_file()
     )
@@ -142,13 +142,6 @@ def with_energy(session, path, request, progress=silent):
     return replace(session, transfer=transfer, weather=weather, energy=energy, request=request)
 
 
-def keep_energy(session, weighed):
-    """Keep in a session, in Blender's thread, what a copy of it has of `with_energy`."""
-    if weighed is not session:
-        for name in ("transfer", "weather", "energy", "request"):
-            setattr(session, name, getattr(weighed, name))
-
-
 class OfTransfer:
     """Base of operators that need a city with traced light."""
 
@@ -165,9 +158,9 @@ class OfTransfer:
         """
         city, _ = find_city(context.scene)
         check_unedited(city)
-        if find_session(city) is None:
-            open_session(city, Session())
-        return find_session(city), find_kept(city), read_settings(context.scene.citypv)
+        if Session.of(city) is None:
+            Session().open(city)
+        return Session.of(city), find_kept(city), read_settings(context.scene.citypv)
 
 
 class OfEnergy(OfTransfer):
@@ -180,7 +173,7 @@ class OfEnergy(OfTransfer):
         """The energy is known, or can be computed again with the settings that it had."""
         city, settings = find_city(context.scene)[0], context.scene.citypv
         cls.poll_message_set(describe_missing(city) or "Compute the energy first")
-        if getattr(find_session(city), "energy", None) is not None:
+        if getattr(Session.of(city), "energy", None) is not None:
             return True
         return (
             city is not None

@@ -134,7 +134,7 @@ def read_finishes(names, colours):
         finishes[name] = (
             read_finish(known[name])
             if name in known
-            else materials.named_material(name, colours[name])
+            else materials.MaterialSpec.of_name(name, colours[name])
         )
     unread = [name for name in wanted if finishes[name] is None]
     return {name: finish for name, finish in finishes.items() if finish is not None}, unread
@@ -154,7 +154,9 @@ def read_finish(material):
     )
     colour, *rest = _read_shader(material)
     if word != "mirror" and not word.startswith("glossy"):
-        return MaterialSpec(material=word) if word else materials.shader_material(colour, *rest)
+        return (
+            MaterialSpec(material=word) if word else materials.MaterialSpec.of_shader(colour, *rest)
+        )
     return None if colour is None else MaterialSpec(materials.albedo_of_colour(colour), word)
 
 

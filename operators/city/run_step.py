@@ -17,7 +17,7 @@ from ...core.settings.request import declared_settings, option_of
 from .build_meshes import hold_cities, is_held, renew_holders
 from .check_libraries import FAILURES, describe_cure, name_libraries
 from .job import Job
-from .session import find_city, find_session
+from .session import Session, find_city
 
 # of the command line -> of properties that have another type in the panel; the longer ones first
 PHRASES = {
@@ -51,7 +51,7 @@ class OfCity:
         city, _ = find_city(context.scene)
         if city is None or not cls.needs:
             return city is not None
-        found = getattr(find_session(city), cls.needs, None) is not None
+        found = getattr(Session.of(city), cls.needs, None) is not None
         return found or cls.needs in city or cls.needs in city.data.attributes
 
 

@@ -36,38 +36,60 @@ class Session:
     timeline: Any = None  # (Energy, core.energy.timeline.Timeline made of it)
     ground_material: str = ""  # name of the material that the user assigned to the generated ground
 
+    def open(self, item):
+        """Associate a session with an object, by a key that survives renaming and undo; copies of
+        the object have none.
+        """
+        item[Key.SESSION] = uuid.uuid4().hex
+        _sessions[item[Key.SESSION]] = self, item.session_uid
+        there = {one.session_uid for one in bpy.data.objects}
+        gone = [key for key, (_, owner) in _sessions.items() if owner not in there]
+        # Twelve sessions of cities that are gone are kept, for undo.
+        for key in gone[:-12]:
+            del _sessions[key]
 
-def open_session(item, session):
-    """Associate a session with an object, by a key that survives renaming and undo; copies of the
-    object have none.
-    """
-    item[Key.SESSION] = uuid.uuid4().hex
-    _sessions[item[Key.SESSION]] = session, item.session_uid
-    there = {one.session_uid for one in bpy.data.objects}
-    gone = [key for key, (_, owner) in _sessions.items() if owner not in there]
-    # Twelve sessions of cities that are gone are kept, for undo.
-    for key in gone[:-12]:
-        del _sessions[key]
+    def find_city(self, scene):
+        """Find the city and its ground that a session belongs to.
 
+        Raises
+        ------
+        InputError
+            They are gone: the user deleted or replaced them while a step ran.
+        """
+        for city in list_cities(scene):
+            if Session.of(city) is self:
+                return city, city.get(Key.GROUND)
+        raise InputError(
+            "City",
+            "it was deleted or replaced while the step ran",
+            "select the city and run the step again",
+        )
 
-def find_cached(design_key):
-    """Session of an edit that was traced before, which undo or redo comes back to, or None."""
-    return next(
-        (
-            one
-            for one, _ in reversed(_sessions.values())
-            if one.cached is not None and one.design_key == design_key
-        ),
-        None,
-    )
+    @staticmethod
+    def find_cached(design_key):
+        """Session of an edit that was traced before, which undo or redo comes back to, or None."""
+        return next(
+            (
+                one
+                for one, _ in reversed(_sessions.values())
+                if one.cached is not None and one.design_key == design_key
+            ),
+            None,
+        )
 
+    @staticmethod
+    def of(item):
+        """Return the session of an object, or None if there is none (as after opening a file)."""
+        session, owner = (
+            _sessions.get(item.get(Key.SESSION), (None, None)) if item is not None else (None, None)
+        )
+        return session if owner is not None and owner == item.session_uid else None
 
-def find_session(item):
-    """Return the session of an object, or None if there is none (as after opening a file)."""
-    session, owner = (
-        _sessions.get(item.get(Key.SESSION), (None, None)) if item is not None else (None, None)
-    )
-    return session if owner is not None and owner == item.session_uid else None
+    def take_energy(self, weighed):
+        """Keep in a session, in Blender's thread, what a copy of it has of `with_energy`."""
+        if weighed is not self:
+            for name in ("transfer", "weather", "energy", "request"):
+                setattr(self, name, getattr(weighed, name))
 
 
 def part_sessions(cities):
@@ -131,21 +153,3 @@ def find_city(scene):
 def list_cities(scene):
     """All cities of a Blender scene: list of bpy.types.Object."""
     return [item for item in scene.objects if item.get(Key.PART) == "city"]
-
-
-def find_own_city(scene, session):
-    """Find the city and its ground that a session belongs to.
-
-    Raises
-    ------
-    InputError
-        They are gone: the user deleted or replaced them while a step ran.
-    """
-    for city in list_cities(scene) if session is not None else ():
-        if find_session(city) is session:
-            return city, city.get(Key.GROUND)
-    raise InputError(
-        "City",
-        "it was deleted or replaced while the step ran",
-        "select the city and run the step again",
-    )

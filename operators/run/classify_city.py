@@ -20,9 +20,6 @@ from ..city.session import (
     Session,
     find_city,
     find_objects,
-    find_own_city,
-    find_session,
-    open_session,
 )
 from ..city.source_objects import is_in_place, put_in_place
 from ..city.worn_faces import remember_wearers, write_sources
@@ -47,7 +44,7 @@ class ClassifyCity(OfCity, Step, bpy.types.Operator):
         city, ground = find_city(context.scene)
         if city.get(Key.ADDED):
             city_design.check_unedited(city)
-        session, request = find_session(city), read_settings(context.scene.citypv)
+        session, request = Session.of(city), read_settings(context.scene.citypv)
         leave_edit_mode(context)
         remember_materials(city, ground, session)
         return (
@@ -87,7 +84,7 @@ class ClassifyCity(OfCity, Step, bpy.types.Operator):
         """Show the scene in place of the imported mesh, coloured by kind."""
         before, session, seen, findings = result
         show_kinds(context, before, session, findings, seen)
-        remember_step(find_own_city(context.scene, session)[0], "classify", context.scene.citypv)
+        remember_step(session.find_city(context.scene)[0], "classify", context.scene.citypv)
         surfaces = session.scene.surfaces
         return (
             f"{count_of(len(surfaces), 'surface')}, {surfaces.eligible.sum()} of them carry modules"
@@ -111,7 +108,7 @@ def show_kinds(context, before, session, findings, seen=None):
     from ...core.city.site import turn_to_true_north
 
     # New meshes of the scene stand where the old ones stood, though its origin may have moved.
-    scene, (old, old_ground) = session.scene, find_own_city(context.scene, before)
+    scene, (old, old_ground) = session.scene, before.find_city(context.scene)
     item, ground = build_meshes(scene)
     # not edited meanwhile
     same = seen is not None and city_design.describe_design(old, seen.lineage) == seen.design
@@ -146,6 +143,6 @@ def show_kinds(context, before, session, findings, seen=None):
     write_sources(item, scene.surfaces.surface_id)
     city_design.remember_design(item, item[Key.DESIGN])
     session.ground_material = before.ground_material
-    open_session(item, session)
+    session.open(item)
     keep_report(item, scene, findings)
     show_result(context, item, ground, "kind")

@@ -13,7 +13,6 @@ from ..city.keep_transfer import OfTransfer, weigh
 from ..city.keys import Key
 from ..city.read_settings import remember_step
 from ..city.run_step import Action, OfCity, Step, list_views
-from ..city.session import find_own_city
 from ..show.compare_results import compare_with_before
 from ..show.keep_report import find_faces
 from ..show.select_faces import select_faces
@@ -42,7 +41,7 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
     def finish(self, context, result):
         """Write the results onto the faces and colour them by full load hours."""
         session, transfer, weather, energy, request, (told, gone) = result
-        city, ground = find_own_city(context.scene, session)
+        city, ground = session.find_city(context.scene)
         write_results(city, ground, transfer, energy)
         session.transfer, session.weather, session.energy, session.request = (
             transfer,

@@ -12,7 +12,7 @@ from ..city.attributes import read_face_attribute, write_face_attribute
 from ..city.build_meshes import suggest_buildings
 from ..city.keys import Key
 from ..city.run_step import Action, OfCity, leave_edit_mode
-from ..city.session import find_city, find_session
+from ..city.session import Session, find_city
 from ..city.shapes import describe_object
 from ..city.source_objects import is_in_place, list_members, list_taken
 from ..city.worn_faces import POLYGON, remember_wearers, write_sources
@@ -120,13 +120,13 @@ class RemoveBuilding(_NameBuilding, EditAction, bpy.types.Operator):
         for item in list_members(city):
             if self.building and item.get(Key.BUILDING_ID, item.name) == self.building:
                 bpy.data.objects.remove(item)
-                if self.building not in find_session(city).imported.building_id:
+                if self.building not in Session.of(city).imported.building_id:
                     return f"Removed: {self.building}"
-        _check_building(city, find_session(city), self.building)
+        _check_building(city, Session.of(city), self.building)
         if self.building in city_design.removed_of(city):
             raise InputError(self.building, "it was removed already", "take another")
         if (
-            not {*find_session(city).imported.building_id}
+            not {*Session.of(city).imported.building_id}
             - city_design.removed_of(city)
             - {self.building}
         ):
@@ -143,7 +143,7 @@ class EditBuilding(_NameBuilding, EditAction, bpy.types.Operator):
 
     def act(self, context, city, ground):
         """Make the object, and let it show the colours of its faces."""
-        session = find_session(city)
+        session = Session.of(city)
         _check_building(city, session, self.building)
         if self.building in city_design.removed_of(city):
             raise InputError(

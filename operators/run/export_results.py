@@ -12,10 +12,10 @@ import bpy
 from ...core.results.exports import MODELS, RunResults, write_exports
 from ...core.settings.errors import InputError
 from ...core.settings.progress import silent
-from ..city.keep_transfer import OfEnergy, keep_energy, with_energy
+from ..city.keep_transfer import OfEnergy, with_energy
 from ..city.keys import Key
 from ..city.run_step import Step, refuse
-from ..city.session import find_city, find_session
+from ..city.session import Session, find_city
 from ..show.show_result import find_before
 
 FILES = {  # identifier: the file's name, as on the command line; name and description in the menu
@@ -98,7 +98,7 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
                 "import and trace again",
             )
         before = find_before(context.scene, city)
-        earlier = find_session(before)
+        earlier = Session.of(before)
         if self.format in COMPARED and (
             session.scene is None or earlier is None or earlier.energy is None
         ):
@@ -138,7 +138,7 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
     def finish(self, context, result):
         """Keep the energy, and say where the file is; open the page."""
         session, weighed, name, path = result
-        keep_energy(session, weighed)
+        session.take_energy(weighed)
         if name in ("report", "comparison") and not bpy.app.background:
             bpy.ops.wm.url_open(url=path.as_uri())
         return f"Written: {path}"

@@ -23,7 +23,7 @@ from ..city.read_settings import (
     remember_step,
 )
 from ..city.run_step import Step
-from ..city.session import Session, list_cities, open_session
+from ..city.session import Session, list_cities
 from ..city.worn_faces import remember_wearers, write_sources
 from ..show.colour_user_meshes import uncolour_user_meshes
 from ..show.keep_report import keep_report
@@ -181,7 +181,7 @@ def show_import(context, city, scene, findings, taken=()):
     # Meshes of the scene, with the settings that they were imported by.
     item, ground = build_meshes(scene)
     show_objects(context.scene, item, ground)
-    open_session(item, Session(city=city, imported=None if taken else city))
+    Session(city=city, imported=None if taken else city).open(item)
     remember_step(item, "import", context.scene.citypv)
     # Objects of the user's stay, and show the city's colours themselves.
     if taken:

@@ -17,7 +17,7 @@ from ..city.job import compile_loops
 from ..city.keys import Key
 from ..city.read_settings import folder_of_answers, read_settings
 from ..city.run_step import Action, OfCity, Step
-from ..city.session import find_city, find_own_city, find_session
+from ..city.session import Session, find_city
 
 # way -> property with its number
 NUMBERS = {
@@ -38,7 +38,7 @@ class OfScene(OfCity):
         """Take the scene and the settings."""
         city, _ = find_city(context.scene)
         check_unedited(city)
-        return find_session(city), read_settings(context.scene.citypv)
+        return Session.of(city), read_settings(context.scene.citypv)
 
 
 def prepare_weather(session, request, progress):
@@ -71,7 +71,7 @@ class PlanEffects(OfScene, Step, bpy.types.Operator):
     def finish(self, context, result):
         """Store the decisions on the city."""
         session, decisions = result
-        city, _ = find_own_city(context.scene, session)
+        city, _ = session.find_city(context.scene)
         keep_plan(city, decisions)
         return f"{sum(decision['on'] for decision in decisions)} of {len(decisions)} effects are on"
 
@@ -176,7 +176,7 @@ class PredictPrices(OfScene, Step, bpy.types.Operator):
     def finish(self, context, result):
         """Store the predictions on the city."""
         session, prices = result
-        city, _ = find_own_city(context.scene, session)
+        city, _ = session.find_city(context.scene)
         city[Key.PREDICTED] = prices
         return "; ".join(
             f"{name.capitalize()}: {describe_prediction(prediction)}"

@@ -15,7 +15,7 @@ from ...core.weather.formats import suffixes_of_weather
 from ..city.keys import Key
 from ..city.read_settings import remember_step
 from ..city.run_step import Step
-from ..city.session import Session, find_city, find_own_city, find_session
+from ..city.session import Session, find_city
 from .ask_place import ask_place
 from .classify_city import ClassifyCity
 from .compute_energy import WeighEnergy
@@ -106,14 +106,14 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
         name, result = self._found.get()
         if name == "buildings":
             show_import(context, *result)
-            self._session = find_session(find_city(context.scene)[0])
+            self._session = Session.of(find_city(context.scene)[0])
         elif name == "kinds":
             ClassifyCity.finish(self, context, (self._session, *result))
         elif name == "rounds":
             show_round(context, *result)
         else:  # the light of a first look is still to be traced
             self._show_light(context, *result)
-            city, _ = find_own_city(context.scene, result[0][0])
+            city, _ = result[0][0].find_city(context.scene)
             city[Key.INTERRUPTED] = TOLD
             for step in ("trace", "energy"):
                 city.pop(Key.ASKED + step, None)
@@ -127,7 +127,7 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
 
     def _show_light(self, context, traced, weighed):
         keep_light(context, *traced)
-        remember_step(find_own_city(context.scene, traced[0])[0], "trace", context.scene.citypv)
+        remember_step(traced[0].find_city(context.scene)[0], "trace", context.scene.citypv)
         return WeighEnergy.finish(self, context, (traced[0], *weighed[1:]))
 
 

@@ -16,7 +16,7 @@ from ..city.keys import Key
 from ..city.read_materials import read_finishes, remember_materials
 from ..city.read_settings import remember_step
 from ..city.run_step import Step, leave_edit_mode
-from ..city.session import Session, find_city, find_own_city, find_session
+from ..city.session import Session, find_city
 from ..show.keep_report import keep_report
 from ..show.show_result import show_result
 from ..show.summarise import OF_ENERGY, summarise_albedo
@@ -73,8 +73,8 @@ class TraceCity(OfScene, Step, bpy.types.Operator):
         session, *_ = result
         interrupted, transfer = keep_light(context, *result), session.transfer
         session.energy = session.cached = None
-        remember_step(find_own_city(context.scene, session)[0], "trace", context.scene.citypv)
-        shown = show_result(context, *find_own_city(context.scene, session), "diffuse_relative")
+        remember_step(session.find_city(context.scene)[0], "trace", context.scene.citypv)
+        shown = show_result(context, *session.find_city(context.scene), "diffuse_relative")
         traced = interrupted or (
             f"Traced {count_of(len(transfer.surfaces), 'surface')} and "
             f"{count_of(len(transfer.suns), 'sun')}"
@@ -126,7 +126,7 @@ def keep_light(context, session, found, findings, albedos):
     str
         Which suns were traced, if not all.
     """
-    (city, ground), transfer = find_own_city(context.scene, session), found.transfer
+    (city, ground), transfer = session.find_city(context.scene), found.transfer
     write_results(city, ground, transfer)
     for key in OF_ENERGY:
         city.pop(key, None)
@@ -176,7 +176,7 @@ def _trace_rounds(session, weather, request, progress, rounds):
 def show_round(context, session, transfer, energy):
     """Show a round of a session's trace: write its results, colour the chosen or the best one."""
     city, ground = find_city(context.scene)
-    if find_session(city) is not session:
+    if Session.of(city) is not session:
         return  # the user switched to another city
     write_results(city, ground, transfer, energy)
     city[Key.INTERRUPTED] = ""

@@ -13,7 +13,7 @@ from ..city.attributes import CHANGE, write_results, write_surface_values
 from ..city.keys import Key
 from ..city.read_settings import read_settings
 from ..city.run_step import OfCity, Step, leave_edit_mode, redraw_panels
-from ..city.session import Session, find_cached, find_city, find_own_city, find_session, list_cities
+from ..city.session import Session, find_city, list_cities
 from ..show.compare_results import KeepBefore, values_of_surfaces
 from ..show.show_result import BEFORE, find_before, show_result
 from .classify_city import show_kinds
@@ -49,7 +49,7 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
     def prepare(self, context):
         """Read the city as it is seen."""
         city, _ = find_city(context.scene)
-        session = find_session(city)
+        session = Session.of(city)
         if city_design.hinders_update(city):
             city_design.check_unedited(city)
         leave_edit_mode(context)
@@ -58,9 +58,9 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
             read_settings(context.scene.citypv),
         )
         UpdateCity.tried = state = seen.design, repr(request)
-        before = find_session(find_before(context.scene, city)) or session
+        before = Session.of(find_before(context.scene, city)) or session
         self._found, self._shown, self._asked = SimpleQueue(), session, seen.design
-        return session, seen, request, state, find_cached(state), before, self._found
+        return session, seen, request, state, Session.find_cached(state), before, self._found
 
     @staticmethod
     def work(task, progress):
@@ -122,7 +122,7 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         """
         if is_editing(context):  # it may come back to what it was
             return True
-        own = [city for city in list_cities(context.scene) if find_session(city) is self._shown]
+        own = [city for city in list_cities(context.scene) if Session.of(city) is self._shown]
         return bool(own) and city_design.describe_edited(own[0]) == self._asked
 
     def drop(self):
@@ -131,11 +131,11 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
 
     def refine(self, context):
         """Show the hours estimated from the annual light."""
-        switched = find_session(find_city(context.scene)[0]) is not self._shown
+        switched = Session.of(find_city(context.scene)[0]) is not self._shown
         if self._found.empty() or switched or is_editing(context):
             return
         draft, seen, hours = self._found.get()
-        city, ground = find_own_city(context.scene, self._shown)
+        city, ground = self._shown.find_city(context.scene)
         self._keep_before(context, city, ground)
         ids, known = (
             self._shown.transfer.surfaces.surface_id,
@@ -144,7 +144,7 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         earlier = known - values_of_surfaces(city, CHANGE + HOURS, len(ids), missing=0.0)
         show_kinds(context, self._shown, draft, [], seen)
         self._shown = draft
-        city, ground = find_own_city(context.scene, draft)
+        city, ground = draft.find_city(context.scene)
         before = dict(zip(ids, earlier.tolist(), strict=True))
         change = hours - [before.get(name, np.nan) for name in draft.scene.surfaces.surface_id]
         city[Key.REDESIGNED], city[Key.PREVIEW] = True, "an estimate; exact numbers follow"
@@ -154,7 +154,7 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         redraw_panels(context, views=True)
 
     def _keep_before(self, context, city, ground):
-        if find_before(context.scene, city) is None and find_session(city).energy is not None:
+        if find_before(context.scene, city) is None and Session.of(city).energy is not None:
             KeepBefore.act(self, context, city, ground)
 
     def finish(self, context, result):
@@ -162,7 +162,7 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         loses.
         """
         seen, known, earlier, known.change = result
-        city, ground = find_own_city(context.scene, self._shown)
+        city, ground = self._shown.find_city(context.scene)
         self._keep_before(context, city, ground)
         again = _renew_before(find_before(context.scene, city), earlier) if earlier else ""
         traced, (_, *energy) = known.cached
@@ -242,7 +242,7 @@ def _renew_before(item, earlier):
     """
     from ...core.results.compare_runs import describe_light
 
-    session = find_session(item)
+    session = Session.of(item)
     if item is None or session is None or item.get(Key.PART) != BEFORE:
         return ""  # a variant that is shown itself keeps its hours
     write_results(item, None, earlier.transfer, earlier.energy)

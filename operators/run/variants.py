@@ -14,7 +14,7 @@ from ..city.build_meshes import remove_objects
 from ..city.keys import Key
 from ..city.read_settings import read_settings
 from ..city.run_step import Action, OfCity, leave_edit_mode
-from ..city.session import find_session, open_session
+from ..city.session import Session
 from ..city.source_objects import list_members, list_seen, list_taken
 from ..city.worn_faces import remember_wearers
 from ..show.compare_results import compare_with_before, find_variants
@@ -69,7 +69,7 @@ class CompareResults(OfCity, Action, bpy.types.Operator):
         if self.name:
             other = find_named(context.scene, self.name)
             city[Key.AGAINST] = other[Key.IDENTITY]
-            session, earlier = find_session(city), find_session(other)
+            session, earlier = Session.of(city), Session.of(other)
             if session is not None and session.energy is not None and earlier is not None:
                 session.change = tell_errors(
                     earlier.base, session, session.weather, read_settings(context.scene.citypv)
@@ -133,6 +133,6 @@ def _copy_variant(city, ground):
             names.get(item, item.get(Key.BUILDING_ID, item.name)),
         )
     remember_wearers(copy, [(copies[item], building) for _, item, building in list_taken(city)])
-    if find_session(city) is not None:
-        open_session(copy, replace(find_session(city)))
+    if Session.of(city) is not None:
+        replace(Session.of(city)).open(copy)
     return copy

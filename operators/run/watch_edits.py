@@ -124,7 +124,7 @@ def _find_work():
         except InputError:  # a file of the settings is missing: the step that needs it tells
             continue
         state = city_design.describe_edited(city), repr(settings)
-        if scene.citypv_seeing.live or session.find_cached(state) is not None:
+        if scene.citypv_seeing.live or session.Session.find_cached(state) is not None:
             return window, state
     return None
 

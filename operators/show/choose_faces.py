@@ -9,7 +9,7 @@ from dataclasses import replace
 from ..city.attributes import write_results
 from ..city.declare_settings import read_properties
 from ..city.read_settings import remember_choice
-from ..city.session import find_city, find_session
+from ..city.session import Session, find_city
 from .compare_results import compare_with_before
 from .show_result import show_result
 from .summarise import sum_energy, summarise_energy
@@ -18,7 +18,7 @@ from .summarise import sum_energy, summarise_energy
 def follow_least_hours(settings, context):
     """Choose anew when *Least hours* changes (`update` of the property), where there is energy."""
     city, ground = find_city(context.scene)
-    session = find_session(city)
+    session = Session.of(city)
     if session is None or session.energy is None or session.request is None:
         return
     from ...core.energy.paying import choose_again

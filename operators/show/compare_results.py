@@ -13,7 +13,7 @@ from ..city.attributes import CHANGE, CHANGE_ERROR, COMPARED, KIND_CODES
 from ..city.city_design import check_unedited
 from ..city.keys import Key
 from ..city.run_step import Action, OfCity
-from ..city.session import find_session, list_cities, open_session
+from ..city.session import Session, list_cities
 from .show_result import BEFORE, find_before, has_result, show_before, show_result
 
 HOURS = "full_load_hours"
@@ -166,7 +166,7 @@ def _errors_of_surfaces(before, city, rows):
     """Standard errors [h] of the change of some surfaces, (k,) int, where the same rays tell it,
     else NaN; or None.
     """
-    session, earlier = find_session(city), find_session(before)
+    session, earlier = Session.of(city), Session.of(before)
     if (
         session is None
         or earlier is None
@@ -258,7 +258,7 @@ class KeepBefore(OfCity, Action, bpy.types.Operator):
 
     def act(self, context, city, ground):
         """Keep a copy of the city, hidden, in place of an earlier one."""
-        session, name = find_session(city), f"{city.name} before"
+        session, name = Session.of(city), f"{city.name} before"
         if not city.get(Key.EDITED):
             item = bpy.data.objects.new(name, city.data.copy())
         elif session is None or session.energy is None:
@@ -279,7 +279,7 @@ class KeepBefore(OfCity, Action, bpy.types.Operator):
         build_meshes.show_objects(context.scene, item)
         show_before(item, visible=False)
         if session is not None:
-            open_session(item, replace(session))
+            replace(session).open(item)
         context.scene.citypv_seeing.side_by_side = False
         city.pop(Key.AGAINST, None)  # not a variant any more
         return "Kept as before: change what you like, then trace and compute the energy"

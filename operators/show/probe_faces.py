@@ -10,7 +10,7 @@ from mathutils.bvhtree import BVHTree
 
 from ...core.settings.errors import InputError
 from ..city.attributes import read_face_attribute
-from ..city.keep_transfer import OfEnergy, keep_energy, with_energy
+from ..city.keep_transfer import OfEnergy, with_energy
 from ..city.keys import Key
 from ..city.run_step import Action, leave_edit_mode, list_views
 from ..city.session import find_city
@@ -64,7 +64,7 @@ class ProbeFaces(OfEnergy, Action, bpy.types.Operator):
         """Select the surfaces, and store what they yield on the city."""
         session, *kept = self.prepare(context)
         selected = gather_selection(context, city)
-        keep_energy(session, with_energy(session, *kept))
+        session.take_energy(with_energy(session, *kept))
         surface, building = (
             read_face_attribute(city.data, "surface"),
             read_face_attribute(city.data, "building"),

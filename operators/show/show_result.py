@@ -11,7 +11,7 @@ from ..city.attributes import CHANGE, PREFIX, read_face_attribute
 from ..city.keys import Key
 from ..city.read_materials import remember_materials
 from ..city.run_step import Action, OfCity, leave_edit_mode
-from ..city.session import find_city, find_session, list_cities
+from ..city.session import Session, find_city, list_cities
 from ..city.source_objects import list_taken
 from .colour_faces import build_scale, colour_faces, paint_mesh, read_scale, show_exact_colours
 from .colour_user_meshes import colour_user_meshes, uncolour_user_meshes
@@ -100,7 +100,7 @@ def follow_choice(settings, context):
     if same and not settings.auto_range and not settings.low < settings.high:
         return
     leave_edit_mode(context)
-    session = find_session(city)
+    session = Session.of(city)
     if session is not None and session.city is not None:
         remember_materials(city, ground, session)
     show_result(context, city, ground, settings.attribute)

@@ -10,10 +10,10 @@ from mathutils import Vector
 
 from ..city import attributes
 from ..city.build_meshes import remove_objects, show_objects
-from ..city.keep_transfer import OfTransfer, keep_energy, with_energy
+from ..city.keep_transfer import OfTransfer, with_energy
 from ..city.keys import Key
 from ..city.run_step import Action, Step
-from ..city.session import find_city, find_own_city, find_session
+from ..city.session import Session, find_city
 from ..city.source_objects import is_in_place
 from .colour_faces import colours_of_values, read_scale, start_nodes, write_colours
 from .colour_user_meshes import colour_user_meshes
@@ -34,13 +34,13 @@ class StartTimeline(OfTransfer, Step, bpy.types.Operator):
     @staticmethod
     def work(task, progress):
         """Compute light and yield of all frames, and the energy where it is not known."""
-        from ...core.energy.timeline import build_timeline
+        from ...core.energy.timeline import Timeline
         from ...core.results.colour_map import choose_range
 
         session, kept, request = task
         weighed = with_energy(session, kept, request, progress)
         progress("hours of the months", 0, 1, "months")
-        timeline = build_timeline(weighed.transfer, weighed.weather, weighed.energy)
+        timeline = Timeline.build(weighed.transfer, weighed.weather, weighed.energy)
         # The scales of all moments together end where the brightest hour's and the best month's do.
         light = timeline.relative * timeline.dni[:, None].astype("float32")
         best = timeline.hours_by_month[:, timeline.energy_by_month.argmax()]
@@ -55,8 +55,8 @@ class StartTimeline(OfTransfer, Step, bpy.types.Operator):
         moment.
         """
         session, weighed, timeline, ends = result
-        city, ground = find_own_city(context.scene, session)
-        keep_energy(session, weighed)
+        city, ground = session.find_city(context.scene)
+        session.take_energy(weighed)
         attributes.write_results(city, ground, session.transfer, session.energy)
         session.timeline = session.energy, timeline
         for name, end in zip(TIMED, ends, strict=True):
@@ -108,7 +108,7 @@ class StopTimeline(Action, bpy.types.Operator):
 
 def timeline_of(city):
     """Timeline of a city, or None if there is none of its present energy."""
-    session = find_session(city)
+    session = Session.of(city)
     kept = session.timeline if session is not None else None
     return kept[1] if kept is not None and kept[0] is session.energy else None
 
@@ -152,7 +152,6 @@ def _show_moment(stage):
     """Write light and yield of the scene's frame on the faces, and set sun and sky; return the
     moment as text.
     """
-    from ...core.energy.timeline import describe_moment
 
     city, ground = find_city(stage)
     timeline = timeline_of(city)
@@ -171,7 +170,7 @@ def _show_moment(stage):
     _light_scene(
         stage, timeline.direction[moment].tolist(), timeline.dni[moment], timeline.dhi[moment]
     )
-    city[Key.MOMENT] = describe_moment(timeline, moment)
+    city[Key.MOMENT] = timeline.describe(moment)
     return city[Key.MOMENT]
 
 

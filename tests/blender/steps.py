@@ -9,7 +9,7 @@ import pytest
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.light.editable_city import prepare_decided
 from citypv.core.study import trace_scene
-from citypv.operators.city.session import find_city, find_session
+from citypv.operators.city.session import Session, find_city
 
 
 def run(*steps, **settings):
@@ -35,7 +35,7 @@ def here():
 
 def session_here():
     """What was read, traced and weighed of it."""
-    return find_session(here())
+    return Session.of(here())
 
 
 def colours_of(mesh):

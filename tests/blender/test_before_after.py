@@ -9,7 +9,7 @@ from street import describe_house
 
 from citypv.core.results.colour_map import DIVERGING, MISSING, srgb_colour
 from citypv.operators.city.attributes import read_face_attribute, write_face_attribute
-from citypv.operators.city.session import find_city, find_session, list_cities
+from citypv.operators.city.session import Session, find_city, list_cities
 from citypv.operators.show.colour_faces import colour_faces, colours_of_values, read_scale
 from citypv.operators.show.compare_results import percent_of, read_comparison
 from citypv.operators.show.show_result import find_before
@@ -24,7 +24,7 @@ def compute(path, **changes):
 def by_id(city, name):
     """Values of the surfaces by their ids."""
     ids, faces = (
-        find_session(city).transfer.surfaces.surface_id,
+        Session.of(city).transfer.surfaces.surface_id,
         read_face_attribute(city.data, "surface"),
     )
     return {
@@ -96,7 +96,7 @@ def test_a_tower_takes_light_and_is_grey_itself(addon, city_file, tower_file):
     )
     # Its grey is the colour of missing results.
     names = [
-        find_session(city).transfer.surfaces.surface_id[row]
+        Session.of(city).transfer.surfaces.surface_id[row]
         for row in read_face_attribute(city.data, "surface")
     ]
     grey = np.repeat([name.startswith("tower") for name in names], 3)

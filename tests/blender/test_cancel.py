@@ -21,7 +21,7 @@ from citypv.operators.city.build_meshes import hold_cities
 from citypv.operators.city.job import Job
 from citypv.operators.city.read_settings import read_settings
 from citypv.operators.city.run_step import Step
-from citypv.operators.city.session import find_session
+from citypv.operators.city.session import Session
 from citypv.operators.run.compute_energy import WeighEnergy
 from citypv.operators.run.export_results import ExportResults
 from citypv.operators.show.timeline import StartTimeline
@@ -48,7 +48,7 @@ def test_what_was_traced_is_kept_and_told(addon, city_file, monkeypatch):
     monkeypatch.setattr(sun_blocks, "SUNS_PER_BLOCK", 12)
     monkeypatch.setattr(run_step, "silent", cancel_at("suns", 0.5))
     city = run("trace")
-    transfer = find_session(city).transfer
+    transfer = Session.of(city).transfer
     kept, count = transfer.record.interrupted["suns_traced"], transfer.record.interrupted["of"]
     assert 0 < kept < count
     assert transfer.visible_share.shape[1] == len(transfer.suns) == kept
@@ -188,14 +188,14 @@ def stand():
 def test_nothing_is_left_of_a_cancelled_import(addon, city_file, row_file, monkeypatch, stage):
     """An earlier city stays as it was, with its session."""
     earlier = run("import_city", city_path=str(row_file))
-    seen, session = stand(), find_session(earlier)
+    seen, session = stand(), Session.of(earlier)
     monkeypatch.setattr(run_step, "silent", cancel_at(stage, 0))
     addon.city_path = str(city_file)
     with pytest.raises(RuntimeError, match="CancelledError"):
         bpy.ops.citypv.import_city()
     assert stand() == seen
     assert here() == earlier
-    assert find_session(earlier) is session
+    assert Session.of(earlier) is session
     monkeypatch.undo()
     run("import_city")
     assert len(session_here().city) == 21

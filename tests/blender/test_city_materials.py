@@ -7,11 +7,11 @@ from steps import refuse, run, session_here
 from test_materials import build_material
 from test_obj_materials import MTL, write_cube
 
-from citypv.core.patches.materials import MaterialSpec, named_material
+from citypv.core.patches.materials import MaterialSpec
 from citypv.core.read.read_city import read_city
 from citypv.operators.city.attributes import read_face_attribute
 from citypv.operators.city.read_materials import read_finish
-from citypv.operators.city.session import find_city, find_session
+from citypv.operators.city.session import Session, find_city
 from citypv.operators.show.keep_report import find_row
 from citypv.operators.show.summarise import summarise_albedo
 
@@ -40,11 +40,11 @@ def test_a_city_from_a_file_gets_materials_before_and_after_it_is_classified(add
         days=1,
         samples=16,
     )
-    names = np.array(find_session(city).city.surface_id)[read_face_attribute(city.data, "surface")]
+    names = np.array(Session.of(city).city.surface_id)[read_face_attribute(city.data, "surface")]
     city.data.materials.append(None)
     give(city, build_material("Slate"), np.char.find(names, "roof") >= 0)
     city = run("classify", split=True, grid_size=4.0)
-    session = find_session(city)
+    session = Session.of(city)
     given = materials_of(session)
     assert {name for name, material in given.items() if material} == {
         name for name in given if "roof" in name
@@ -82,7 +82,7 @@ def test_the_generated_ground_has_one_material(addon, city_file):
         faces = np.ones(len(ground.data.polygons), bool)
         give(ground, build_material(name), faces)
         run("trace")
-        session = find_session(city)
+        session = Session.of(city)
         light[name] = session.transfer.diffuse_relative[
             session.scene.surfaces.kind == "facade"
         ].mean()
@@ -115,7 +115,10 @@ def test_names_and_colours_mean_what_they_mean_to_blender(addon, obj_file):
     """
     colours = read_city(obj_file).colours
     bpy.ops.wm.obj_import(filepath=str(obj_file))
-    ours = {name: named_material(name, colours[name]) for name in ("Ziegel rot", "White_Paint.001")}
+    ours = {
+        name: MaterialSpec.of_name(name, colours[name])
+        for name in ("Ziegel rot", "White_Paint.001")
+    }
     assert ours == {name: read_finish(bpy.data.materials[name]) for name in ours}
     assert ours["Ziegel rot"] == MaterialSpec(0.2566)
 
@@ -139,7 +142,7 @@ def test_they_count_when_asked_for_and_those_of_blender_before(addon, obj_file):
     material.citypv_material = "slate"
     run("trace")
     assert "bare|0.100|1" in list(city["citypv_albedos"])
-    transfer = find_session(city).transfer
+    transfer = Session.of(city).transfer
     assert sorted(transfer.material) == ["", "", "", "White_Paint.001", "Ziegel rot", "bare"]
 
 

@@ -30,7 +30,7 @@ from citypv.core.settings.progress import silent
 from citypv.core.study import change_scene, compute_energy
 from citypv.operators.city.attributes import CHANGE, read_corners, read_face_attribute
 from citypv.operators.city.city_design import describe_edit
-from citypv.operators.city.session import find_session, list_cities
+from citypv.operators.city.session import Session, list_cities
 from citypv.operators.city.source_objects import list_members
 from citypv.operators.run import update_city
 from citypv.operators.run.update_city import UpdateCity, estimate_hours
@@ -427,13 +427,13 @@ def test_what_was_kept_as_before_gets_the_light_that_the_edited_city_asks_for(ad
     expected = compute_energy(perez, session.weather, session.request).full_load_hours
     known = np.isfinite(expected)
     assert known.any() and np.abs(expected - list(before.values()))[known].max() > 1
-    assert find_session(kept).energy.full_load_hours == pytest.approx(expected, nan_ok=True)
+    assert Session.of(kept).energy.full_load_hours == pytest.approx(expected, nan_ok=True)
     shown = read_face_attribute(kept.data, "full_load_hours")
     assert np.nanmax(shown) == pytest.approx(np.nanmax(expected), rel=1e-5)
-    assert session_here().change[0] is find_session(kept).base
+    assert session_here().change[0] is Session.of(kept).base
     tower = bpy.data.objects["tower"]
     tower.location.x += 30
     update()
     assert (
-        session_here().change[0] is find_session(kept).base
+        session_here().change[0] is Session.of(kept).base
     )  # both have it now: nothing is solved again

@@ -11,7 +11,7 @@ from citypv.operators.city.attributes import read_face_attribute
 from citypv.operators.city.build_meshes import read_vertices
 from citypv.operators.city.city_design import describe_edit
 from citypv.operators.city.read_settings import state_of_step
-from citypv.operators.city.session import find_session, list_cities
+from citypv.operators.city.session import Session, list_cities
 from citypv.operators.city.source_objects import is_seen, list_taken
 from citypv.operators.run.watch_edits import follow_undo, remove_left_grounds
 from citypv.operators.show.build_legend import note_of
@@ -72,7 +72,7 @@ def check_probe(city, session, town):
 @pytest.mark.slow
 def test_each_face_shows_the_result_of_its_surface(addon, town):
     city = run("take_meshes", "classify", "trace", "energy")
-    session = find_session(city)
+    session = Session.of(city)
     for name in ("House", "Turned"):
         mesh = town[name].data
         shown = read_face_attribute(mesh, "full_load_hours")
@@ -149,7 +149,7 @@ def test_undo_takes_the_colours_off_again(addon, town):
     city = here()
     assert "citypv_colour" not in bpy.data.objects["House"].data.color_attributes
     assert bpy.data.objects["Row"].display_type == "TEXTURED" and not city.visible_get()
-    assert find_session(city).scene is None
+    assert Session.of(city).scene is None
     assert bpy.ops.ed.redo() == {"FINISHED"}
     assert "citypv_colour" in bpy.data.objects["House"].data.color_attributes
     assert bpy.data.objects["Row"].display_type == "WIRE"
@@ -307,7 +307,7 @@ def test_pictures_show_the_colours_on_the_users_objects(addon, town, tmp_path):
     for number, (name, place) in enumerate(places.items()):
         face = hit_face(bpy.context, (*place, 50), (0, 0, -1))
         surface = read_face_attribute(city.data, "surface")[face]
-        building = find_session(city).scene.surfaces.building_id[surface]
+        building = Session.of(city).scene.surfaces.building_id[surface]
         assert building == name
         shown[name] = roof_in_picture(place, tmp_path / f"{number}.png")
         np.testing.assert_allclose(shown[name], colours_of(city.data)[3 * face], atol=0.02)

@@ -6,7 +6,7 @@ import pytest
 from steps import refuse, run
 
 from citypv.operators.city.attributes import read_face_attribute
-from citypv.operators.city.session import find_session
+from citypv.operators.city.session import Session
 from citypv.operators.show.probe_faces import read_charts
 
 
@@ -21,7 +21,7 @@ def number(text):
 @pytest.mark.slow
 def test_a_face_tells_what_its_surface_is_and_yields(city):
     """A roof of the street: 10 m × 5 m, 3 m up over 4 m, to the south."""
-    session = find_session(city)
+    session = Session.of(city)
     row = session.scene.surfaces.surface_id.index("house0_roof_south")
     face = int(np.flatnonzero(read_face_attribute(city.data, "surface") == row)[0])
     assert bpy.ops.citypv.probe(face=face) == {"FINISHED"}

@@ -9,7 +9,7 @@ from steps import here, refuse, run
 
 from citypv.operators.city.attributes import read_face_attribute
 from citypv.operators.city.keep_transfer import describe_missing, find_kept
-from citypv.operators.city.session import find_session
+from citypv.operators.city.session import Session
 
 
 @pytest.fixture
@@ -27,7 +27,7 @@ def reopen(path):
     """Open a file as another Blender does."""
     bpy.ops.wm.open_mainfile(filepath=str(path))
     city = here()
-    assert find_session(city) is None
+    assert Session.of(city) is None
     return city, bpy.context.scene.citypv
 
 
@@ -124,12 +124,12 @@ def append_city(path):
 def test_a_city_that_is_appended_has_its_own_light(saved, tmp_path):
     path, hours = saved
     first = here()
-    own = find_session(first)
+    own = Session.of(first)
     other = path.with_name("other.blend")
     shutil.copyfile(path, other)
     second = append_city(other)
-    assert find_session(second) is None
-    assert find_session(first) is own
+    assert Session.of(second) is None
+    assert Session.of(first) is own
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     alone = append_city(other)
     assert find_kept(alone).is_file()
@@ -145,7 +145,7 @@ def test_a_copy_keeps_its_results_and_says_that_it_has_no_light(saved):
     bpy.ops.object.duplicate()
     copy = here()
     assert copy != city
-    assert find_session(copy) is None
+    assert Session.of(copy) is None
     assert "no traced light of its own" in describe_missing(copy)
     assert not bpy.ops.citypv.energy.poll()
     bpy.data.objects.remove(copy)
@@ -154,5 +154,5 @@ def test_a_copy_keeps_its_results_and_says_that_it_has_no_light(saved):
     bpy.context.view_layer.update()
     other = here()
     assert other != city
-    assert find_session(other) is None
-    assert find_session(city).transfer is not None
+    assert Session.of(other) is None
+    assert Session.of(city).transfer is not None

@@ -8,7 +8,7 @@ import pytest
 from steps import refuse, run
 
 from citypv.operators.city.attributes import read_face_attribute
-from citypv.operators.city.session import find_city, find_session
+from citypv.operators.city.session import Session, find_city
 from citypv.operators.show.keep_report import read_rows
 from citypv.operators.show.select_faces import read_selection
 
@@ -26,7 +26,7 @@ def selected_surfaces(city):
     assert city.mode == "OBJECT"
     assert city["citypv_highlight"]
     chosen, surface = read_selection(city.data), read_face_attribute(city.data, "surface")
-    ids = find_session(city).scene.surfaces.surface_id
+    ids = Session.of(city).scene.surfaces.surface_id
     assert not set(surface[chosen]) & set(surface[~chosen])
     return {ids[k] for k in set(surface[chosen].tolist())}
 
@@ -83,7 +83,7 @@ def test_a_group_selects_its_faces(city, group, expected):
 @pytest.mark.slow
 def test_every_group_with_faces_selects_as_many_surfaces_as_it_says(city):
     """From edit mode as well as from object mode, and whatever was selected or hidden before."""
-    session = find_session(city)
+    session = Session.of(city)
     for row in read_rows(city):
         if not len(row["surfaces"]):
             continue

@@ -14,7 +14,7 @@ import pytest
 from steps import forget_module, refuse, run
 
 from citypv.operators.city.attributes import read_face_attribute
-from citypv.operators.city.session import find_session
+from citypv.operators.city.session import Session
 from citypv.operators.run.compute_energy import read_best
 from citypv.operators.run.export_results import FILES, FORMATS
 from citypv.operators.show.probe_faces import read_charts
@@ -77,6 +77,6 @@ def test_exports_that_cannot_be_written_say_why(city, tmp_path):
     )
     folder.mkdir()
     refuse("export", "cannot be written", format="faces", filepath=str(folder))
-    find_session(city).scene = None
+    Session.of(city).scene = None
     said = "needs the geometry, which is not in this file; import and trace again"
     refuse("export", said, format="gltf", filepath=str(tmp_path / "city.glb"))

@@ -18,7 +18,7 @@ from citypv.core.settings.request import Request
 from citypv.operators.city.attributes import read_face_attribute
 from citypv.operators.city.read_settings import STEPS, read_settings, state_of_step
 from citypv.operators.city.run_step import Step
-from citypv.operators.city.session import find_city, find_session
+from citypv.operators.city.session import Session, find_city
 from citypv.operators.run.compute_energy import read_best
 from citypv.operators.run.solar_city import TOLD, SolarCity, settings_of_look
 from citypv.operators.show.probe_faces import describe_surfaces
@@ -58,7 +58,7 @@ def test_one_button_does_what_the_steps_do(quick, city_file):
     assert "facade south|3|" in " ".join(city["citypv_groups"])
     assert bpy.context.scene.view_settings.view_transform == "Standard"
     # Totals are sums of all kinds.
-    totals, energy = totals_of(city), find_session(city).energy
+    totals, energy = totals_of(city), Session.of(city).energy
     (kwp, mwh, mean), *kinds = totals.values()
     assert kwp == pytest.approx(
         sum(one[0] for one in kinds), abs=0.51 * len(totals)
@@ -82,7 +82,7 @@ def test_several_years_have_a_line_for_half_and_for_nine_in_ten_of_them(quick, c
     lower one.
     """
     bpy.ops.citypv.solar_city(filepath=str(city_file))
-    city, session = here(), find_session(here())
+    city, session = here(), Session.of(here())
     hours = session.energy.full_load_hours
     energy = replace(
         session.energy,
@@ -207,7 +207,7 @@ def test_results_are_shown_one_after_the_other_and_the_last_are_those_of_a_scrip
     assert seen["first look"] == ("full_load_hours", TOLD)
     city = here()
     look = read_face_attribute(city.data, "full_load_hours")
-    assert len(find_session(city).transfer.suns) < 60
+    assert len(Session.of(city).transfer.suns) < 60
     assert states(addon) == ["done", "done", "next", ""]
     step.finish(bpy.context, result)
     assert states(addon) == ["done"] * 4

@@ -14,7 +14,7 @@ from citypv.core.settings.request import Request
 from citypv.operators.city.attributes import read_face_attribute
 from citypv.operators.city.build_meshes import read_vertices
 from citypv.operators.city.read_settings import read_settings
-from citypv.operators.city.session import find_city, find_own_city, find_session
+from citypv.operators.city.session import Session, find_city
 from citypv.operators.show.keep_report import read_rows
 
 
@@ -55,7 +55,7 @@ def test_the_city_stands_on_the_terrain_of_a_file(addon, city_file, tmp_path):
     heights = read_vertices(ground)[:, 2]
     # The walls begin at 30 m; the terrain, at 32 m, cuts them.
     assert heights.max() == pytest.approx(2.0, abs=1e-4)
-    session = find_session(city)
+    session = Session.of(city)
     assert len(session.scene.report.repaired["continues below the terrain, cut off at it"]) >= 3
     rows = [row["name"] for row in read_rows(city, "repaired")]
     assert "continues below the terrain, cut off at it" in rows
@@ -72,7 +72,7 @@ def test_terrain_of_the_file_is_shown_and_stood_on(addon, city_file, tmp_path):
     assert len(read_face_attribute(city.data, "surface")) == len(city.data.polygons)
     city, ground = run_steps(path, "classify")
     assert read_vertices(ground)[:, 2].max() == pytest.approx(2.0, abs=1e-4)
-    assert "Ground: terrain of the file: 2 triangles." in find_session(city).scene.report.notes
+    assert "Ground: terrain of the file: 2 triangles." in Session.of(city).scene.report.notes
 
 
 def test_terrain_that_cannot_be_used_is_an_error_in_one_line(addon, city_file, tmp_path):
@@ -150,8 +150,8 @@ def test_settings_become_a_request(addon, tmp_path):
 @pytest.mark.slow
 def test_a_city_that_is_gone_when_a_step_ends_is_an_error(addon, city_file):
     city, _ = run_steps(city_file, "import_city", "classify")
-    session = find_session(city)
-    assert find_own_city(bpy.context.scene, session)[0] == city
+    session = Session.of(city)
+    assert session.find_city(bpy.context.scene)[0] == city
     run_steps(city_file, "import_city")
     with pytest.raises(InputError, match="deleted or replaced while the step ran"):
-        find_own_city(bpy.context.scene, session)
+        session.find_city(bpy.context.scene)

@@ -10,7 +10,7 @@ import pytest
 from steps import colours_of, here, run
 
 from citypv.operators.city.attributes import read_face_attribute
-from citypv.operators.city.session import close_sessions, find_session
+from citypv.operators.city.session import Session, close_sessions
 from citypv.operators.show.timeline import SKY, SUN, timeline_of
 
 NOON_IN_JUNE = 5 * 24 + 13  # frame of 12 to 13 h
@@ -37,7 +37,7 @@ def test_a_frame_shows_the_direct_light_of_its_hour(traced):
     stage.frame_set(NOON_IN_JUNE)
     # Roofs to the south are free: direct light of the month's mean DNI at pvlib's angle of
     # incidence.
-    session, timeline = find_session(traced), timeline_of(traced)
+    session, timeline = Session.of(traced), timeline_of(traced)
     surfaces = session.transfer.surfaces
     # June 11th, 12:30 of UTC+1; the year moves it by 0.1°
     start = pd.DatetimeIndex(["2023-06-11 11:30"], tz="UTC")

@@ -8,7 +8,7 @@ from citypv.core.city.site import Site
 from citypv.core.commands.plain_scenes import rectangle
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.light.trace_hemisphere import trace_rows
-from citypv.core.light.traced import RayCity, empty_traced
+from citypv.core.light.traced import RayCity, Traced
 from citypv.core.photons.specular_light import trace_hybrid
 from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.settings.progress import silent
@@ -74,7 +74,7 @@ def run_gather(scene, suns, **settings):
 def trace_patches(ray_scene, patches, rows, samples, threads=1):
     """What the hemisphere rays of some patches, (r,) int, meet: Traced."""
     city = RayCity(ray_scene=ray_scene, patches=patches, threads=threads)
-    found = empty_traced(city)
+    found = Traced.empty(city)
     for part, *_ in trace_rows(city, rows, samples):
         found.put(part)
     return found

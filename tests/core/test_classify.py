@@ -11,7 +11,7 @@ from transfers import unshaded_transfer
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.city.classify import ORIENTATIONS, classify, measure_tilt
-from citypv.core.city.grid_cells import outline_surfaces, split_into_cells
+from citypv.core.city.grid_cells import Outlines, split_into_cells
 from citypv.core.energy.counted_area import classify_again
 from citypv.core.sun.sky_grid import sky_grid_suns
 
@@ -131,7 +131,7 @@ def test_a_transfer_of_the_papers_sectors_is_classified_again(turn, grid_size):
             sky_grid_suns(16), surfaces.surface_tilt, surfaces.surface_azimuth
         )
         request = {"grid_size": grid_size} | ({"sectors": before} if before == "8" else {})
-        outlines = outline_surfaces(cells, surfaces, scenes[before].site)
+        outlines = Outlines.of(cells, surfaces, scenes[before].site)
         record = replace(transfer.record, request=request)
         transfer = replace(transfer, surfaces=surfaces, outlines=outlines, record=record)
         found = classify_again(transfer, after).surfaces

@@ -10,7 +10,7 @@ import pytest
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.commands.command_line import main
-from citypv.core.patches.materials import MaterialSpec, named_material
+from citypv.core.patches.materials import MaterialSpec
 from citypv.core.patches.read_albedo import albedo_of_triangles, describe_albedo
 from citypv.core.read.read_city import read_city
 from citypv.core.settings.errors import InputError
@@ -127,11 +127,13 @@ def test_what_they_do_to_the_albedo(tmp_path):
 
 
 def test_names_and_colours_mean_what_they_mean_in_blender():
-    assert named_material("Brick", (0.9, 0.9, 0.9)) == MaterialSpec(material="brick")
-    assert named_material("Glass") == MaterialSpec(material="glass")
-    assert named_material("Mirror.001", (0.5, 0.5, 0.5)) == MaterialSpec(0.5, "mirror")
-    assert named_material("wall", (0.5, 0.2, 0.1)) == MaterialSpec(pytest.approx(ZIEGEL, abs=1e-4))
-    assert named_material("mirror") is named_material("wall") is None
+    assert MaterialSpec.of_name("Brick", (0.9, 0.9, 0.9)) == MaterialSpec(material="brick")
+    assert MaterialSpec.of_name("Glass") == MaterialSpec(material="glass")
+    assert MaterialSpec.of_name("Mirror.001", (0.5, 0.5, 0.5)) == MaterialSpec(0.5, "mirror")
+    assert MaterialSpec.of_name("wall", (0.5, 0.2, 0.1)) == MaterialSpec(
+        pytest.approx(ZIEGEL, abs=1e-4)
+    )
+    assert MaterialSpec.of_name("mirror") is MaterialSpec.of_name("wall") is None
 
 
 def test_usemtl_without_a_name(tmp_path):

@@ -27,7 +27,7 @@ from citypv.core.effects.beyond_scene import surfaces_that_count
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.settings.errors import InputError
-from citypv.core.settings.request import SKIES, Request, check_request
+from citypv.core.settings.request import SKIES, Request
 from citypv.core.sky.horizon_band import HEIGHT, HORIZON
 from citypv.core.sky.sky_models import SkyParts, choose_sky, split_sky
 from citypv.core.sun.sun_sampling import choose_suns
@@ -121,7 +121,7 @@ def test_another_model_of_the_sky_is_a_file_and_a_line(monkeypatch):
     file.SOURCES, file.split = (), split_by_hay_and_davies
     monkeypatch.setitem(sys.modules, file.__name__, file)
     with pytest.raises(InputError, match="'hay_davies' is not known; give auto or perez"):
-        check_request(Request(sky="hay_davies"))
+        Request(sky="hay_davies").check()
     monkeypatch.setitem(SKIES, "hay_davies", "In proportion to the clearness")
     weather, request = read_weather(*STATIONS["New York"]), Request(sky="hay_davies")
     scene, suns = open_plane(50, 225), choose_suns("hourly", *weather.axis)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from citypv.core.patches.brdfs import Glass, Glossy, Lambertian, Mirror
-from citypv.core.patches.materials import ROUGH, SMOOTH, luminance, shader_material
+from citypv.core.patches.materials import ROUGH, SMOOTH, MaterialSpec, luminance
 
 RED = (0.5, 0.2, 0.1)
 
@@ -36,17 +36,17 @@ def test_the_luminance_is_that_of_rec_709():
     ],
 )
 def test_the_larger_part_of_a_shader_counts(shader, law):
-    assert shader_material(RED, **shader).brdf() == law
+    assert MaterialSpec.of_shader(RED, **shader).brdf() == law
 
 
 def test_what_a_texture_tells_is_not_known():
     """Where it matters."""
-    assert shader_material(None) is None
-    assert shader_material(RED, metallic=None) is None
-    assert shader_material(RED, transmission=None) is None
-    assert shader_material(RED, metallic=1.0, roughness=None) is None
-    assert shader_material(RED, roughness=None).brdf() == Lambertian(0.2566)
-    assert shader_material(
+    assert MaterialSpec.of_shader(None) is None
+    assert MaterialSpec.of_shader(RED, metallic=None) is None
+    assert MaterialSpec.of_shader(RED, transmission=None) is None
+    assert MaterialSpec.of_shader(RED, metallic=1.0, roughness=None) is None
+    assert MaterialSpec.of_shader(RED, roughness=None).brdf() == Lambertian(0.2566)
+    assert MaterialSpec.of_shader(
         RED, metallic=1.0, roughness=0.9, transmission=None
     ).brdf() == Lambertian(0.2566)
-    assert shader_material(None, transmission=1.0).brdf() == Glass(1.52, 2)
+    assert MaterialSpec.of_shader(None, transmission=1.0).brdf() == Glass(1.52, 2)

@@ -17,7 +17,6 @@ from citypv.core.accuracy.rounds_to_target import (
     largest_round,
     rounds_needed,
     size_of_round,
-    unreachable,
 )
 from citypv.core.accuracy.yield_errors import SAMPLED, YieldErrors
 from citypv.core.commands.command_line import build_parser, read_request
@@ -86,12 +85,12 @@ def test_the_error_that_counts_holds_for_95_percent_of_the_area():
 
 
 def test_a_target_out_of_reach_names_the_option_that_would_help():
-    told = unreachable(made_errors(shadows=1.0, suns=1.0), 0.5)
+    told = made_errors(shadows=1.0, suns=1.0).say_unreachable(0.5)
     assert told.startswith("0.5 % cannot be reached: the choice of suns alone leaves 1.00 %")
     assert "give --suns" in told
-    assert "give a smaller --patch-size" in unreachable(made_errors(discretisation=1.0), 0.5)
-    assert not unreachable(made_errors(suns=1.0), 0.81)  # what is left is an estimate
-    assert not unreachable(made_errors(shadows=9.0), 0.5)
+    assert "give a smaller --patch-size" in made_errors(discretisation=1.0).say_unreachable(0.5)
+    assert not made_errors(suns=1.0).say_unreachable(0.81)  # what is left is an estimate
+    assert not made_errors(shadows=9.0).say_unreachable(0.5)
 
 
 def test_it_stops_at_the_target_and_in_time():

@@ -15,8 +15,7 @@ from weathers import HOUR
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import dc_system
 from citypv.core.energy.timeline import (
-    build_timeline,
-    describe_moment,
+    Timeline,
     mean_of_months,
     month_hours,
     relative_direct,
@@ -104,16 +103,16 @@ def test_the_months_add_up_to_the_year(berlin):
         dc_system(),
     )
     energy = compute_energy(transfer, berlin, system)
-    timeline = build_timeline(transfer, berlin, energy)
+    timeline = Timeline.build(transfer, berlin, energy)
     whole = energy.sum_potential(energy.eligible, transfer.surfaces.area)
     assert timeline.energy_by_month.sum() == pytest.approx(whole["mwh_per_year"], rel=1e-9)
     noon = 5 * 24 + 12
     np.testing.assert_allclose(
         timeline.irradiance(noon), timeline.relative[noon] * timeline.dni[noon], rtol=1e-6
     )
-    text = describe_moment(timeline, noon)
+    text = timeline.describe(noon)
     assert text.startswith("June 12–13 h (UTC+1), sun 6")
     assert text.endswith(" MWh in June")
-    assert "night" in describe_moment(timeline, 0)
-    zones = [describe_moment(replace(timeline, zone=zone), 0).split("(")[1][:5] for zone in (0, -5)]
+    assert "night" in timeline.describe(0)
+    zones = [replace(timeline, zone=zone).describe(0).split("(")[1][:5] for zone in (0, -5)]
     assert zones == ["UTC),", "UTC−5"]

@@ -27,7 +27,7 @@ from citypv.core.light.trace_gather import trace_gather
 from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request, check_request
+from citypv.core.settings.request import Request
 from citypv.core.study import compute_energy, read_year, trace_scene
 
 
@@ -254,7 +254,7 @@ def test_months_and_density_of_leaves():
     with pytest.raises(InputError, match="--leaf-months: 'May' is not a month"):
         parse_months("May")
     with pytest.raises(InputError, match="--leaf-area-density: -1 is out of range"):
-        check_request(Request(leaf_area_density=-1))
+        Request(leaf_area_density=-1).check()
 
 
 @pytest.mark.slow

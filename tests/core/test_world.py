@@ -17,7 +17,7 @@ from citypv.core.results.write_tables import sum_periods
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
 from citypv.core.sky.horizon import STEPS, TerrainHorizon
-from citypv.core.sun.sky_grid import match_triangles, sky_grid_suns, triangulate_sky
+from citypv.core.sun.sky_grid import SkyTriangles, sky_grid_suns
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.compute_world import compute_world
@@ -72,8 +72,8 @@ def test_each_direction_lies_in_its_triangle(count):
     direction = rng.normal(size=(4000, 3))
     direction[:, 2] = np.abs(direction[:, 2]) * rng.choice([1.0, 0.02], 4000)
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-    triangles = triangulate_sky(suns)
-    index, weight = match_triangles(triangles, direction)
+    triangles = SkyTriangles.of(suns)
+    index, weight = triangles.match(direction)
     np.testing.assert_allclose(weight.sum(axis=1), 1.0)
     # The weighted corners, mirrored ones below the horizon, point into the direction.
     level = (suns.direction[index][:, :, :2] * weight[:, :, None]).sum(axis=1)

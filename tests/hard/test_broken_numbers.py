@@ -23,7 +23,7 @@ from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request, check_request
+from citypv.core.settings.request import Request
 
 pytestmark = pytest.mark.every_python
 
@@ -108,7 +108,7 @@ def test_broken_settings(name):
     """NaN, infinity, and a number that is out of bounds."""
     for value in (np.nan, np.inf, SETTINGS[name]):
         with pytest.raises(InputError, match=f"--{name.replace('_', '-')}: {value}"):
-            check_request(Request(**{name: value}))
+            Request(**{name: value}).check()
         with pytest.raises(InputError):
             run_gather(HOUSE, SUNS, **{name: value})
 

@@ -15,7 +15,7 @@ from weathers import ERA5
 
 from citypv.core.accuracy.rounds_to_target import Goal, largest_round, refine
 from citypv.core.accuracy.sun_sampling import CityYear, measure_ways
-from citypv.core.accuracy.trace_run import trace_round, trace_run
+from citypv.core.accuracy.trace_run import trace_run
 from citypv.core.accuracy.yield_errors import find_lit, split_errors
 from citypv.core.city.split_edges import refine_triangles
 from citypv.core.energy.compute_energy import compute_energy
@@ -157,7 +157,11 @@ def refined(scene, request):
 
     goal = Goal(TARGET, None, largest_round(request))
     return refine(
-        first, lambda one: split_errors(one, year(), energy), goal, trace_round, lambda line: None
+        first,
+        lambda one: split_errors(one, year(), energy),
+        goal,
+        lambda run, size: run.trace_round(size),
+        lambda line: None,
     )
 
 
