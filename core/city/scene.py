@@ -5,6 +5,7 @@ and reflects light.
 """
 
 from dataclasses import dataclass, field, replace
+from enum import IntEnum
 
 import numpy as np
 
@@ -93,6 +94,14 @@ class Surfaces:
         return Surfaces(**joined)
 
 
+class Halo(IntEnum):
+    """What a triangle is to a tile: its own, or of its surroundings, which have no results."""
+
+    OWN = 0
+    NEAR = 1
+    FAR = 2
+
+
 @dataclass
 class Scene:
     """Triangles with the surface each belongs to; axes x true east, y true north, z up; metres;
@@ -127,7 +136,7 @@ class Scene:
     lattice: tuple | None = None  # build_ground.Lattice of generated ground
     ground_albedo: float = 0.25  # of the open ground around, to the horizon
     terrain_laid: bool = False  # whether the ground without rows in the tables is measured terrain
-    # (t,) int8, of a tile: its OWN, NEAR and FAR surroundings; None: not a tile
+    # (t,) int8 of Halo, of a tile; None: not a tile
     halo: np.ndarray | None = None
 
     def check(self):
@@ -167,6 +176,11 @@ class Scene:
         return replace(self, back_of=none).append_triangles(
             self.triangles[rows][:, [0, 2, 1]], back_of=rows
         )
+
+    @property
+    def own(self):
+        """Triangles that have results: (t,) bool; of a tile those that are its own."""
+        return np.ones(len(self.triangles), bool) if self.halo is None else self.halo == Halo.OWN
 
     @property
     def surface_of_triangle(self):
@@ -233,9 +247,6 @@ class Scene:
         return replace(
             self, triangles=np.concatenate([self.triangles, triangles.astype(np.int32)]), **new
         )
-
-
-OWN, NEAR, FAR = 0, 1, 2  # surroundings have no results
 
 
 def volumes_below(vertices, triangles):

@@ -14,7 +14,6 @@ triangles of the tile: only arrays have rows of fewer patches.
 
 import numpy as np
 
-from ..city.scene import OWN
 from ..rays.hemisphere_rays import hemisphere_rays
 from ..rays.random_numbers import mix, uniform
 from ..rays.sample_points import sobol_digits
@@ -41,9 +40,9 @@ def thin_surroundings(scene, prepared, reported):
         mirrors need the very triangles that are hit.
     """
     cluster = _cluster_patches(prepared.scene, prepared.patches)
-    members = draw_members(
-        cluster, _count_met(prepared, prepared.scene.halo == OWN), prepared.patches
-    )[cluster]
+    members = draw_members(cluster, _count_met(prepared, prepared.scene.own), prepared.patches)[
+        cluster
+    ]
     return keep_patches(scene, prepared, members, reported)
 
 
@@ -56,7 +55,7 @@ def _cluster_patches(scene, patches):
     normal, and are all generated ground or all not.
     """
     corners = np.asarray(scene.vertices, float)[scene.triangles]
-    own = scene.halo == OWN
+    own = scene.own
     low, high = corners[own].min(axis=(0, 1)), corners[own].max(axis=(0, 1))
     distance = gap(corners.min(axis=1), corners.max(axis=1), low, high)
     # Size of the cubes by distance, as a power of two; patches larger than their cube stay alone.

@@ -19,7 +19,7 @@ import numpy as np
 
 from ..city.build_ground import SHORTEST_REACH
 from ..city.city import ImportReport
-from ..city.scene import FAR, NEAR, OWN, Crowns
+from ..city.scene import Crowns, Halo
 from ..patches.patches import number_triangles
 from ..sun.solar_position import MINIMUM_ELEVATION
 
@@ -47,7 +47,7 @@ class _Tile:
     name: str
     rows: np.ndarray  # (m,) int, surfaces that it reports, ascending
     box: tuple  # bounds of the tile with its near surroundings, two (3,) float64 [m]
-    around: np.ndarray  # (k,) int8 of pieces: OWN, NEAR, FAR or LEFT_OUT
+    around: np.ndarray  # (k,) int8 of pieces: Halo.OWN, Halo.NEAR, Halo.FAR or LEFT_OUT
     lowest: float  # [m] lowest point in the box
     reach: float  # [m] width of the near surroundings
     farthest: float  # [m] from the near surroundings to the farthest piece that is kept
@@ -138,7 +138,7 @@ def surround(name, rows, pieces, ground_reach):
     around = np.full(len(pieces.low), LEFT_OUT)
     real = rows[np.isfinite(pieces.low[rows, 0])]
     if not len(real):  # nothing but surfaces without triangles
-        around[rows] = OWN
+        around[rows] = Halo.OWN
         return _Tile(name, rows, (np.zeros(3), np.zeros(3)), around, 0.0, 0.0, 0.0)
     low, high = pieces.low[real].min(axis=0), pieces.high[real].max(axis=0)
     reach = max(ground_reach * float(high[2] - low[2]), SHORTEST_REACH)
@@ -146,7 +146,7 @@ def surround(name, rows, pieces, ground_reach):
     lowest = min(float(pieces.low[near, 2].min()), float(low[2]))
     box = low - reach, high + reach
     far = _rises(pieces.low, pieces.high, box, lowest)
-    around[far], around[near], around[rows] = FAR, NEAR, OWN
+    around[far], around[near], around[rows] = Halo.FAR, Halo.NEAR, Halo.OWN
     kept = gap(pieces.low[far], pieces.high[far], *box)
     return _Tile(name, rows, box, around, lowest, reach, float(kept.max(initial=0.0)))
 
@@ -191,7 +191,7 @@ def take_part(scene, pieces, tile):
     """
     # Far pieces without what is low on them: only what rises into the tile's sky counts.
     around = tile.around[pieces.of_triangle]
-    far = np.flatnonzero(around == FAR)
+    far = np.flatnonzero(around == Halo.FAR)
     corners = np.asarray(scene.vertices, float)[scene.triangles[far]]
     # lower parts of facades
     low = ~_rises(corners.min(axis=1), corners.max(axis=1), tile.box, tile.lowest)

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..city.scene import FAR, OWN, Scene
+from ..city.scene import Halo, Scene
 from ..effects.effect import TracePlan
 from ..energy.pv_system import build_system
 from ..light.prepare_scene import prepare_scene
@@ -95,7 +95,7 @@ def trace_part(run_path, part_path, result_path, threads):
     # Surroundings far from the tile are thinned once it is known how much they matter.
     halo = _measure_halo(prepared, request.seed, part, run.city)
     few = thin_surroundings(scene, prepared, part.own)
-    triangles = len(scene.triangles), int((scene.halo == OWN).sum())
+    triangles = len(scene.triangles), int(scene.own.sum())
     del scene, prepared, plan
     # Light of the tile, and what the choice of suns does to it, if this tile measures it.
     transfer = trace_scene(
@@ -172,7 +172,7 @@ def _measure_halo(prepared, seed, part, city, *, rays=8192):
     # was.
     beyond = ((places > city[0]) & (places < city[1])).all(axis=1) & (hit < 0)
     slope = directions[:, 2] / np.maximum(np.hypot(directions[:, 0], directions[:, 1]), 1e-12)
-    far = (hit >= 0) & (scene.halo[hit] == FAR)
+    far = (hit >= 0) & (scene.halo[hit] == Halo.FAR)
     return {
         "sky": float(np.mean(beyond & (slope > 0) & (slope <= RISE))),
         "reflected": float(np.mean(far | (beyond & (slope <= 0)))),

@@ -8,7 +8,6 @@ them.
 
 import numpy as np
 
-from ..city.scene import OWN
 from ..settings.errors import count_of
 from .closed_form import find_unobstructed
 from .effect import Effect
@@ -73,10 +72,9 @@ def decide_receivers(inputs):
     every = f"all rays from all {count:,} patches"
     if not inputs.asked(RECEIVERS, request.report == "eligible"):
         return Effect(RECEIVERS, False, every, "all are reported in full", 0.0)
-    surfaces, halo = inputs.scene.surfaces, inputs.scene.halo
+    scene, surfaces = inputs.scene, inputs.scene.surfaces
     wanted = surfaces.eligible | np.isin(surfaces.kind, ("flat", "rack"))
-    full = np.append(wanted, False)[inputs.scene.triangle_surface] & inputs.patches.receives
-    full = full if halo is None else full & (halo == OWN)
+    full = np.append(wanted, False)[scene.triangle_surface] & inputs.patches.receives & scene.own
     others = int((inputs.patches.receives & ~full).sum())
     if not others or not (full & inputs.patches.receives).any():
         return Effect(RECEIVERS, False, every, "they are of one kind", 0.0)

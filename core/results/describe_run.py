@@ -9,8 +9,7 @@ from ..city.choose_levels import SHAPELESS
 from ..city.city import ESTIMATED
 from ..energy.counted_area import LEFT_OUT
 from ..settings.errors import count_of, show_number
-from ..settings.request import SKIES, declared_settings, option_of
-from ..settings.system_settings import HIDDEN_WALLS, LAYOUTS, MOUNTINGS, SECTORS
+from ..settings.request import declared_settings, option_of, words_of
 from .read_results import WORDS, kind_title
 
 WAYS = {
@@ -125,7 +124,7 @@ def describe_assumptions(summary):
         ),
         ("Irradiation in a year", LIGHT.format(**weather)),
         ("Module", " ".join(settings["module"].replace("_", " ").split())),
-        ("Mounting", MOUNTINGS[settings["mounting"]]),
+        ("Mounting", words_of("mounting", settings["mounting"])),
         (
             "Losses and inverter",
             behind
@@ -138,16 +137,16 @@ def describe_assumptions(summary):
                 settings["method"] == "paper"
             ],
         ),
-        ("Sky", SKIES[summary["sky"]]),
+        ("Sky", words_of("sky", summary["sky"])),
         ("Sun positions", f"{WAYS[way].format(number)}: {summary['suns']['count']:,} positions"),
         ("Reflections", f"{traced.get('max_bounces', light['max_bounces'])} in succession"),
         ("Albedo (share of light reflected)", _describe_albedo(summary, light)),
-        ("Azimuths that count", SECTORS[settings["sectors"]]),
-        ("Walls that a neighbour covers", HIDDEN_WALLS[settings["hidden_walls"]]),
+        ("Azimuths that count", words_of("sectors", settings["sectors"])),
+        ("Walls that a neighbour covers", words_of("hidden_walls", settings["hidden_walls"])),
     ]
     # What is not considered depends on what was switched on.
     usable = ", ".join(f"{kind} {100 * share:g} %" for kind, share in settings["usable"].items())
-    rows.append(("Modules", LAYOUTS[settings.get("layout", "area")]))
+    rows.append(("Modules", words_of("layout", settings.get("layout", "area"))))
     rows.append(("Share left to them by what the city does not show", usable or "all"))
     if least := settings.get("least_hours"):
         rows.append(("Least hours of a face with modules", f"{least:g} h a year"))

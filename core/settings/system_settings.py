@@ -9,26 +9,9 @@ from .setting import of_electricity, setting
 CLEARANCES = 0.01, 0.3  # [m] of the paper, where only what touches has no room, and of the default
 PAPER_MODULE = "SunPower_SPR_300_WHT__2007__E__"
 BUILDINGS = "buildings"  # in place of a surface's id
-MOUNTINGS = {
-    "open-rack": "Air all around, glass/polymer (as in the paper)",
-    "insulated-back": "On the wall or roof without a gap, glass/polymer",
-    "close-mount": "Near the wall or roof, a little air behind, glass/glass",
-    # last: files of Blender count choices
-    "auto": "Near walls and pitched roofs; on open racks on level roofs",
-}
-HIDDEN_WALLS = {
-    "leave-out": "Area covered by neighbours carries no modules",
-    "count": "Covered area counts like open area (as in the paper)",
-}
 STRINGS = {
     "module": "An optimiser or inverter for each module: none loses by the shade on another",
     "string": "Modules in series: those of a storey, or of three rows, at most 20 m long",
-}
-SECTORS = {
-    "8": "Facades and roofs of any azimuth, in eight sectors of 45°",
-    "paper": (
-        "Facades and roofs of 15° to 60° within 30° of north, east, south or west (as in the paper)"
-    ),
 }
 LAYOUTS = {
     "rows": "Modules of the product's size in rows, between edges and windows",
@@ -55,7 +38,13 @@ class SystemSettings:
         "auto",
         "mounting of the modules, which determines the cell temperature",
         panel="energy",
-        choices=MOUNTINGS,
+        choices={
+            "open-rack": "Air all around, glass/polymer (as in the paper)",
+            "insulated-back": "On the wall or roof without a gap, glass/polymer",
+            "close-mount": "Near the wall or roof, a little air behind, glass/glass",
+            # last: files of Blender count choices
+            "auto": "Near walls and pitched roofs; on open racks on level roofs",
+        },
     )
     iam: str = of_electricity(
         "module",
@@ -92,7 +81,10 @@ class SystemSettings:
         "leave-out",
         "whether wall area that a neighbour covers counts",
         panel="energy",
-        choices=HIDDEN_WALLS,
+        choices={
+            "leave-out": "Area covered by neighbours carries no modules",
+            "count": "Covered area counts like open area (as in the paper)",
+        },
     )
     clearance: float = of_electricity(
         CLEARANCES[1],
@@ -106,7 +98,12 @@ class SystemSettings:
         "azimuths of roofs and facades that count",
         group="surfaces",
         panel="classify",
-        choices=SECTORS,
+        choices={
+            "8": "Facades and roofs of any azimuth, in eight sectors of 45°",
+            "paper": (
+                "Facades and roofs of 15° to 60° within 30° of north, east, south or west (as in the paper)"
+            ),
+        },
     )
     overhangs: str = of_electricity(
         "leave-out",
