@@ -72,7 +72,7 @@ class _CostCurve:
                 f"{one.name:24} {one.seconds:8.1f} {one.tracing:8.1f} {half:>8} {most:>8} {source:14} "
                 f"{one.bounces_left:11.2f}"
             )
-        if not any(np.isfinite(one.error) for one in self.prices):
+        if not any(np.isfinite(prediction.error) for prediction in self.prices):
             lines.append(
                 "No surface carries modules, so there are no errors of full load hours to predict."
             )

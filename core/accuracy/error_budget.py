@@ -105,7 +105,9 @@ def budget_groups(transfer, weather, energy, cut):
     errors = standard_errors.errors_of_energy(transfer, weather, energy)
     own, passed_on = errors.own, errors.passed_on
     area, names = np.asarray(transfer.surfaces.area, float), name_groups(transfer.surfaces)
-    effects = {one["key"]: one for one in (transfer.record.effects if transfer.record else ())}
+    effects = {
+        effect["key"]: effect for effect in (transfer.record.effects if transfer.record else ())
+    }
     # Surfaces of each group whose error is known, and the direction that they face on the whole.
     parts = [
         (names == " ".join(name)) & energy.eligible & np.isfinite(own) for name in energy.groups

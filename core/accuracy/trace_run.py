@@ -38,7 +38,7 @@ class _Run:
         """Whether what the rays of all rounds and of one more, of some size, meet is small enough
         to be kept.
         """
-        kept = sum(one.traced.nbytes for one in self.city.states) if self.city else 0
+        kept = sum(state.traced.nbytes for state in self.city.states) if self.city else 0
         # What the rays of several rounds met may take 4 GB.
         return kept * (1 + size / self.transfer.record.rounds) <= 4e9
 

@@ -67,7 +67,9 @@ def cut_ground(scene, first, gone, patch_size):
     freed = shapely.difference(freed, shapely.union_all([hole, _plan_of(scene, over), *under]))
     known = scene.vertices[np.unique(scene.triangles[old])]
     corners += [_raise(part, known) for part in _parts(freed) if part.area > 0.01]
-    return _append_ground(scene, [one for one in corners if one], patch_size), laid[touched]
+    return _append_ground(scene, [corner for corner in corners if corner], patch_size), laid[
+        touched
+    ]
 
 
 def _plan_of(scene, rows):

@@ -41,7 +41,7 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
     if placed.city.terrain is not None:
         words = (
             "errain of the file: "
-            f"{sum(len(one.triangles) for one in placed.city.terrain.layers):,} triangles"
+            f"{sum(len(layer.triangles) for layer in placed.city.terrain.layers):,} triangles"
         )
         if options.terrain is not None:
             notes.append(f"T{words}, not used: {options.terrain.source} takes its place.")

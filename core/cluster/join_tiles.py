@@ -94,13 +94,13 @@ def _join_records(records, plan, request, figures):
         taken from the tile with most of it.
     """
     # Sums, largest values, and sums by key of what the tiles told.
-    area = np.array([one["area"] for one in figures])
+    area = np.array([figure["area"] for figure in figures])
     fields = {
-        name: sum(getattr(one, name) for one in records)
+        name: sum(getattr(record, name) for record in records)
         for name in ("patches", "hemisphere_rays", "shadow_rays", "embree_thread_seconds")
     }
     fields |= {
-        name: max(getattr(one, name) for one in records)
+        name: max(getattr(record, name) for record in records)
         for name in (
             "max_bounces",
             "brightest_albedo",
@@ -114,16 +114,16 @@ def _join_records(records, plan, request, figures):
         fields[name] = {
             key: sum(value for own, value in pairs if own == key) for key in dict(pairs)
         }
-    fields["cut_reflections"] = _largest_of_groups([one.cut_reflections for one in records])
+    fields["cut_reflections"] = _largest_of_groups([record.cut_reflections for record in records])
     # Discretisation errors are means by eligible area, if every tile has one.
     weight, errors = (
         area if area.any() else np.ones(len(area)),
-        [one.discretisation_error for one in records],
+        [record.discretisation_error for record in records],
     )
     mean = None
     if None not in errors:
         mean = {
-            key: float(np.average([one[key] or 0.0 for one in errors], weights=weight))
+            key: float(np.average([error[key] or 0.0 for error in errors], weights=weight))
             for key in errors[0]
         }
     effects = []  # decisions for the whole, with the worst outcome of any tile
@@ -145,9 +145,9 @@ def _join_records(records, plan, request, figures):
         request=request.as_dict(),
         effects=effects,
         discretisation_error=mean,
-        sun_sampling=next(filter(None, (one["sun_sampling"] for one in figures)), None),
+        sun_sampling=next(filter(None, (figure["sun_sampling"] for figure in figures)), None),
         standard_error_unknown=next(
-            filter(None, (one.standard_error_unknown for one in records)), None
+            filter(None, (record.standard_error_unknown for record in records)), None
         ),
     )
 

@@ -85,7 +85,8 @@ def trace_part(run_path, part_path, result_path, threads):
     prepared = prepare_scene(scene, request, suns=run.suns, materials=part.materials)
     terrain = run.terrain
     effects = [
-        terrain[one.key] if one.key == "terrain-horizon" else one for one in prepared.plan.effects
+        terrain[effect.key] if effect.key == "terrain-horizon" else effect
+        for effect in prepared.plan.effects
     ]
     plan = replace(
         prepared.plan, effects=effects, terrain=terrain.terrain, hidden_suns=terrain.hidden_suns

@@ -244,7 +244,7 @@ def _settle(prepared, request):
 
 def _describe_tiles(tiles, figures, settings):
     """Tiles, what they took, and what their surroundings leave out, for the summary: dict."""
-    area = np.array([one["area"] for one in figures])
+    area = np.array([figure["area"] for figure in figures])
     share = area / area.sum() if area.any() else np.full(len(area), 1 / len(area))
     peaks = [own["peak_memory_bytes"] for own in figures if own["peak_memory_bytes"]]
     return {
@@ -253,12 +253,13 @@ def _describe_tiles(tiles, figures, settings):
         "tiles": len(tiles),
         "near": max(tile.reach for tile in tiles),
         "farthest": max(tile.reach + tile.farthest for tile in tiles),
-        "own_triangles": sum(one["own_triangles"] for one in figures),
-        "triangles": sum(one["triangles"] for one in figures),
-        "processor_seconds": sum(one["processor_seconds"] for one in figures),
+        "own_triangles": sum(figure["own_triangles"] for figure in figures),
+        "triangles": sum(figure["triangles"] for figure in figures),
+        "processor_seconds": sum(figure["processor_seconds"] for figure in figures),
         "peak_memory_bytes_of_a_worker": max(peaks, default=None),
         "left_out": {
-            key: float(share @ [one["halo"].get(key, 0.0) for one in figures]) for key in SHARES
+            key: float(share @ [figure["halo"].get(key, 0.0) for figure in figures])
+            for key in SHARES
         },
         "unit": "m, s, shares of the hemisphere",
     }

@@ -145,7 +145,7 @@ class Result:
 
         unknown = set(change) - {field.name for field in fields(Change)}
         if unknown:
-            words = ", ".join(one.name for one in fields(Change))
+            words = ", ".join(field.name for field in fields(Change))
             raise InputError(sorted(unknown)[0], "is no change of a city", f"give some of {words}")
         with _folder_for(out) as folder:
             output = Output(overwrite=overwrite, exports=exports)

@@ -77,7 +77,9 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
     with whole_folder(folder, overwrite) as work, ExitStack() as stack:
         environments, sky = read_environments(texts, system, request.sky)
         if settings.surfaces:
-            environments = [merge_surfaces(one, settings.surfaces) for one in environments]
+            environments = [
+                merge_surfaces(environment, settings.surfaces) for environment in environments
+            ]
         names = [environment.name for environment in environments]
         weights = None if settings.mix is None else parse_mix(settings.mix, names)
         log.clock.lap("read environments")
@@ -158,13 +160,13 @@ def modules_alone(request):
 def _describe_world(environments, source, sky):
     """Environments, weather and places as lines of text."""
     lines = []
-    for one in environments:
-        count, computed = one.group_count.sum(), len(one.weight)
+    for environment in environments:
+        count, computed = environment.group_count.sum(), len(environment.weight)
         merged = "" if computed == count else f" merged into {computed:,}"
-        area = f"{one.group_area.sum():,.0f} m²"
+        area = f"{environment.group_area.sum():,.0f} m²"
         lines.append(
-            f"{one.name}: {count:,} surfaces with modules{merged}, {area}, {one.sky.count:,} "
-            f"directions ({one.source})"
+            f"{environment.name}: {count:,} surfaces with modules{merged}, {area}, "
+            f"{environment.sky.count:,} directions ({environment.source})"
         )
     return [
         *lines,

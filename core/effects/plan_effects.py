@@ -63,7 +63,9 @@ def _decide_trees(inputs):
 def _decide_specular(inputs):
     """Called for when a material, a mirror, glass or water, does not reflect by Lambert's law."""
     key, none = "specular", "no pass of photons"
-    others = [one for one in inputs.materials if not isinstance(one.brdf, Lambertian)]
+    others = [
+        material for material in inputs.materials if not isinstance(material.brdf, Lambertian)
+    ]
     if not others:
         return Effect(key, False, none, "every material reflects diffusely", 0.0)
     if inputs.request.estimator == "forward":

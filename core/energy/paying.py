@@ -44,11 +44,11 @@ def choose_modules(counted, surfaces, hours, system):
     # Hours of modules are those of the area that counts.
     area, carries = np.asarray(surfaces.area, float), counted.reason == ""
     own = np.divide(hours * area, counted.counted_area, out=np.zeros(len(area)), where=carries)
-    left_out = carries & np.array([one is not None for one in words], bool)
+    left_out = carries & np.array([word is not None for word in words], bool)
     few = carries & ~left_out & ~(own >= system.least_hours)
     changed = {
         "reason": np.select([left_out, few], ["left-out", "low-hours"], counted.reason),
-        "reason_note": np.where(left_out, [one or "" for one in words], counted.reason_note),
+        "reason_note": np.where(left_out, [word or "" for word in words], counted.reason_note),
     }
     # All that is of modules goes.
     for name in ("module_count", "module_area", "kwp", "area_kwp"):

@@ -272,9 +272,9 @@ def _find_cover(context, known, todo):
 
 def _copy_rows(new, old, count):
     """Copy what is known of the first patches from one Traced, or a part of it, to another."""
-    for one in fields(new):
-        value, known = getattr(new, one.name), getattr(old, one.name)
-        if isinstance(value, np.ndarray) and value.ndim and one.name != "unit":
+    for field in fields(new):
+        value, known = getattr(new, field.name), getattr(old, field.name)
+        if isinstance(value, np.ndarray) and value.ndim and field.name != "unit":
             value[:count] = known
     if hasattr(new, "first"):
         for name, light in new.first.items():
@@ -403,8 +403,8 @@ def _keep_numbers(before, made, rows):
 
 
 def _keep_fields(old, new, rows):
-    for one in fields(new):
-        value = getattr(new, one.name)
-        known = getattr(old, one.name)
-        if isinstance(value, np.ndarray) and known is not None and one.name != "clearances":
+    for field in fields(new):
+        value = getattr(new, field.name)
+        known = getattr(old, field.name)
+        if isinstance(value, np.ndarray) and known is not None and field.name != "clearances":
             value[rows] = known[rows]

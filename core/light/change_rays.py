@@ -163,7 +163,7 @@ def find_shadowed(watch, rows, directions, change):
     def look(part):
         # First by balls and boxes: which suns may stand behind something that changed.
         behind = np.zeros((len(rows[part]), len(directions)), bool)
-        _find_suns_behind(tuple(one[part] for one in balls), towards, change.boxes, behind)
+        _find_suns_behind(tuple(ball[part] for ball in balls), towards, change.boxes, behind)
         # Then by rays from the shadow points against what changed: only suns that it hides are
         # asked.
         asked = np.flatnonzero(behind.any(axis=1))

@@ -174,7 +174,9 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
     )
     # Light of both states of trees, with the matrices of the Transfer.
     transfers = [replace(transfer, bare=None, base=None), transfer.bare][: len(states)]
-    states = [TracedState(**one, transfer=own) for one, own in zip(states, transfers, strict=True)]
+    states = [
+        TracedState(**state, transfer=own) for state, own in zip(states, transfers, strict=True)
+    ]
     for one in states:
         one.direct.visible_share, one.direct.reflected, one.direct.string_loss = (
             one.transfer.visible_share,

@@ -107,11 +107,11 @@ def _merge_light(total, other, weight):
     for name in MATRICES:
         add_columns(getattr(total, name), getattr(other, name), weight)
     sources = {}
-    for name, one in total.sources.items():
+    for name, source in total.sources.items():
         two = other.sources[name]
-        error = np.sqrt(blend_variance(one.standard_error**2, two.standard_error**2, weight))
+        error = np.sqrt(blend_variance(source.standard_error**2, two.standard_error**2, weight))
         view, relative = (
-            blend(getattr(one, n), getattr(two, n), weight) for n in ("view_factor", "relative")
+            blend(getattr(source, n), getattr(two, n), weight) for n in ("view_factor", "relative")
         )
         sources[name] = SourceLight(view, relative, error)
     return {

@@ -232,7 +232,7 @@ def encode(value, arrays):
         sort = {"dtype": value.dtype.str, "scalar": isinstance(value, np.generic)}
         return {"array": len(arrays) - 1, "crc32": crc32(np.ascontiguousarray(array)), **sort}
     if is_dataclass(value) or hasattr(value, "_asdict"):
-        names = [one.name for one in fields(value)] if is_dataclass(value) else value._fields
+        names = [field.name for field in fields(value)] if is_dataclass(value) else value._fields
         own = {
             name: encode(getattr(value, name), arrays) for name in names if name not in ("links",)
         }

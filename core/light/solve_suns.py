@@ -97,7 +97,7 @@ def _trace_shadows(context, task, block, report):
     lit = context.plan.lit(part.directions)
     few = SunBlock(part.directions[lit], part.weights[lit])
     shadows = sun_visibility(task.watch, few, report)
-    shadows = shadows if lit.all() else [one.among(lit) for one in shadows]
+    shadows = shadows if lit.all() else [shadow.among(lit) for shadow in shadows]
     if task.bits is not None:
         for bits, one in zip(task.bits, shadows, strict=True):
             bits[:, :, block] = one.bits

@@ -198,7 +198,8 @@ def fill_closed_forms(context, traced):
     # Share of the sky, and of each source, above distant terrain.
     shares = {SKY_DOME: sky_view_of_tilt(normal, plan.terrain)}
     shares |= {
-        one.name: one.unshaded(normal) * one.seen(normal, plan.terrain) for one in context.sources
+        source.name: source.unshaded(normal) * source.seen(normal, plan.terrain)
+        for source in context.sources
     }
     for name, share in shares.items():
         traced.first[name].light[known] = traced.first[name].element[known] = share[:, None]

@@ -76,7 +76,7 @@ class TracedCity:
     @property
     def transfer(self):
         """Transfer in leaf, with the bare state as its `bare`."""
-        return join_seasons([one.transfer for one in self.states], self.prepared.plan.foliage)
+        return join_seasons([state.transfer for state in self.states], self.prepared.plan.foliage)
 
 
 def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, specular=None):

@@ -87,7 +87,8 @@ def trace_part(city, chosen, covered, sequence):
     hits, fates = _follow_rays(city, covered, (origins, directions, start_cells))
     near_cover = find_covered.cells_near_cover(covered, np.flatnonzero(covered.any(axis=1)))
     sources = {
-        one.name: _look_at_source(city, one, rows, covered, sequence) for one in city.sources
+        source.name: _look_at_source(city, source, rows, covered, sequence)
+        for source in city.sources
     }
     ray_count = {SKY_DOME: fates[0].size} | {name: count for name, (_, count) in sources.items()}
     cell_of, found = sample_points.cells_inside(CELL_DIVISIONS, round(np.sqrt(city.elements))), []

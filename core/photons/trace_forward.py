@@ -232,7 +232,7 @@ def _trace_surroundings(run, plan, seed, bounces):
         )
     sky, *others = trace_sources(run, sources, bounces, "sky and far ground")
     parts, far = (
-        {one.name: others.pop(0) for one in plan.sources},
+        {source.name: others.pop(0) for source in plan.sources},
         no_light(run.target.surface_count),
     )
     # Distant terrain counts as far ground.

@@ -155,7 +155,9 @@ def _list_polygons(geometry, depth=3):
     if kind == "GeometryCollection" and depth:
         members = geometry.get("geometries")
         found = [
-            _list_polygons(one, depth - 1) for one in members or [] if isinstance(members, list)
+            _list_polygons(member, depth - 1)
+            for member in members or []
+            if isinstance(members, list)
         ]
         polygons = [polygon for own, _ in found for polygon in own]
         return polygons, "" if polygons else "GeometryCollection"
@@ -226,8 +228,8 @@ def map_of_wkb(geometries, ids, columns, content):
 
 
 def name_of_definition(definition):
-    """Name of a reference system from its definition: an EPSG code where PROJ knows it by heart, else
-    the definition itself; "" where PROJ does not know it.
+    """Name of a reference system from its definition: an EPSG code where PROJ knows it by heart,
+    else the definition itself; "" where PROJ does not know it.
     """
     try:
         system = pyproj.CRS.from_user_input(definition)

@@ -71,7 +71,9 @@ def clean_name(text):
 
 def suffix_of(path):
     """Suffix of a file in lower case, without the compression's."""
-    return next((one.lower() for one in reversed(Path(path).suffixes) if one.lower() != ".gz"), "")
+    return next(
+        (suffix.lower() for suffix in reversed(Path(path).suffixes) if suffix.lower() != ".gz"), ""
+    )
 
 
 def open_input(path, report_share=silent):

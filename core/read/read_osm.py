@@ -113,9 +113,9 @@ def _read_json(path, content, report_share):
         members = value.get("elements") if isinstance(value, dict) else None
         if not isinstance(members, list):
             raise InputError(path, f"line {line}: no list of elements", "export it again")
-        for place, one in enumerate(members):
+        for place, member in enumerate(members):
             try:
-                _add_json(one, elements)
+                _add_json(member, elements)
             except (TypeError, ValueError, KeyError, AttributeError) as error:
                 words = f"element {place + 1} is not as Overpass writes it ({error})"
                 raise InputError(path, words, CUT) from error

@@ -109,13 +109,13 @@ def compare_folders(before, after):
     # Hours are means over the whole polygon; modules lie on the part that counts.
     faces = before.faces, after.faces
     power = [
-        (one["kwp"] * one["area"] / one["counted_area"].where(one["kwp"] > 0) / 1000).to_numpy()
-        for one in faces
+        (face["kwp"] * face["area"] / face["counted_area"].where(face["kwp"] > 0) / 1000).to_numpy()
+        for face in faces
     ]
-    power[1], crossed = share_modules(power, [one["reason"].to_numpy() for one in faces], match)
+    power[1], crossed = share_modules(power, [face["reason"].to_numpy() for face in faces], match)
     states = [
-        pd.concat([one[TEXTS], _yields_of(one, own)], axis=1)
-        for one, own in zip(faces, power, strict=True)
+        pd.concat([face[TEXTS], _yields_of(face, own)], axis=1)
+        for face, own in zip(faces, power, strict=True)
     ]
     table = compare_surfaces(*states, match, known)
     buildings = sum_buildings(table)

@@ -213,13 +213,13 @@ def describe_left_out(summary):
     a shape: list.
     """
     totals, report, lines = summary["totals"], summary["input"].get("report") or {}, []
-    parts = {key: one for key, one in totals["without_modules"].items() if key != "ground"}
-    whole = totals["eligible_area"] + sum(one["area"] for one in parts.values())
+    parts = {key: total for key, total in totals["without_modules"].items() if key != "ground"}
+    whole = totals["eligible_area"] + sum(part["area"] for part in parts.values())
     # Parts below 1 % of the walls and roofs are not worth naming.
     told = [
-        f"{one['area']:,.0f} m² ({percent(100 * one['area'] / whole)}) {LEFT_OUT[key]}"
-        for key, one in parts.items()
-        if one["area"] > 0.01 * whole
+        f"{part['area']:,.0f} m² ({percent(100 * part['area'] / whole)}) {LEFT_OUT[key]}"
+        for key, part in parts.items()
+        if part["area"] > 0.01 * whole
     ]
     if told:
         lines.append(f"Walls and roofs without modules: {'; '.join(told)}.")

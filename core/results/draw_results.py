@@ -176,12 +176,12 @@ def draw_cost_curve(curve, path):
             axes.plot(
                 *zip(*points, strict=True), color=colour, marker=mark, label=label
             ) if points else None
-        for one in curve.prices:
-            if not one.name.startswith("--") and not one.name.endswith("rounds"):
-                axes.plot(one.seconds, one.error, "k*", markersize=13, zorder=5)
+        for prediction in curve.prices:
+            if not prediction.name.startswith("--") and not prediction.name.endswith("rounds"):
+                axes.plot(prediction.seconds, prediction.error, "k*", markersize=13, zorder=5)
                 axes.annotate(
-                    one.name.capitalize(),
-                    (one.seconds, one.error),
+                    prediction.name.capitalize(),
+                    (prediction.seconds, prediction.error),
                     (6, 6),
                     textcoords="offset points",
                 )

@@ -61,11 +61,11 @@ def join_pieces(pieces):
         [piece.shapes for piece in pieces],
     )
     rows = np.cumsum([0, *(len(piece.faces) for piece in pieces[:-1])])
-    first = np.cumsum([0, *(len(one.corners) for one in shapes[:-1])])
+    first = np.cumsum([0, *(len(shape.corners) for shape in shapes[:-1])])
     corners = np.concatenate([shape.corners for shape in shapes])
-    feature = np.concatenate([one.feature + row for one, row in zip(shapes, rows, strict=True)])
+    feature = np.concatenate([shape.feature + row for shape, row in zip(shapes, rows, strict=True)])
     triangles = np.concatenate(
-        [one.triangles + place for one, place in zip(shapes, first, strict=True)]
+        [shape.triangles + place for shape, place in zip(shapes, first, strict=True)]
     )
     return _Piece(faces, months, Shapes(corners, feature, triangles))
 

@@ -419,8 +419,8 @@ def read_fields(file, owner, *, needed=False):
         return {}
     values = {field: np.asarray(file[name][...]) for field, name in names.items()}
     return {
-        field: list(map(str, one)) if one.dtype.kind in "OUT" else one
-        for field, one in values.items()
+        field: list(map(str, value)) if value.dtype.kind in "OUT" else value
+        for field, value in values.items()
     }
 
 

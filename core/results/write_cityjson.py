@@ -256,9 +256,13 @@ def _describe_surfaces(city, transfer, energy):
         }
         for row in table.astype(object).where(table.notna(), None).to_dict("records")
     ]
-    for one, by_month in zip(semantic_surfaces, energy.full_load_hours_by_month, strict=True):
+    for semantic_surface, by_month in zip(
+        semantic_surfaces, energy.full_load_hours_by_month, strict=True
+    ):
         if np.isfinite(by_month).all():
-            one[PREFIX + "full_load_hours_by_month"] = [short(value) for value in by_month]
+            semantic_surface[PREFIX + "full_load_hours_by_month"] = [
+                short(value) for value in by_month
+            ]
     return semantic_surfaces
 
 

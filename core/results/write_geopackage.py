@@ -107,7 +107,10 @@ def _draw_footprints(city, shapes, names):
         members.setdefault(city.building_id[row], []).append(row)
     unions = [shapely.union_all(flat[members.get(name, [])]) for name in names]
     return np.array(
-        [shapely.MultiPolygon([p for p in shapely.get_parts(one) if p.area > 0]) for one in unions],
+        [
+            shapely.MultiPolygon([p for p in shapely.get_parts(union) if p.area > 0])
+            for union in unions
+        ],
         object,
     )
 

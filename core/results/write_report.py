@@ -281,11 +281,11 @@ def _compose_totals(summary):
     parts = {
         "Facades and roofs of 15° to 60° within 30° of a main direction" if some else "All": totals,
     }
-    for kind, one in totals["kinds"].items():
-        parts[kind_title(kind) + (", beside these" if some and kind == "flat" else "")] = one
+    for kind, total in totals["kinds"].items():
+        parts[kind_title(kind) + (", beside these" if some and kind == "flat" else "")] = total
     rows = [
-        [name, *("–" if one.get(key) is None else f"{one[key]:,.0f}" for key in names)]
-        for name, one in parts.items()
+        [name, *("–" if part.get(key) is None else f"{part[key]:,.0f}" for key in names)]
+        for name, part in parts.items()
     ]
     head = [
         "",

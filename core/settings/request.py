@@ -351,19 +351,19 @@ def declared_settings(*groups):
     name.
     """
     settings = []
-    for one in fields(Request):
-        details = one.metadata["setting"]
+    for field in fields(Request):
+        details = field.metadata["setting"]
         if not groups or details.group in groups:
             # of `float | None` the float
-            own = KINDS.get((get_args(one.type) or (one.type,))[0], "text")
+            own = KINDS.get((get_args(field.type) or (field.type,))[0], "text")
             kind = details.kind or ("choice" if details.choices else own)
             title = details.title or (
-                one.name.replace("_", " ").capitalize() if details.panel else ""
+                field.name.replace("_", " ").capitalize() if details.panel else ""
             )
             metavar = details.metavar or ("N" if kind == "integer" else METAVARS.get(details.unit))
-            default = getattr(Request, one.name, {})  # a dict has no default of the class
+            default = getattr(Request, field.name, {})  # a dict has no default of the class
             settings.append(
-                (one.name, default, replace(details, kind=kind, title=title, metavar=metavar))
+                (field.name, default, replace(details, kind=kind, title=title, metavar=metavar))
             )
     return tuple(settings)
 

@@ -347,7 +347,7 @@ def describe_checks(record, interval, checks):
     -------
     list of str
     """
-    notes = [f"{year}: {note}" for year, one in checks.items() for note in one.unlikely]
+    notes = [f"{year}: {note}" for year, check in checks.items() for note in check.unlikely]
     days = record.data.index[:-1][_skips_leap_day(record.data.index, interval)]
     if len(days):
         notes.append(
@@ -363,7 +363,7 @@ def describe_checks(record, interval, checks):
         notes.append(
             f"{note} {worst.closure_shift:+d} min ({100 * worst.closure_residual_shifted:.2f} %)"
         )
-    daylights = [one for one in checks.values() if one.daylight_shift is not None]
+    daylights = [check for check in checks.values() if check.daylight_shift is not None]
     if daylights:
         worst = max(daylights, key=lambda one: abs(one.daylight_shift))
         note = f"clear days fit the sun best with times shifted by {worst.daylight_shift:+d} min"

@@ -120,8 +120,8 @@ def empty_world(environments, source, way, sky):
     shape = len(source.places), len(environments), len(groups)
     world = World(
         source.places,
-        [one.name for one in environments],
-        [one.source for one in environments],
+        [environment.name for environment in environments],
+        [environment.source for environment in environments],
         groups,
         np.zeros(shape[1:], int),
         np.zeros(shape[1:]),
@@ -155,17 +155,19 @@ def _compute_place(environments, weather, code, system, model, ways):  # noqa: P
     way, sky = ways
     hours = prepare_place(weather, system, years, sky)
     matched, found = {}, []
-    for one in environments:
-        if one.sky.count not in matched:
+    for environment in environments:
+        if environment.sky.count not in matched:
             exact = way == "exact"
-            matched[one.sky.count] = (
-                match_hours(one.sky, hours) if exact else match_shifted(one.sky, hours, weather)
+            matched[environment.sky.count] = (
+                match_hours(environment.sky, hours)
+                if exact
+                else match_shifted(environment.sky, hours, weather)
             )
-        sunlight = matched[one.sky.count]
-        values = hours.length * (hours.share @ sum_groups(one, hours, sunlight, model))
-        count = len(one.groups)
+        sunlight = matched[environment.sky.count]
+        values = hours.length * (hours.share @ sum_groups(environment, hours, sunlight, model))
+        count = len(environment.groups)
         errors = carry_to_place(
-            one.errors, hours, sunlight, values[:PLAIN_PERIODS, :count], values[0, count:]
+            environment.errors, hours, sunlight, values[:PLAIN_PERIODS, :count], values[0, count:]
         )
         found.append((values, np.vstack(errors)))
     return code, years, found

@@ -288,11 +288,13 @@ def station_source(weathers, names):
     Source
     """
     latitude = np.array([weather.latitude for weather in weathers])
-    longitude = np.array([(one.longitude + 180.0) % 360.0 - 180.0 for one in weathers])
+    longitude = np.array([(weather.longitude + 180.0) % 360.0 - 180.0 for weather in weathers])
     places = Places(latitude, longitude, names=names)
-    label = "; ".join(one.label for one in weathers)
+    label = "; ".join(weather.label for weather in weathers)
     notes = [
-        f"{name}: {note}" for name, one in zip(names, weathers, strict=True) for note in one.notes
+        f"{name}: {note}"
+        for name, weather in zip(names, weathers, strict=True)
+        for note in weather.notes
     ]
 
     def read(chunk):

@@ -114,15 +114,21 @@ def keep_plan(city, decisions):
     from ...core.effects.effect import describe_bound
 
     plan = {}
-    for one in decisions:
-        parts = [f"{one['extent']}: {one['reason']}", describe_bound(one["bound"], one["on"])]
-        if one["share"] is not None:
+    for decision in decisions:
+        parts = [
+            f"{decision['extent']}: {decision['reason']}",
+            describe_bound(decision["bound"], decision["on"]),
+        ]
+        if decision["share"] is not None:
             parts.append(
-                f"makes {show_number(100 * one['share'], 1, plus=True)} % of full load hours"
+                f"makes {show_number(100 * decision['share'], 1, plus=True)} % of full load hours"
             )
-        if one["seconds"] is not None:
-            parts.append(f"takes {describe_duration(one['seconds'])}")
-        plan[one["key"]] = [f"{'on' if one['on'] else 'off'}: {one['extent']}", "; ".join(parts)]
+        if decision["seconds"] is not None:
+            parts.append(f"takes {describe_duration(decision['seconds'])}")
+        plan[decision["key"]] = [
+            f"{'on' if decision['on'] else 'off'}: {decision['extent']}",
+            "; ".join(parts),
+        ]
     city[Key.PLANNED] = plan
 
 

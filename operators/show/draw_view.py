@@ -95,7 +95,7 @@ def _fit_width(width):
     view.
     """
     free = bpy.context.region.width - sum(
-        one.width for one in bpy.context.area.regions if one.type == "UI"
+        region.width for region in bpy.context.area.regions if region.type == "UI"
     )
     return min(1.0, free / (width * bpy.context.preferences.system.ui_scale))
 
