@@ -59,7 +59,7 @@ def bound_cut_reflections(transfer, weather, energy, margin=1.25):
         Of each kind and orientation, and "all". None: no bound is known.
     """
     # per_hour  from sums of irradiance [Wm⁻²] to a year's [kWh/m²].
-    names, sky, found = name_groups(transfer.surfaces), split_sky(weather, energy.sky), {}
+    names, sky, bounds = name_groups(transfer.surfaces), split_sky(weather, energy.sky), {}
     per_hour = weather.interval / pd.Timedelta(hours=1) / energy.years / 1000.0
     # The bounds that tracing left, for trees in leaf and bare: the larger one counts.
     counted = energy.eligible & np.isfinite(energy.poa_global_annual)
@@ -72,7 +72,7 @@ def bound_cut_reflections(transfer, weather, energy, margin=1.25):
         shares = [of_state.get(name) or {} for of_state in told]
         most = {key: [one.get(key) for one in shares] for key in (SKY_DOME, SUNS, *sky.sources)}
         if not light > 0 or any(None in of_light for of_light in most.values()):
-            found[name] = None
+            bounds[name] = None
             continue
         # Part of that light from each traced source, to which its own bound applies; the rest has
         # the one of sky and suns, whichever is larger.
@@ -82,8 +82,8 @@ def bound_cut_reflections(transfer, weather, energy, margin=1.25):
         }
         share = max(most[SKY_DOME] + most[SUNS]) * (1 - sum(parts.values()))
         share += sum(max(most[key]) * max(part, 0.0) for key, part in parts.items())
-        found[name] = float(margin * share)
-    return found
+        bounds[name] = float(margin * share)
+    return bounds
 
 
 def budget_groups(transfer, weather, energy, cut):
@@ -116,7 +116,7 @@ def budget_groups(transfer, weather, energy, cut):
         [area[members] @ transfer.surfaces.normal[members] for members in parts]
     ).reshape(-1, 3)
     facing /= np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), 1e-12)
-    sky_model, found = change_unshaded(weather, facing, transfer.ground_albedo), {}
+    sky_model, budgets = change_unshaded(weather, facing, transfer.ground_albedo), {}
     # Each source as a share of the group's mean hours; None where it was not measured.
     for name, members, change in zip(energy.groups, parts, sky_model.tolist(), strict=True):
         weight = area[members] / max(energy.counted_area[members].sum(), 1e-12)
@@ -137,14 +137,14 @@ def budget_groups(transfer, weather, energy, cut):
             else None,
             "sky_model": change,
         }
-        found[" ".join(name)] = {
+        budgets[" ".join(name)] = {
             source: {
                 "hours": None if part is None else part * hours,
                 "percent": None if part is None else 100 * part,
             }
             for source, part in share.items()
         }
-    return found
+    return budgets
 
 
 def _known(share):

@@ -199,13 +199,13 @@ def shares_of_effects(transfer, weather, system, threads=None, *, sky="isotropic
         energy = compute_energy(few, weather, replace(system, **switched), threads, sky=sky)
         return float(weight @ np.nan_to_num(energy.full_load_hours))
 
-    as_set, found = hours({}), {}
+    as_set, shares = hours({}), {}
     for key in ELECTRIC:
         as_switched = getattr(system, key)
         other = hours({key: not as_switched})
         on, off = (as_set, other) if as_switched else (other, as_set)
-        found[key] = (on - off) / on if on > 0 else 0.0
-    return found
+        shares[key] = (on - off) / on if on > 0 else 0.0
+    return shares
 
 
 def state_effects(summary, transfer, weather, system, *, sky, threads=None):
@@ -240,15 +240,15 @@ def state_effects(summary, transfer, weather, system, *, sky, threads=None):
     return shares
 
 
-def state_shares(summary, found):
-    """Write share and outcome of effects, `found` by key: share, what is left out without it, and
+def state_shares(summary, shares):
+    """Write share and outcome of effects, `shares` by key: share, what is left out without it, and
     whether it is on.
     """
     for effect in summary["traced"].get("effects") or ():
-        if effect["key"] not in found:
+        if effect["key"] not in shares:
             continue
         # What an effect leaves out when off is held against the bound that the plan gave.
-        share, most, on = found[effect["key"]]
+        share, most, on = shares[effect["key"]]
         if on != effect.get("on", on):  # decided anew by `citypv yield`
             effect.update(SWITCHED_ON if on else SWITCHED_OFF)
         effect["share"] = share

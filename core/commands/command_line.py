@@ -250,11 +250,11 @@ def _run_site(options):
     named = {
         name: getattr(options, name) for name in ("title", "attribution", "private", "overwrite")
     }
-    found, log = write_site(options.folder, options.out, **named), options.log
-    log.write("{buildings:,} buildings, {surfaces:,} surfaces: {files:,} files".format(**found))
+    site, log = write_site(options.folder, options.out, **named), options.log
+    log.write("{buildings:,} buildings, {surfaces:,} surfaces: {files:,} files".format(**site))
     if not options.attribution:
         log.write(f"{NO_LICENCE} Give --attribution.")
-    log.write(f"Written to {options.out} ({found['bytes'] / 1e6:,.1f} MB)")
+    log.write(f"Written to {options.out} ({site['bytes'] / 1e6:,.1f} MB)")
 
 
 def _run_inspect(options):
@@ -289,9 +289,9 @@ def _run_selfcheck(options):
     from .selfcheck import describe_check, report_checks, selfcheck
 
     checks = selfcheck(None if options.json else lambda check: print_output(describe_check(check)))
-    found, failed = report_checks(checks), sum(not check.passed for check in checks)
+    report, failed = report_checks(checks), sum(not check.passed for check in checks)
     outcome = f"{failed} FAILED" if failed else "all passed"
-    _print_found(options, found, [f"{len(checks)} checks in {found['seconds']:.1f} s: {outcome}"])
+    _print_found(options, report, [f"{len(checks)} checks in {report['seconds']:.1f} s: {outcome}"])
     return int(failed > 0)
 
 

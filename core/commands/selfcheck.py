@@ -42,15 +42,15 @@ def selfcheck(report=None):
     for name, expected, allowance, find in (*closed_form_checks(), *hard_checks()):
         started, passed, problem = time.perf_counter(), False, ""
         try:
-            found, standard_error = find()
-            if not (math.isfinite(found) and math.isfinite(standard_error)):
-                raise ArithmeticError(f"found {found} ± {standard_error}")
-            passed = bool(abs(found - expected) <= ERRORS_ALLOWED * standard_error + allowance)
+            value, standard_error = find()
+            if not (math.isfinite(value) and math.isfinite(standard_error)):
+                raise ArithmeticError(f"found {value} ± {standard_error}")
+            passed = bool(abs(value - expected) <= ERRORS_ALLOWED * standard_error + allowance)
         except Exception as error:  # counts as failure
-            found, standard_error, problem = None, None, f"{type(error).__name__}: {error}"
+            value, standard_error, problem = None, None, f"{type(error).__name__}: {error}"
         seconds = time.perf_counter() - started
         own = _Check(
-            name, float(expected), found, standard_error, float(allowance), seconds, passed, problem
+            name, float(expected), value, standard_error, float(allowance), seconds, passed, problem
         )
         done.append(own)
         if report:

@@ -79,7 +79,7 @@ def compute_energy(
     )
     # Where sums over hours, groups and single surfaces are collected.
     rows, years, count = np.asarray(series, int), count_years(weather), len(weather.data)
-    capacity_factor, found = (
+    capacity_factor, hourly = (
         np.zeros((count, len(groups.names))),
         HourlySeries(rows, *np.zeros((3, count, len(rows)))),
     )
@@ -92,7 +92,7 @@ def compute_energy(
         sums = {name: sums.get(name, 0.0) + values for name, values in part.items()}
         sunny.append(float(task.hours.sunny.sum()))
         if len(rows):
-            _add_series(task, found)
+            _add_series(task, hourly)
     # From sums of power over intervals to hours a year, by month and by year, with and without
     # losses.
     hour = weather.interval / pd.Timedelta(hours=1)
@@ -125,7 +125,7 @@ def compute_energy(
         years=years,
         longitude=weather.longitude,
         sky=sky,
-        series=found if len(rows) else None,
+        series=hourly if len(rows) else None,
     )
     # What the user leaves out, or asks for more hours of, loses its modules; its light stays.
     energy = choose_modules(energy, transfer.surfaces, full_load_hours, system)

@@ -145,9 +145,9 @@ def find_shadowed(watch, rows, directions, change):
     (r, s) bool
     """
     # A tree of what changed alone, and a ball around each patch.
-    patches, found = watch.patches, np.zeros((len(rows), len(directions)), bool)
+    patches, shadowed = watch.patches, np.zeros((len(rows), len(directions)), bool)
     if not len(change.boxes):
-        return found
+        return shadowed
     small = _scene_of_corners(np.concatenate([change.solids, change.crowns]))
     corners = patches.corner[rows, None].astype(float) + np.pad(
         patches.edges[rows].astype(float), ((0, 0), (1, 0), (0, 0))
@@ -174,10 +174,10 @@ def find_shadowed(watch, rows, directions, change):
             free = small.trace_shadow_rays(
                 shadow_points(patches, own, watch.point_count), wanted, directions
             )
-            found[part][some] = wanted & ~free.all(axis=2)
+            shadowed[part][some] = wanted & ~free.all(axis=2)
 
     work_in_slices(look, len(rows), watch.threads)
-    return found
+    return shadowed
 
 
 @njit(nogil=True, cache=True)

@@ -321,12 +321,12 @@ def _add_further(edit, state):
     first[: len(old)] -= _pass_on(
         edit.before.context, own, lost, old + ground[: len(old)], suns.weights
     )
-    found, own = complete(first)[0], (traced, edit.lights[state], direct)
+    further, own = complete(first)[0], (traced, edit.lights[state], direct)
     for _ in range(2):  # what new surfaces pass on to each other
-        found, lack = complete(
-            first + _pass_on(context, own, edit.anew, found + ground, suns.weights)
+        further, lack = complete(
+            first + _pass_on(context, own, edit.anew, further + ground, suns.weights)
         )
-    direct.reflected, light = found, float(area @ whole)
+    direct.reflected, light = further, float(area @ whole)
     return float(area @ np.abs(lack)) / light if light > 0 else 0.0
 
 
@@ -338,13 +338,13 @@ def _patterns_of_groups(surfaces, known):
     all is taken.
     """
     kinds = np.char.add(*(np.asarray(part, str) for part in (surfaces.kind, surfaces.orientation)))
-    area, found = surfaces.area[: len(known)], np.empty((len(kinds), known.shape[1]))
+    area, patterns = surfaces.area[: len(known)], np.empty((len(kinds), known.shape[1]))
     for kind in np.unique(kinds):
         rows = np.flatnonzero(kinds == kind)
         old = rows[rows < len(known)]
         mean = area[old] @ known[old]
-        found[rows] = mean if mean.any() else area @ known
-    return found
+        patterns[rows] = mean if mean.any() else area @ known
+    return patterns
 
 
 def _pass_on(context, own, rows, seen, weights):
@@ -369,7 +369,7 @@ def _pass_on(context, own, rows, seen, weights):
     owner = np.where(context.owner >= 0, context.owner, count)
     amount = np.divide(annual, totals[owner], out=np.zeros(patches), where=totals[owner] > 0)
     spread = sparse.csr_matrix((amount, (np.arange(patches), owner)), shape=(patches, count + 1))
-    found, factor = np.zeros((count, len(weights)), np.float32), traced.factor.ravel()
+    passed, factor = np.zeros((count, len(weights)), np.float32), traced.factor.ravel()
     rows = rows & (context.owner >= 0)
     for part in traced.form_factors.rows:
         some = leave_rows(part, rows[part.chosen])
@@ -379,5 +379,5 @@ def _pass_on(context, own, rows, seen, weights):
             (some.chosen, some.start, some.key), scales_of(traced.form_factors), factor
         )
         links = sparse.csr_matrix((weight, met, start), shape=(len(some.chosen), patches))
-        found += (to_surface[:, some.chosen] @ (links @ spread)) @ courses
-    return found
+        passed += (to_surface[:, some.chosen] @ (links @ spread)) @ courses
+    return passed

@@ -247,12 +247,12 @@ def solve_skies(context, traced, hook, clock):
     return lights
 
 
-def make_transfer(found, state, suns, common, left):
+def make_transfer(city, state, suns, common, left):
     """Transfer of a TracedState of a TracedCity.
 
     Parameters
     ----------
-    found : TracedCity
+    city : TracedCity
     state : TracedState
     suns : Suns
         The suns that were kept.
@@ -266,8 +266,8 @@ def make_transfer(found, state, suns, common, left):
     Transfer
     """
     # What was decided and measured, as the record of the run.
-    context, traced, direct, scene = found.context, state.traced, state.direct, found.prepared.scene
-    brightest = float(found.prepared.patches.albedo.max(initial=0))
+    context, traced, direct, scene = city.context, state.traced, state.direct, city.prepared.scene
+    brightest = float(city.prepared.patches.albedo.max(initial=0))
     record = TraceRecord(
         **common,
         brightest_albedo=max(brightest, context.ground_albedo),
@@ -277,7 +277,7 @@ def make_transfer(found, state, suns, common, left):
     )
     # Shares and light of surfaces, with what they are of.
     covered_share, no_room, taken_parts = context.taken or find_taken(
-        scene, context.patch_to_surface, traced.covered, found.cramped
+        scene, context.patch_to_surface, traced.covered, city.cramped
     )
     return Transfer(
         surfaces=scene.surfaces,
@@ -297,7 +297,7 @@ def make_transfer(found, state, suns, common, left):
         terrain=context.plan.terrain,
         **light_of_surfaces(context, traced, state.lights, direct.annual),
         record=record,
-        **materials_of_surfaces(scene, found.prepared.materials),
+        **materials_of_surfaces(scene, city.prepared.materials),
     )
 
 

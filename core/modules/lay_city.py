@@ -46,14 +46,14 @@ class LayoutRules:
         default = np.broadcast_to(value, len(surfaces)).astype(float)
         if not self.facades:
             return default
-        found = default.copy()
+        values = default.copy()
         for row, (own, kind) in enumerate(zip(surfaces.surface_id, surfaces.kind, strict=True)):
             for key in (own, whole_of_cell(own), str(kind)):
                 given = getattr(self.facades.get(key), name, None)
                 if given is not None:
-                    found[row] = given
+                    values[row] = given
                     break
-        return found
+        return values
 
 
 def lay_city(surfaces, outlines, carries, rules, *, hidden, taken=None):
@@ -188,7 +188,8 @@ def _lay_polygons(surfaces, outlines, polygons, rules, hidden):
     np.minimum.at(lowest, np.repeat(building, np.diff(starts)), outlines.points[:, 2])
     floor, rise = np.full(len(first), np.nan), planes.upward[:, 2]
     floor[walls] = (lowest[building[first[walls]]] - planes.origin[walls, 2]) / rise[walls]
-    # Buildings whose windows are drawn have no others; walls beside a neighbour, and low ones, none.
+    # Buildings whose windows are drawn have no others; walls beside a neighbour, and low ones,
+    # none.
     thematic = np.asarray(surfaces.thematic, str)
     drawn = np.isin(building, np.unique(building[np.isin(thematic, WINDOWS)]))[first]
     area = np.asarray(surfaces.area)[polygons.rows]

@@ -33,14 +33,14 @@ class TriangleBrdfs(NamedTuple):
 HEADERS = (["surface", "albedo"], ["surface", "material"], ["surface", "albedo", "material"])
 
 
-def albedo_of_triangles(scene, request, found=None):
+def albedo_of_triangles(scene, request, materials=None):
     """Albedo of the scene's triangles: (t,) float64; the highest one where it depends on the angle.
 
     Parameters
     ----------
     scene : Scene
     request : Request
-    found : list of Found, optional
+    materials : list of Found, optional
         Of `name_brdfs`, where it is known already.
 
     Raises
@@ -48,15 +48,15 @@ def albedo_of_triangles(scene, request, found=None):
     InputError
         If the albedo file or a material is invalid, or is not supported by the estimator.
     """
-    found = name_brdfs(scene, request) if found is None else found
-    distinct, which = _list_distinct(found)
+    materials = name_brdfs(scene, request) if materials is None else materials
+    distinct, which = _list_distinct(materials)
     albedo = np.array([one.brdf.albedo for one in distinct])[which[scene.surface_of_triangle]]
     if scene.rack_of_back is not None:
         albedo[scene.rack_of_back >= 0] = scene.back_albedo
     return albedo
 
 
-def brdfs_of_triangles(scene, request, found=None):
+def brdfs_of_triangles(scene, request, materials=None):
     """Laws of reflection other than Lambert's, and which triangles follow them.
 
     Parameters as of `albedo_of_triangles`.
@@ -65,7 +65,7 @@ def brdfs_of_triangles(scene, request, found=None):
     -------
     TriangleBrdfs
     """
-    distinct, which = _list_distinct(name_brdfs(scene, request) if found is None else found)
+    distinct, which = _list_distinct(name_brdfs(scene, request) if materials is None else materials)
     brdfs = list(
         dict.fromkeys(one.brdf for one in distinct if not isinstance(one.brdf, Lambertian))
     )
@@ -78,7 +78,7 @@ def brdfs_of_triangles(scene, request, found=None):
     return TriangleBrdfs(brdfs, brdf_index)
 
 
-def _list_distinct(found):
+def _list_distinct(materials):
     """The objects of a list, each once in the order of their first places, and which of them stands
     in each place.
 
@@ -90,9 +90,11 @@ def _list_distinct(found):
     distinct : list of Found
     which : (n,) int
     """
-    _, first, which = np.unique(np.fromiter(map(id, found), np.int64, len(found)), True, True)
+    _, first, which = np.unique(
+        np.fromiter(map(id, materials), np.int64, len(materials)), True, True
+    )
     order = np.argsort(first)
-    return [found[place] for place in first[order]], np.argsort(order)[which]
+    return [materials[place] for place in first[order]], np.argsort(order)[which]
 
 
 def name_brdfs(scene, request):
@@ -198,13 +200,13 @@ def describe_albedo(scene, request):
     return materials_of_surfaces(scene, name_brdfs(scene, request))["albedos"]
 
 
-def materials_of_surfaces(scene, found):
+def materials_of_surfaces(scene, materials):
     """What a Transfer says of the surfaces it was traced with.
 
     Parameters
     ----------
     scene : Scene
-    found : list of Found
+    materials : list of Found
         Of `name_brdfs`.
 
     Returns
@@ -213,8 +215,8 @@ def materials_of_surfaces(scene, found):
         `albedo` (n,) float64, `material` (n,) list of str, and `albedos`, a list as in
         `describe_albedo`.
     """
-    *found, ground = found
-    distinct, which = _list_distinct(found)
+    *materials, ground = materials
+    distinct, which = _list_distinct(materials)
     counts, areas = np.bincount(which), np.bincount(which, scene.surfaces.area)
     # One row for each albedo and where it is from, with number and area of its surfaces.
     rows = {}
@@ -234,7 +236,7 @@ def materials_of_surfaces(scene, found):
         described.append(row | (dict(zip(("surfaces", "area"), size, strict=True)) if size else {}))
     return {
         "albedo": np.array([one.brdf.albedo for one in distinct], float)[which],
-        "material": [one.material for one in found],
+        "material": [one.material for one in materials],
         "albedos": described,
     }
 

@@ -90,9 +90,9 @@ def are_among(values, others):
     Both are sorted, so that each search ends close to the one before: of a million numbers with 64
     bits five times faster than a hash table.
     """
-    order, others, found = np.argsort(values), np.sort(others), np.zeros(len(values), bool)
+    order, others, among = np.argsort(values), np.sort(others), np.zeros(len(values), bool)
     if len(others):
         ordered = values[order]
         place = np.minimum(np.searchsorted(others, ordered), len(others) - 1)
-        found[order] = others[place] == ordered
-    return found
+        among[order] = others[place] == ordered
+    return among

@@ -330,7 +330,7 @@ def windows_around(raster, places):
     One for each turn around the Earth in which longitudes may be written: two where a map of the
     globe begins and ends. The middle belongs to the last place, None without longitudes.
     """
-    turn, found = raster.crs and transform_crs.full_turn(raster.crs), []
+    turn, windows = raster.crs and transform_crs.full_turn(raster.crs), []
     for count in (-1, 0, 1) if turn else (0,):
         own, middle = places.copy(), None
         if turn:
@@ -344,8 +344,8 @@ def windows_around(raster, places):
             np.ceil(cells.max(axis=0)).astype(np.int64) + 1, (raster.width, raster.height)
         )
         if (last - first > 1).all():
-            found.append(((*first, *(last - first)), middle))
-    return found
+            windows.append(((*first, *(last - first)), middle))
+    return windows
 
 
 def _height_factor(raster, unit=1.0):

@@ -37,26 +37,26 @@ def draw_report(results):
     dict of str to str
         plan-roof, plan-facade, months, day, sun-path and histograms.
     """
-    site, mounted, found = results.summary["input"]["site"], select_mounted(results.faces), {}
+    site, mounted, pictures = results.summary["input"]["site"], select_mounted(results.faces), {}
     with plain_style():
         for show, chosen in (
             ("roof", mounted["kind"] != "facade"),
             ("facade", mounted["kind"] == "facade"),
         ):
             if results.outlines is not None and chosen.any():
-                found[f"plan-{show}"] = embed_figure(
+                pictures[f"plan-{show}"] = embed_figure(
                     draw_plan(results.faces, results.outlines, show), "png"
                 )
         if len(results.groups):
-            found["months"] = embed_figure(draw_periods(results.groups, "month"))
-            found["day"] = embed_figure(draw_periods(results.groups, "solar_hour"))
+            pictures["months"] = embed_figure(draw_periods(results.groups, "month"))
+            pictures["day"] = embed_figure(draw_periods(results.groups, "solar_hour"))
         suns = draw_sun_path(
             results.times, results.interval, site["latitude"], site["longitude"], results.suns
         )
-        found["sun-path"] = embed_figure(suns)
+        pictures["sun-path"] = embed_figure(suns)
         if len(mounted):
-            found["histograms"] = embed_figure(draw_histograms(results.faces))
-    return found
+            pictures["histograms"] = embed_figure(draw_histograms(results.faces))
+    return pictures
 
 
 def draw_periods(groups, period, *, abreast=3):

@@ -73,17 +73,17 @@ def compare(before, after, folder, *, overwrite=False):
     return comparison
 
 
-def describe_comparison(found):
+def describe_comparison(comparison):
     """Sums as lines of text."""
-    lines = [f"{found.summary['before']} → {found.summary['after']}, {found.summary['weather']}"]
+    lines = [f"{comparison.summary['before']} → {comparison.summary['after']}, {comparison.summary['weather']}"]
     for state, words in STATES.items():
-        sums = found.summary["sums"][state]
+        sums = comparison.summary["sums"][state]
         if sums["buildings"]:
             change = show_number(sums["mwh_change"], 1, plus=True)
             change += f" ± {sums['mwh_change_standard_error']:.1f} MWh a year"
             lines.append(f"  {words}: {change} ({sums['mwh_before']:,.1f} before)")
     # The three neighbours that lose most, and the three that gain most, beyond two standard errors.
-    buildings = found.buildings
+    buildings = comparison.buildings
     # what is written as 0.00 is not named
     least = (2 * buildings["mwh_change_standard_error"]).clip(lower=0.005)
     sure = buildings["mwh_change"].abs() >= least
@@ -97,12 +97,12 @@ def describe_comparison(found):
             changes = [show_number(change, 2, plus=True) for change in rows["mwh_change"]]
             each = zip(rows["building_id"], changes, strict=True)
             lines.append(f"  {words}: {', '.join(f'{name} {change} MWh' for name, change in each)}")
-    return [*lines, *_note_paying(found), *_note_light(found)]
+    return [*lines, *_note_paying(comparison), *_note_light(comparison)]
 
 
-def _note_paying(found):
+def _note_paying(comparison):
     """Name what an edit brings below or above the least hours: list of str."""
-    paying, notes = found.summary.get("paying"), []
+    paying, notes = comparison.summary.get("paying"), []
     for name, words in PAYING.items() if paying else ():
         if names := paying[name]["surfaces"]:
             told = f"{count_of(len(names), 'surface')}: {list_some(names, 5)}"
@@ -110,20 +110,20 @@ def _note_paying(found):
     return notes
 
 
-def _note_light(found):
+def _note_light(comparison):
     """Say where light before was solved again, or the two were traced with other settings: list of
     str.
     """
-    notes, names = [], ", ".join(found.summary["light_differs_in"])
-    if "layout" in found.summary:
+    notes, names = [], ", ".join(comparison.summary["light_differs_in"])
+    if "layout" in comparison.summary:
         notes.append(
             "Modules lie in rows in one of the two only: both are compared with modules on every "
             "square metre that counts."
         )
-    if "base_light" in found.summary:
-        light = describe_light(found.summary["base_light"])
+    if "base_light" in comparison.summary:
+        light = describe_light(comparison.summary["base_light"])
         notes.append(
-            f"Before is {found.summary['before']} with the light that {found.later.name} asks for: "
+            f"Before is {comparison.summary['before']} with the light that {comparison.later.name} asks for: "
             f"{light}."
         )
     if names:
@@ -133,13 +133,13 @@ def _note_light(found):
     return notes
 
 
-def _compose_page(found):
+def _compose_page(comparison):
     """The page: sums, the later state in 3D, maps, and the buildings whose change is beyond two
     standard errors.
     """
     # Sums of what was built, stays and went; then the buildings that changed for certain, from loss
     # to gain.
-    summary, buildings = found.summary, found.buildings
+    summary, buildings = comparison.summary, comparison.buildings
     sums = [
         (words, f"{one['buildings']:,}", *_numbers_of(one))
         for state, words in STATES.items()
@@ -167,14 +167,14 @@ def _compose_page(found):
                 maps.append(
                     write_report.picture(
                         embed_figure(
-                            draw_change(found.surfaces, found.later.outlines, show), "png"
+                            draw_change(comparison.surfaces, comparison.later.outlines, show), "png"
                         ),
                         show,
                         caption,
                     )
                 )
     # The later state in 3D, and one sentence on what happens to neighbours.
-    city, data = write_report.compose_city(found.later, found.surfaces)
+    city, data = write_report.compose_city(comparison.later, comparison.surfaces)
     kept = summary["sums"][EXISTING]
     lead = (
         f"What stays as it is {'gains' if kept['mwh_change'] > 0 else 'loses'} "
@@ -188,8 +188,8 @@ def _compose_page(found):
         write_report.section(
             "In short",
             write_report.paragraph(f"Weather: {summary['weather']}. {lead}"),
-            *(write_report.paragraph(note) for note in _note_paying(found)),
-            *(write_report.paragraph(note, "warning") for note in _note_light(found)),
+            *(write_report.paragraph(note) for note in _note_paying(comparison)),
+            *(write_report.paragraph(note, "warning") for note in _note_light(comparison)),
             write_report.table(("", "Buildings", *HEAD), sums, numbers=range(1, 8)),
             write_report.paragraph(
                 "± is the standard error of the change: from the rays that both states share where "

@@ -36,20 +36,20 @@ class Output:
         self.exports = take_exports(self.exports)
 
 
-def write_results(work, found, request, output, log):
+def write_results(work, run, request, output, log):
     """Compute the Energy of a run, and write its tables and pictures: RunResults, with the city as
     its surfaces are cut.
 
     Parameters
     ----------
     work : Path
-    found : RunResults
+    run : RunResults
         Without energy, with the City as it was read.
     request : Request
     output : Output
     log : RunLog
     """
-    city, scene, transfer, _, weather = found
+    city, scene, transfer, _, weather = run
     city = draw_city(city, scene, request)
     transfer = replace(transfer, outlines=Outlines.of(city, scene.surfaces, scene.site))
     keep = not is_on_disk(transfer.visible_share) or bool(

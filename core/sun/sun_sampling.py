@@ -195,20 +195,20 @@ def match_suns(
     up = sunny | (90.0 - sun["apparent_zenith"].to_numpy() >= lowest)
     direction = sun_direction(sun["apparent_zenith"][up], sun["solar_azimuth"][up])
     if suns.sampling.startswith("sky-grid"):
-        found, share = SkyTriangles.of(suns).match(direction)
+        match, share = SkyTriangles.of(suns).match(direction)
     elif suns.sampling.startswith("days"):
-        found, share = match_days_of_year(
+        match, share = match_days_of_year(
             suns, direction, solar_days(times, interval, longitude)[0][up]
         )
     else:
-        found, share = (
+        match, share = (
             KDTree(suns.direction).query(direction)[1][:, None],
             np.ones((len(direction), 1)),
         )
     # Rows of all intervals; those without sun have no weight.
-    index = np.zeros((len(times), found.shape[1]), np.int32)
+    index = np.zeros((len(times), match.shape[1]), np.int32)
     weight = np.zeros(index.shape, float)
-    index[up], weight[up] = found, share
+    index[up], weight[up] = match, share
     return _SunMatch(index, weight)
 
 

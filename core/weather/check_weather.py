@@ -270,7 +270,7 @@ def check_years(record, interval, position):
         Year, as a string -> SunTimes.
     """
     raw = record.data[[name for name in IRRADIANCES if name in record.data]]
-    given, found = raw.clip(lower=0.0), {}
+    given, checks = raw.clip(lower=0.0), {}
     usual = climate_of_place(record.latitude, record.longitude)
     for year, rows in cut_years(record, interval).items():
         source = f"{record.source} (year {year})"
@@ -302,8 +302,8 @@ def check_years(record, interval, position):
         times.unlikely += _check_extraterrestrial(given, complete, source)
         derived = complete.data[[name for name in IRRADIANCES if name not in raw]]
         check_values(derived, complete.columns, source, cure="check these columns at that time")
-        found[year] = times
-    return found
+        checks[year] = times
+    return checks
 
 
 def cut_years(record, interval):

@@ -124,10 +124,10 @@ def _check_clear_sky(year, share, source):
     # decides.
     if share.dull_days or share.dull_days_of_climate <= 20:
         return
-    found = _share_of_clear_shape(year)
-    if found >= 0.95:
+    clear = _share_of_clear_shape(year)
+    if clear >= 0.95:
         problem = (
-            f"{_percent(found)} of its sunny hours have the shape of a clear sky's, and no day is "
+            f"{_percent(clear)} of its sunny hours have the shape of a clear sky's, and no day is "
             "dull where the"
         )
         problem += f" climate has {share.dull_days_of_climate}: these are columns of a clear sky"

@@ -154,7 +154,7 @@ def _compute_place(environments, weather, code, system, model, ways):  # noqa: P
     years = count_years(weather)
     way, sky = ways
     hours = prepare_place(weather, system, years, sky)
-    matched, found = {}, []
+    matched, computed = {}, []
     for environment in environments:
         if environment.sky.count not in matched:
             exact = way == "exact"
@@ -169,5 +169,5 @@ def _compute_place(environments, weather, code, system, model, ways):  # noqa: P
         errors = carry_to_place(
             environment.errors, hours, sunlight, values[:PLAIN_PERIODS, :count], values[0, count:]
         )
-        found.append((values, np.vstack(errors)))
-    return code, years, found
+        computed.append((values, np.vstack(errors)))
+    return code, years, computed

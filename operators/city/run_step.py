@@ -51,8 +51,8 @@ class OfCity:
         city, _ = find_city(context.scene)
         if city is None or not cls.needs:
             return city is not None
-        found = getattr(Session.of(city), cls.needs, None) is not None
-        return found or cls.needs in city or cls.needs in city.data.attributes
+        ready = getattr(Session.of(city), cls.needs, None) is not None
+        return ready or cls.needs in city or cls.needs in city.data.attributes
 
 
 class Action:

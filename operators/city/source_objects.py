@@ -66,12 +66,12 @@ def list_worn(city):
     of the object).
     """
     numbers, shown = (read_face_attribute(city.data, name) for name in (OBJECT, FACE))
-    order, found = np.argsort(numbers, kind="stable"), []
+    order, worn = np.argsort(numbers, kind="stable"), []
     for number, item, building in list_taken(city):
         first, end = np.searchsorted(numbers, [number, number + 1], sorter=order)
         faces = order[first:end]
-        found.append((item, building, faces, shown[faces]))
-    return found
+        worn.append((item, building, faces, shown[faces]))
+    return worn
 
 
 def is_single(mesh):

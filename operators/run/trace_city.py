@@ -111,7 +111,7 @@ def work_of_trace(request, *, suns_per_day=12):
     return 175.0 + request.samples, suns * (0.5 + 0.1 * request.shadow_samples)
 
 
-def keep_light(context, session, found, findings, albedos):
+def keep_light(context, session, traced, findings, albedos):
     """Write results that do not depend on weather, and remove results of an earlier weather.
 
     Parameters
@@ -119,21 +119,21 @@ def keep_light(context, session, found, findings, albedos):
     context : bpy.types.Context
     session, found, findings, albedos
         Of `TraceCity.work`; `session` gets the weather, the transfer and the base that were
-        `found`.
+        `traced`.
 
     Returns
     -------
     str
         Which suns were traced, if not all.
     """
-    (city, ground), transfer = session.find_city(context.scene), found.transfer
+    (city, ground), transfer = session.find_city(context.scene), traced.transfer
     write_results(city, ground, transfer)
     for key in OF_ENERGY:
         city.pop(key, None)
     keep_report(city, session.scene, findings)
     summarise_albedo(city, *albedos)
     keep_plan(city, transfer.record.effects if transfer.record else ())
-    session.weather, session.transfer, session.base = found.weather, transfer, found.base
+    session.weather, session.transfer, session.base = traced.weather, transfer, traced.base
     session.base_city = None
     interrupted = transfer.record.interrupted
     city[Key.INTERRUPTED] = (
