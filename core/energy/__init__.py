@@ -59,7 +59,6 @@ DOORS = (
     "standard_errors.sun_sampling_share",
     "sum_block.Block",
     "time_axis.read_zone",
-    "timeline.build_timeline",
-    "timeline.describe_moment",
+    "timeline.Timeline",
     "vary_windows.vary_windows",
 )

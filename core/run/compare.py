@@ -75,7 +75,9 @@ def compare(before, after, folder, *, overwrite=False):
 
 def describe_comparison(comparison):
     """Sums as lines of text."""
-    lines = [f"{comparison.summary['before']} → {comparison.summary['after']}, {comparison.summary['weather']}"]
+    lines = [
+        f"{comparison.summary['before']} → {comparison.summary['after']}, {comparison.summary['weather']}"
+    ]
     for state, words in STATES.items():
         sums = comparison.summary["sums"][state]
         if sums["buildings"]:

@@ -14,7 +14,7 @@ from scenes import run_gather, suns_towards
 from small_city import FAST, house, write_gml
 from test_paying import numbers, weigh
 
-from citypv.core.city.grid_cells import outline_surfaces, split_into_cells
+from citypv.core.city.grid_cells import Outlines, split_into_cells
 from citypv.core.commands.command_line import main
 from citypv.core.energy.counted_area import find_counted_area
 from citypv.core.energy.pv_system import build_system, pick_module
@@ -36,7 +36,7 @@ def lay(polygons, rules=RULES, hidden=0.0, grid_size=None):
     city = make_city(polygons)
     scene = make_located_scene(city, Request(grid_size=grid_size, ground="none", **PLACE))
     cells = split_into_cells(city, grid_size)[0] if grid_size else city
-    outlines = outline_surfaces(cells, scene.surfaces, scene.site)
+    outlines = Outlines.of(cells, scene.surfaces, scene.site)
     share = np.full(len(scene.surfaces), hidden)
     layout, count = lay_city(scene.surfaces, outlines, scene.surfaces.eligible, rules, hidden=share)
     assert count.sum() == pytest.approx(len(layout))
@@ -179,7 +179,7 @@ def test_what_is_covered_carries_none_and_comes_back_from_its_file(tmp_path):
         (np.array(scene.surfaces.building_id) == "a") & (scene.surfaces.normal[:, 1] < -0.9)
     )
     assert transfer.taken_at(0.3)[row].area == pytest.approx(135, rel=0.02)
-    outlines = outline_surfaces(city, scene.surfaces, scene.site)
+    outlines = Outlines.of(city, scene.surfaces, scene.site)
     transfer = replace(transfer, outlines=outlines)
     write_transfer(tmp_path / "transfer.nc", transfer)
     again = read_transfer(tmp_path / "transfer.nc")
@@ -336,7 +336,7 @@ def test_modules_stay_off_the_windows_of_a_real_file():
     """A house of LoD3, whose walls are drawn around their windows: every module lies in its wall."""
     city = read_city([CITYGML / "ingolstadt_lod3_4018148.xml.gz"])
     scene = make_located_scene(city, Request(ground="none"))
-    surfaces, outlines = scene.surfaces, outline_surfaces(city, scene.surfaces, scene.site)
+    surfaces, outlines = scene.surfaces, Outlines.of(city, scene.surfaces, scene.site)
     hidden = np.zeros(len(surfaces))
     layout, count = lay_city(surfaces, outlines, surfaces.eligible, RULES, hidden=hidden)
     walls = np.flatnonzero((surfaces.kind == "facade") & (count > 0))
