@@ -114,7 +114,7 @@ def weigh(session, path, request, progress=silent, *, weather=None):
         The file with the light is missing or damaged, or the weather cannot be read.
     """
     from ...core import study
-    from ...core.city.grid_cells import outline_surfaces
+    from ...core.city.grid_cells import Outlines
     from ...core.results.transfer_file import read_transfer
     from ...core.run.write_run import draw_city
 
@@ -124,7 +124,7 @@ def weigh(session, path, request, progress=silent, *, weather=None):
     if transfer.outlines is None and session.city is not None and session.scene is not None:
         scene = session.scene
         city = draw_city(session.city, scene, request)
-        outlines = outline_surfaces(city, scene.surfaces, scene.site)
+        outlines = Outlines.of(city, scene.surfaces, scene.site)
         transfer = replace(transfer, outlines=outlines)
     progress("reading weather", 0, 1, "years")
     if weather is None:

@@ -6,7 +6,7 @@ import numpy as np
 from ..city.attributes import PREFIX, write_face_attribute
 from ..city.build_meshes import remove_objects, show_objects
 from ..city.keys import Key
-from ..city.session import find_city, find_session
+from ..city.session import Session, find_city
 from .colour_faces import linear_colour, start_emission, write_colours
 
 MODULES = "modules"  # part of the object; its one shape is of the same part
@@ -23,7 +23,7 @@ def show_modules(context):
     what shows those of another.
     """
     city, _ = find_city(context.scene)
-    session = find_session(city)
+    session = Session.of(city)
     layout = getattr(getattr(session, "energy", None), "layout", None)
     wanted = context.scene.citypv.show_modules and layout is not None and len(layout) > 0
     known = find_modules(context.scene)

@@ -9,7 +9,7 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay, cKDTree
 
 from citypv.core.city.plan_geometry import merge_places
-from citypv.core.city.slope_filter import NEAR, find_standing
+from citypv.core.city.slope_filter import find_standing
 from citypv.core.city.triangulate_feet import drop_on_triangles, triangulate_plan
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.tolerances import GEOMETRY
@@ -126,7 +126,7 @@ def test_feet_on_a_hill_hang_as_each_compared_with_each_says(slope):
         foot = start[pairs[1]] + np.clip(share, 0, 1)[:, None] * along
         away = np.linalg.norm((ends[pairs[0]] - foot)[:, :2], axis=1)
         rise = ends[pairs[0], 2] - foot[:, 2] > step[pairs[0]] + slope * away + GEOMETRY.accuracy
-        hangs |= above_feet | ((away <= NEAR) & rise).reshape(30, 30).any(axis=1)
+        hangs |= above_feet | ((away <= 10.0) & rise).reshape(30, 30).any(axis=1)
     assert 5 < hangs.sum() < 28
     np.testing.assert_array_equal(find_standing(start, end, step, slopes), ~hangs)
 
