@@ -16,8 +16,8 @@ from test_paying import numbers, weigh
 
 from citypv.core.city.grid_cells import Outlines, split_into_cells
 from citypv.core.commands.command_line import main
-from citypv.core.energy.counted_area import find_counted_area
-from citypv.core.energy.pv_system import build_system, pick_module
+from citypv.core.energy.counted_area import find_counted_area, note_other_layout
+from citypv.core.energy.pv_system import build_system, note_windows, pick_module
 from citypv.core.modules.lay_city import FacadeRow, LayoutRules, lay_city
 from citypv.core.modules.read_facades import check_facades, read_facades
 from citypv.core.read.read_city import read_city
@@ -167,6 +167,7 @@ def test_roofs_by_hand():
         assert len(np.unique(layout.row)) == len(np.unique(np.round(low[:, 1], 4)))
 
 
+@pytest.mark.slow
 def test_what_is_covered_carries_none_and_comes_back_from_its_file(tmp_path):
     """A wall of 20 × 15 m beside a neighbour that covers 9 m of it: it has no windows, and its other
     11 m hold 10 upright modules of 1.02 m in each of 9 rows (14.82 m).
@@ -195,6 +196,11 @@ def test_what_is_covered_carries_none_and_comes_back_from_its_file(tmp_path):
         find_counted_area(replace(again, taken_parts=None), system),
         find_counted_area(again, build_system(Request(layout="area"))),
     ]
+    notes = [
+        note_other_layout(replace(again, taken_parts=None), Request(layout=name))
+        for name in ("rows", "area")
+    ]
+    assert "counted by area" in notes[0] and not notes[1] + note_other_layout(again, Request())
     for one in by_area:
         assert one.layout is None and one.module_area[row] == pytest.approx(165, rel=0.02)
 
@@ -266,16 +272,25 @@ def test_files_of_facades_that_are_none(tmp_path, text, problem):
         read_facades(path)
 
 
-@pytest.mark.slow
-def test_totals_say_both_and_windows_are_in_the_budget(tmp_path):
-    """A house of 12 × 10 × 9 m: kWp are modules times their power, energy is power times hours; area,
-    hours and groups are the same in both layouts.
+@pytest.fixture(scope="module")
+def both_layouts(tmp_path_factory):
+    """A house of 12 × 10 × 9 m, weighed with modules in rows and on every square metre: its folder,
+    and of both the rows of faces.csv and the summary.
     """
-    city = write_gml(tmp_path / "city.gml", house("a", (0, 0), (12, 10, 9)))
-    out = tmp_path / "traced"
+    folder = tmp_path_factory.mktemp("house")
+    city, out = write_gml(folder / "city.gml", house("a", (0, 0), (12, 10, 9))), folder / "traced"
     assert main(["simulate", str(city), "--out", str(out), *FAST, "--weather", "clear-sky"]) == 0
-    rows, found = weigh(out, tmp_path / "rows")
-    area, other = weigh(out, tmp_path / "area", "--layout", "area")
+    rows = weigh(out, folder / "rows", "--weather", "clear-sky")
+    return folder, rows, weigh(out, folder / "area", "--weather", "clear-sky", "--layout", "area")
+
+
+@pytest.mark.slow
+def test_totals_say_both_and_windows_are_in_the_budget(both_layouts, tmp_path):
+    """kWp are modules times their power, energy is power times hours; area, hours and groups are the
+    same in both layouts.
+    """
+    folder, (rows, found), (area, other) = both_layouts
+    out = folder / "traced"
     totals, every = found["totals"], other["totals"]
     count = numbers(rows, "module_count")
     np.testing.assert_allclose(numbers(rows, "kwp"), 0.300303 * count, rtol=1e-5)
@@ -295,7 +310,7 @@ def test_totals_say_both_and_windows_are_in_the_budget(tmp_path):
     assert [[row[key] for key in same] for row in rows] == [
         [row[key] for key in same] for row in area
     ]
-    groups = [(tmp_path / name / "groups.csv").read_bytes() for name in ("rows", "area")]
+    groups = [(folder / name / "groups.csv").read_bytes() for name in ("rows", "area")]
     assert groups[0] == groups[1]
     # Smaller windows leave 2.0 m, where upright rows of 1.564 m are all that fits; larger ones
     # 1.2 m, where lying ones fit, 7 in 11.82 m.
@@ -314,22 +329,21 @@ def test_totals_say_both_and_windows_are_in_the_budget(tmp_path):
     ]
     # 11.8 × 8.8 m without windows: 7 lying of 1.584 m, 8 rows of 1.0628 m; 11 upright, 5 rows.
     assert [one["a_south"] for one in counts] == [28, 11]
+    assert "no bands of windows" in note_windows(Request(usable={"facade": 0.5}))
+    assert "both given" in note_windows(Request(usable={"facade": 0.5}, window_band=1.4))
+    assert not note_windows(Request(usable={"flat": 0.5}))
 
 
 @pytest.mark.slow
-def test_folders_of_both_layouts_are_compared_on_area(tmp_path, capsys):
-    city = write_gml(tmp_path / "city.gml", house("a", (0, 0), (12, 10, 9)))
-    out = tmp_path / "rows"
-    assert main(["simulate", str(city), "--out", str(out), *FAST, "--weather", "clear-sky"]) == 0
-    _, found = weigh(out, tmp_path / "area", "--layout", "area", "--weather", "clear-sky")
-    capsys.readouterr()
-    assert main(["compare", str(out), str(tmp_path / "area"), "--out", str(tmp_path / "both")]) == 0
+def test_folders_of_both_layouts_are_compared_on_area(both_layouts, tmp_path, capsys):
+    folder, (_, rows), (_, area) = both_layouts
+    command = ["compare", str(folder / "rows"), str(folder / "area"), "--out", str(tmp_path / "to")]
+    assert main(command) == 0
     assert "modules on every square metre" in capsys.readouterr().err
-    _, same = weigh(out, tmp_path / "again", "--weather", "clear-sky")
-    sums = json.loads((tmp_path / "both" / "summary.json").read_text("utf-8"))["sums"]["all"]
-    assert sums["mwh_before"] == pytest.approx(found["totals"]["mwh_per_year"], rel=1e-4)
+    sums = json.loads((tmp_path / "to" / "summary.json").read_text("utf-8"))["sums"]["all"]
+    assert sums["mwh_before"] == pytest.approx(area["totals"]["mwh_per_year"], rel=1e-4)
     assert sums["mwh_change"] == pytest.approx(0, abs=1e-4 * sums["mwh_before"])
-    assert sums["mwh_before"] > 1.2 * same["totals"]["mwh_per_year"]
+    assert sums["mwh_before"] > 1.2 * rows["totals"]["mwh_per_year"]
 
 
 def test_modules_stay_off_the_windows_of_a_real_file():
