@@ -1,5 +1,6 @@
 """What each tolerance of geometry decides: halved, it decides otherwise; and what none decides."""
 
+import re
 from contextlib import contextmanager
 from dataclasses import FrozenInstanceError, fields
 from types import SimpleNamespace
@@ -199,7 +200,11 @@ def test_twice_or_half_the_distance_of_rays_from_their_faces_changes_nothing(fil
             np.testing.assert_array_equal(one, other)
 
 
-def test_each_tolerance_is_tried_and_none_is_changed_in_passing():
-    assert {field.name for field in fields(GEOMETRY)} == {*DECIDES, "spacings"}
+def test_each_tolerance_is_tried_and_told_and_none_is_changed_in_passing():
+    names = {field.name for field in fields(GEOMETRY)}
+    assert names == {*DECIDES, "spacings"}
+    manual = (ROOT / "docs/reference/method.md").read_text("utf-8")
+    rows = dict(re.findall(r"^\| (\w+) \| ([\d.e-]+)", manual, re.MULTILINE))
+    assert {name: float(value) for name, value in rows.items()} == vars(GEOMETRY)
     with pytest.raises(FrozenInstanceError):
         GEOMETRY.accuracy = 1.0
