@@ -24,7 +24,7 @@ from .city.foliage import parse_months
 from .city.racks import lay_racks, parse_racks
 from .city.terrain import ground_of_terrain
 from .effects.table import check_effects
-from .energy.check_inputs import check_strings
+from .energy.check_inputs import check_string_settings, check_strings
 from .energy.compute_energy import compute_energy as compute_surface_energy
 from .energy.pv_system import build_system
 from .energy.time_axis import read_zone
@@ -60,6 +60,7 @@ def check_settings(request):
     """
     request.check()
     check_effects(request)
+    check_string_settings(request)
     parse_sampling(request.suns)
     parse_racks(request.racks)
     parse_months(request.leaf_months)

@@ -6,6 +6,7 @@ In: a Transfer, a Weather, a module. Out: an Energy, a Timeline. Read first: com
 
 DOORS = (
     "check_inputs.check_sky",
+    "check_inputs.check_string_settings",
     "check_inputs.check_strings",
     "check_inputs.check_transfer",
     "compute_energy.compute_building_power",

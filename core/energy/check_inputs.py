@@ -110,6 +110,24 @@ def check_sky(transfer, sky, source="the Transfer"):
         )
 
 
+def check_string_settings(request):
+    """Refuse to count what strings lose in shade where the run will not know it.
+
+    Raises
+    ------
+    InputError
+    """
+    if request.strings != "string":
+        return
+    option, cure = "--strings string", "or give --strings module"
+    if request.layout != "rows":
+        raise InputError(option, "needs modules in rows", f"give --layout rows, {cure}")
+    if request.estimator == "forward":
+        raise InputError(option, "is not known by photons", f"use --estimator gather, {cure}")
+    if not request.effects.get("string-shade", True):
+        raise InputError(option, "is switched off by --effects", f"leave that out, {cure}")
+
+
 def check_strings(transfer, system):
     """Refuse to count what strings lose in shade where it is unknown.
 

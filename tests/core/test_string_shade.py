@@ -34,6 +34,7 @@ from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.study import (
+    check_settings,
     compute_energy,
     make_located_scene,
     prepare_study,
@@ -258,6 +259,20 @@ def test_the_plan_has_a_reason(heights, settings, on, words):
     assert plan["string-shade"].on == bool(on)
     assert words in plan["string-shade"].reason
     assert plan.string_shade is on
+
+
+@pytest.mark.parametrize(
+    ("settings", "cure"),
+    [
+        ({"layout": "area"}, "--layout rows"),
+        ({"estimator": "forward"}, "--estimator gather"),
+        ({"effects": {"string-shade": False}}, "leave that out"),
+    ],
+)
+def test_what_will_not_be_known_is_not_counted(settings, cure):
+    with pytest.raises(InputError, match=cure):
+        check_settings(Request(strings="string", **settings))
+    check_settings(Request(strings="string"))
 
 
 def test_one_house_loses_nothing():
