@@ -210,7 +210,7 @@ def _choose_layout(request, module):
     if band is None:
         band = 0.0 if "facade" in request.usable else LayoutRules.window_band
     return LayoutRules(
-        parse_size(request.module_size) or module.size,
+        _parse_size(request.module_size) or module.size,
         request.storey,
         band,
         request.ground_floor,
@@ -233,7 +233,7 @@ def note_windows(request):
     return "--usable and --window-band are both given: the share is taken of what windows leave"
 
 
-def parse_size(text):
+def _parse_size(text):
     """Length and width of a module from "L,W" [m], the longer first; None of None.
 
     Raises

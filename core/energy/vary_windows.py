@@ -8,10 +8,8 @@ import numpy as np
 
 from ..modules.lay_city import lay_city
 
-BANDS = (1.0, 1.8)  # [m] of storeys of 3 m; the default lies between
 
-
-def vary_windows(transfer, energy, system):
+def vary_windows(transfer, energy, system, *, bands=(1.0, 1.8)):
     """Power and energy with bands of windows of 1.0 and of 1.8 m in place of those of the run.
 
     Parameters
@@ -20,6 +18,8 @@ def vary_windows(transfer, energy, system):
     energy : Energy
         Of both.
     system : PvSystem
+    bands : tuple of float
+        [m] Of storeys of 3 m; the default of 1.4 m lies between.
 
     Returns
     -------
@@ -39,7 +39,7 @@ def vary_windows(transfer, energy, system):
     usable = system.share_usable(surfaces)
     parts = system.hidden_walls != "count"
     outcomes = []
-    for band in BANDS:
+    for band in bands:
         _, count = lay_city(
             surfaces,
             transfer.outlines,

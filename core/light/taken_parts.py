@@ -14,10 +14,9 @@ from ..city.polygons import plane_axes
 from ..patches.cover_cells import unpack_cells
 from ..rays.hemisphere_rays import CELL_DIVISIONS
 from ..rays.sample_points import cell_corners
+from ..settings.tolerances import GEOMETRY
 from .measure_cover import average_room, share_without_room
 from .sun_matrix import cover_of_surfaces
-
-ROUNDED = 1e-3  # [m] to which corners of parts are rounded, so that neighbouring cells join
 
 
 def find_taken(scene, to_surface, covered, cramped):
@@ -84,7 +83,8 @@ def outline_taken(scene, covered, cramped, shares, *, most=0.5):
             parts[:, column] = parts[:, column - 1]
             continue
         before = cells
-        # Whole patches as one triangle, else a triangle for each cell; then one shape a surface.
+        # Whole patches as one triangle, else a triangle for each cell; then one shape a surface,
+        # corners rounded so that neighbouring cells join.
         whole = cells.all(axis=1)
         patch, cell = np.nonzero(cells & ~whole[:, None])
         places = np.einsum("mcw,mwj->mcj", weights[cell], corners[patch])
@@ -94,7 +94,7 @@ def outline_taken(scene, covered, cramped, shares, *, most=0.5):
         names, first = np.unique(of_triangle[order], return_index=True)
         shapes = np.split(shapely.polygons(triangles[order]), first[1:]) if len(names) else []
         for name, own in zip(names, shapes, strict=True):
-            parts[name, column] = shapely.union_all(own, grid_size=ROUNDED)
+            parts[name, column] = shapely.union_all(own, grid_size=GEOMETRY.corner)
     return parts
 
 

@@ -10,6 +10,7 @@ from ..city.city import number_names, whole_of_cell
 from ..city.find_twins import draw_outlines
 from ..city.polygons import plane_axes
 from ..city.racks import RACK
+from ..settings.tolerances import GEOMETRY
 from .lay_modules import ModuleLayout, Planes, lay_modules
 from .window_bands import window_boxes
 
@@ -127,12 +128,12 @@ def _draw_polygons(surfaces, outlines, rows, taken):
             lost = shapely.transform(
                 taken[rows[number]], lambda places, c=c, s=s: places @ np.array([[c, -s], [s, c]])
             )
-            cells[number] = shapely.difference(cells[number], lost, grid_size=1e-4)
+            cells[number] = shapely.difference(cells[number], lost, grid_size=GEOMETRY.computed)
     free = cells[first].copy()
     if len(first) < len(rows):
         many = np.bincount(of_row)
         for number in np.flatnonzero(many > 1):
-            free[number] = shapely.union_all(cells[of_row == number], grid_size=1e-3)
+            free[number] = shapely.union_all(cells[of_row == number], grid_size=GEOMETRY.corner)
     normal = surfaces.normal[rows[first]]
     corner = outlines.points[outlines.ring_start[outlines.surface_start[rows[first]]]]
     origin = np.einsum("ij,ij->i", normal, corner.astype(float))[:, None] * normal
@@ -156,7 +157,7 @@ def _cut_openings(surfaces, shape, rows, axes, cells, *, depth=0.5):
     for place, row in enumerate(rows) if len(openings) else ():
         own = openings[building[openings] == building[row]]
         normal = surfaces.normal[row]
-        turned = np.abs(surfaces.normal[own] @ normal) < 0.9
+        turned = np.abs(surfaces.normal[own] @ normal) < GEOMETRY.facing
         own = own[~turned & (np.abs((corner[own] - corner[row]) @ normal) < depth)]
         if len(own):
             plane = np.broadcast_to(axes[place], (len(own), 2, 3))

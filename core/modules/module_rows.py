@@ -12,7 +12,9 @@ places of rows.
 import numpy as np
 from numba import njit
 
-SLACK = 1e-6  # [m] by which lengths may be too short: rounding of coordinates
+from ..settings.tolerances import GEOMETRY
+
+SLACK = GEOMETRY.computed  # [m] by which lengths may be too short
 
 
 @njit(nogil=True, cache=True)

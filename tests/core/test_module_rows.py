@@ -94,9 +94,9 @@ def polygons(draw_number):
 def test_modules_stay_inside_apart_and_are_no_fewer_than_by_brute_force(shape):
     layout = lay(shape)
     modules, inset = draw(layout), shape.buffer(-0.3, join_style="mitre", mitre_limit=2.0)
-    assert all(inset.buffer(1e-5).covers(module) for module in modules)
+    assert all(inset.buffer(2e-4).covers(module) for module in modules)
     assert shapely.area(shapely.union_all(modules)) == pytest.approx(len(layout) * 1.6)
-    near, other = shapely.STRtree(modules).query(modules, "dwithin", distance=GAP - 1e-5)
+    near, other = shapely.STRtree(modules).query(modules, "dwithin", distance=GAP - 2e-4)
     assert (near == other).all()
     assert len(layout) >= max(_count_by_lattice(inset, *size) for size in (SIZE, SIZE[::-1]))
 
