@@ -30,7 +30,7 @@ DOORS = (
     "left_out.check_left_out",
     "left_out.describe_gone",
     "paying.SIDES",
-    "paying.choose_again",
+    "paying.choose_modules",
     "paying.sum_by_hours",
     "paying.supply_curve",
     "power.ANGLE_NODES",

@@ -128,7 +128,7 @@ def compute_energy(
         series=hourly if len(rows) else None,
     )
     # What the user leaves out, or asks for more hours of, loses its modules; its light stays.
-    energy = choose_modules(energy, transfer.surfaces, full_load_hours, system)
+    energy = choose_modules(energy, transfer.surfaces, system)
     energy = state_errors(energy, errors_of_energy(transfer, weather, energy), groups)
     return energy if weather.zone is None else _lay_series(energy, weather.zone)
 

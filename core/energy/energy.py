@@ -50,6 +50,8 @@ class Energy(CountedArea):
     sampling_error: float = np.nan
     sky: str = "isotropic"  # model of the diffuse sky
     series: HourlySeries | None = None  # of the requested surfaces
+    # all modules, where the user's choice takes some off; None: it takes none
+    every: CountedArea | None = None
 
     def kwp_of_hours(self, area):
         """Nominal power by which the hours of whole polygons count, as their modules lie on the

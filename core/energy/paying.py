@@ -5,64 +5,64 @@ The choice acts on modules, their power and sums alone. Groups, light and errors
 surfaces that count.
 """
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 
-from .counted_area import find_counted_area
+from .counted_area import CountedArea
 from .left_out import words_of_surfaces
 
 STEP = 10.0  # [h] between two points of the supply curve
 SIDES = {"facades": ("facade",), "roofs": ("roof", "steep", "flat", "rack")}
 
 
-def choose_modules(counted, surfaces, hours, system):
+def choose_modules(energy, surfaces, system):
     """Take the modules off surfaces with too few hours, and off those that the user leaves out.
+
+    An earlier choice is taken back first; the Energy keeps all modules in `every`.
 
     Parameters
     ----------
-    counted : CountedArea or Energy
-        With the modules of all surfaces that may carry them.
+    energy : Energy
     surfaces : Surfaces
-    hours : numpy.ndarray, (n,)
-        Full load hours of a year, long-term means over the whole of each surface [h].
     system : PvSystem
         Of which `least_hours` and `leave_out` are used.
 
     Returns
     -------
-    CountedArea or Energy
+    Energy
     """
+    if energy.every is not None:
+        energy = replace(energy, every=None, **vars(energy.every))
     if not (system.least_hours or system.leave_out):
-        return counted
+        return energy
     # What is left out, with the user's words on it.
     words = (
         words_of_surfaces(surfaces, system.leave_out)
         if system.leave_out
-        else [None] * len(counted.kwp)
+        else [None] * len(energy.kwp)
     )
     # Hours of modules are those of the area that counts.
-    area, carries = np.asarray(surfaces.area, float), counted.reason == ""
-    own = np.divide(hours * area, counted.counted_area, out=np.zeros(len(area)), where=carries)
+    area, carries = np.asarray(surfaces.area, float), energy.reason == ""
+    hours = np.divide(
+        energy.full_load_hours * area,
+        energy.counted_area,
+        out=np.zeros(len(area)),
+        where=carries,
+    )
     left_out = carries & np.array([word is not None for word in words], bool)
-    few = carries & ~left_out & ~(own >= system.least_hours)
+    few = carries & ~left_out & ~(hours >= system.least_hours)
     changed = {
-        "reason": np.select([left_out, few], ["left-out", "low-hours"], counted.reason),
-        "reason_note": np.where(left_out, [word or "" for word in words], counted.reason_note),
+        "reason": np.select([left_out, few], ["left-out", "low-hours"], energy.reason),
+        "reason_note": np.where(left_out, [word or "" for word in words], energy.reason_note),
     }
     # All that is of modules goes.
     for name in ("module_count", "module_area", "kwp", "area_kwp"):
-        changed[name] = np.where(left_out | few, 0.0, getattr(counted, name))
-    if counted.layout is not None:
-        changed["layout"] = counted.layout.take(~(left_out | few)[counted.layout.surface])
-    return replace(counted, **changed)
-
-
-def choose_again(energy, transfer, system):
-    """An Energy with the modules that another choice leaves; nothing else changes."""
-    counted = find_counted_area(transfer, system)
-    every = replace(energy, **vars(counted))
-    return choose_modules(every, transfer.surfaces, energy.full_load_hours, system)
+        changed[name] = np.where(left_out | few, 0.0, getattr(energy, name))
+    if energy.layout is not None:
+        changed["layout"] = energy.layout.take(~(left_out | few)[energy.layout.surface])
+    every = CountedArea(**{part.name: getattr(energy, part.name) for part in fields(CountedArea)})
+    return replace(energy, every=every, **changed)
 
 
 def sum_by_hours(kind, hours, kwp):

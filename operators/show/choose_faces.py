@@ -21,7 +21,7 @@ def follow_least_hours(settings, context):
     session = Session.of(city)
     if session is None or session.energy is None or session.request is None:
         return
-    from ...core.energy.paying import choose_again
+    from ...core.energy.paying import choose_modules
     from ...core.energy.pv_system import build_system
 
     least = read_properties(settings)["least_hours"]
@@ -29,7 +29,7 @@ def follow_least_hours(settings, context):
         return
     session.request = request = replace(session.request, least_hours=least)
     timed, before = session.timeline, session.energy
-    session.energy = choose_again(before, session.transfer, build_system(request))
+    session.energy = choose_modules(before, session.transfer.surfaces, build_system(request))
     if timed is not None and timed[0] is before:
         session.timeline = session.energy, timed[1]
     write_results(city, ground, session.transfer, session.energy)

@@ -11,7 +11,7 @@ from transfers import unshaded_transfer
 from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.left_out import describe_gone, read_left_out
-from citypv.core.energy.paying import choose_again, sum_by_hours, supply_curve
+from citypv.core.energy.paying import choose_modules, sum_by_hours, supply_curve
 from citypv.core.energy.pv_system import build_system
 from citypv.core.results.read_results import read_results
 from citypv.core.results.write_summary import sum_totals
@@ -129,13 +129,15 @@ def test_hours_are_of_the_open_part_and_what_is_left_out_goes_first():
     assert sum_totals(transfer, energy, system)["dark"]["count"] == 0
     # Another choice from the same hours, back to none.
     system.leave_out.update({"s2": "a gable", "b0": ""})
-    chosen = choose_again(energy, transfer, system)
+    chosen = choose_modules(energy, transfer.surfaces, system)
     assert chosen.reason.tolist() == ["left-out"] * 3 and not chosen.kwp.any()
     assert chosen.reason_note.tolist() == ["", "", "a gable"]
-    every = choose_again(chosen, transfer, build_system(Request()))
+    every = choose_modules(chosen, transfer.surfaces, build_system(Request()))
     assert (every.reason == "").all() and every.kwp[0] == pytest.approx(2 * every.kwp[1])
     # Exactly as many hours as are asked for are enough.
-    at = choose_again(every, transfer, build_system(Request(least_hours=float(hours[2]))))
+    at = choose_modules(
+        every, transfer.surfaces, build_system(Request(least_hours=float(hours[2])))
+    )
     assert at.kwp[2] > 0
 
 
