@@ -14,9 +14,18 @@ import pyproj
 from ..city.polygons import triangulate
 from ..city.site import Site
 from ..city.transform_crs import plane_of
+from ..modules.module_shapes import draw_modules, triangulate_modules
 from ..settings.errors import InputError
 from .read_results import FACE_NUMBERS, FACE_TEXTS, check_columns, count_faces, read_summary
-from .surfaces_file import AGAIN, GIVE_RESULTS, MONTHLY, NAME, check_names, open_surfaces
+from .surfaces_file import (
+    AGAIN,
+    GIVE_RESULTS,
+    MONTHLY,
+    NAME,
+    check_names,
+    open_surfaces,
+    read_layout,
+)
 
 GLOBE = "EPSG:4978"  # x, y and z from the Earth's centre [m]
 
@@ -46,28 +55,33 @@ class _Piece:
     faces: pd.DataFrame  # of `count_faces`
     months: np.ndarray  # (n, 12) [h]
     shapes: Shapes  # of these rows, the corners of a surface one after the other
+    modules: Shapes  # of modules on them, four corners each; none where they are not known
 
     def take(self, mask):
         """The surfaces of a mask, (n,) bool."""
-        shapes = self.shapes.take(np.flatnonzero(mask), len(mask))
-        return _Piece(self.faces[mask], self.months[mask], shapes)
+        rows = np.flatnonzero(mask), len(mask)
+        shapes = self.shapes.take(*rows), self.modules.take(*rows)
+        return _Piece(self.faces[mask], self.months[mask], *shapes)
 
 
 def join_pieces(pieces):
     """One piece of several."""
     faces = pd.concat([piece.faces for piece in pieces], ignore_index=True)
-    months, shapes = (
-        np.concatenate([piece.months for piece in pieces]),
-        [piece.shapes for piece in pieces],
-    )
+    months = np.concatenate([piece.months for piece in pieces])
     rows = np.cumsum([0, *(len(piece.faces) for piece in pieces[:-1])])
-    first = np.cumsum([0, *(len(shape.corners) for shape in shapes[:-1])])
+    shapes = [piece.shapes for piece in pieces], [piece.modules for piece in pieces]
+    return _Piece(faces, months, *(_join_shapes(own, rows) for own in shapes))
+
+
+def _join_shapes(shapes, rows):
+    """Shapes of pieces whose features begin at some rows, together."""
+    first = np.cumsum([0, *(len(one.corners) for one in shapes[:-1])])
     corners = np.concatenate([shape.corners for shape in shapes])
     feature = np.concatenate([shape.feature + row for shape, row in zip(shapes, rows, strict=True)])
     triangles = np.concatenate(
         [shape.triangles + place for shape, place in zip(shapes, first, strict=True)]
     )
-    return _Piece(faces, months, Shapes(corners, feature, triangles))
+    return Shapes(corners, feature, triangles)
 
 
 def frame_of(latitude, longitude):
@@ -141,7 +155,13 @@ def _read_shapes(file, faces, first, site, frame):
     shaped = np.flatnonzero(np.diff(start) > 0)
     triangles, _ = triangulate(points, rings, np.append(start[shaped], start[-1]))
     owner = np.repeat(np.arange(len(faces)), np.diff(rings[start]))
-    return _Piece(faces, file[MONTHLY][rows].astype(float), Shapes(points, owner, triangles))
+    months, shapes = file[MONTHLY][rows].astype(float), Shapes(points, owner, triangles)
+    # Modules on them, where they are known.
+    layout, modules = read_layout(file, first, rows.stop), Shapes(*np.zeros((3, 0, 3)))
+    if layout is not None:
+        corners = _bring_to_frame(draw_modules(layout).reshape(-1, 3), site, frame)
+        modules = Shapes(corners, layout.surface.repeat(4), triangulate_modules(len(layout)))
+    return _Piece(faces, months, shapes, modules)
 
 
 def _bring_to_frame(points, site, frame):

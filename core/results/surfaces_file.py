@@ -88,14 +88,21 @@ def open_surfaces(folder):
         ) from error
 
 
-def read_layout(file):
-    """Modules of a surfaces.nc that is open: ModuleLayout, None where every square metre counts."""
+def read_layout(file, first=0, stop=None):
+    """Modules of some surfaces of a surfaces.nc that is open, by default of all: ModuleLayout, None
+    where every square metre counts. They are numbered from the first of these surfaces.
+    """
     if "module_surface" not in file:
         return None
-    names = ("surface", "corner", "along", "up", "row")
+    owner = np.asarray(file["module_surface"][:], np.int64)  # ascending
+    stop = np.inf if stop is None else stop
+    own = slice(*np.searchsorted(owner, [first, stop]).tolist())
+    edges = {name: np.asarray(file[f"module_{name}"][own], float) for name in ("along", "up")}
     return ModuleLayout(
-        **{name: np.asarray(file[f"module_{name}"][:], float) for name in names[1:4]},
-        **{name: np.asarray(file[f"module_{name}"][:], np.int64) for name in names[::4]},
+        surface=owner[own] - first,
+        corner=np.asarray(file["module_corner"][own], float),
+        row=np.asarray(file["module_row"][own], np.int64),
+        **edges,
     )
 
 

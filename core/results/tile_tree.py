@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .colour_map import MODULES
 from .pack_city import BELOW, find_feet, heights_at
 from .read_pieces import Shapes
 from .write_tile import compose_tile
@@ -62,7 +63,7 @@ def write_square(folder, place, piece, columns, look):
     feet = find_feet(shapes.corners, columns["building"][shapes.feature])
     ground = _lay_ground(low, SIDE, feet)
     middle = np.array([*(low + SIDE / 2), feet[:, 2].min()])
-    box = bound(shapes.corners, ground.corners)
+    box = bound(shapes.corners, ground.corners, piece.modules.corners)
 
     def compose(rows, columns, with_ground):
         values = {key: column[rows] for key, column in columns.items()}
@@ -83,6 +84,15 @@ def write_square(folder, place, piece, columns, look):
         uri = f"{name}_{len(tiles)}.glb"
         (folder / uri).write_bytes(data)
         tiles.append({"boundingVolume": _box_of(box), "geometricError": 0, "content": {"uri": uri}})
+        # Near by it has its modules too: without them it is off by about the size of one.
+        values = {name: columns[name] for name in ("hours", "error", "kwp")}
+        parts = list(_cut_modules(piece, rows, values, middle, look))
+        for number, part in enumerate(parts):
+            own = f"{name}_{len(tiles) - 1}_modules{number}.glb"
+            (folder / own).write_bytes(part)
+            leaf = {"boundingVolume": _box_of(box), "geometricError": 0, "content": {"uri": own}}
+            tiles[-1] |= {"geometricError": 2, "refine": "ADD"}
+            tiles[-1].setdefault("children", []).append(leaf)
     # Roofs without walls are off by the height of the tallest building.
     tall = _tallest(shapes.corners[:, 2], columns["building"][shapes.feature])
     tile = {
@@ -110,6 +120,22 @@ def write_square(folder, place, piece, columns, look):
         (folder / f"{name}_roofs.glb").write_bytes(compose(largest, afar, True))
         tile["content"] = {"uri": f"{name}_roofs.glb"}
     return _Node(tile, box, *_sum_pixels(low, shapes.take(roofs, count), roofs, columns, feet))
+
+
+def _cut_modules(piece, rows, columns, middle, look):
+    """Tiles of the modules on some rows of a piece, each small enough packed: yields bytes."""
+    waiting = [rows]
+    while waiting:
+        rows = waiting.pop()
+        own = piece.modules.take(rows, len(piece.faces))
+        if not len(own.triangles):
+            continue
+        values = {name: column[rows] for name, column in columns.items()}
+        data = compose_tile(own, values, None, middle, colour=MODULES, **look)
+        if len(data) > MOST_BYTES and len(rows) > 1 and len(gzip.compress(data, 6)) > MOST_BYTES:
+            waiting += reversed(np.split(rows, [len(rows) // 2]))
+            continue
+        yield data
 
 
 def _tallest(height, building):

@@ -109,7 +109,13 @@ def write_site(folders, out, *, title="Solar map", attribution="", private=False
         }
         frame, box = _write_tiles(work, store, frame, look=look, private=private)
         total = store.base.execute("SELECT count(*) FROM building").fetchone()[0]
-        header = {"frame": frame.ravel().tolist(), "box": box.round(2).tolist(), "buildings": total}
+        worn = any((work / "tiles").glob("*_modules*.glb"))
+        header = {
+            "modules": worn,
+            "frame": frame.ravel().tolist(),
+            "box": box.round(2).tolist(),
+            "buildings": total,
+        }
         _write_index(work, store, header | view, private)
         _write_page(work, summary, title, attribution)
         # Names of what was written, so that the next run may replace just these.
@@ -223,8 +229,9 @@ def _write_tiles(work, store, frame, *, look, private):
         # A square at the lowest level: its surfaces from the store, with columns as the map wants
         # them.
         piece = join_pieces(store.pieces((int(x + low[0]), int(y + low[1]))))
-        piece.shapes.corners -= origin
-        boxes.append(bound(piece.shapes.corners))
+        for shapes in (piece.shapes, piece.modules):
+            shapes.corners -= origin
+        boxes.append(bound(piece.shapes.corners, piece.modules.corners))
         columns = _tabulate_columns(piece, look["enums"])
         store.describe_buildings(_list_buildings(piece, columns, private))
         if not private:

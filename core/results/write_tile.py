@@ -23,7 +23,7 @@ from .glb import (
 from .viewer_columns import VIEWED
 
 
-def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright):
+def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright, colour=""):
     """Bytes of a GLB.
 
     Parameters
@@ -40,14 +40,19 @@ def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright):
     enums : dict of str to list of str
         Columns of whole numbers that are places in a list of names.
     copyright : str
+    colour : str
+        Of modules, which have one colour; empty for surfaces.
     """
     # A tile of the map in 3D, as a glTF with numbers for each surface. Corners relative to the
     # middle of the tile, with colour and number of the surface that each belongs to.
     buffer, ids = Buffer(), shapes.feature.astype("<f4")
-    colours = _colour_features(columns, level)[shapes.feature]
+    looks = {}
+    if not colour:
+        colours = _colour_features(columns, level)[shapes.feature]
+        looks["COLOR_0"] = buffer.access(colours, UINT8, "VEC4", ARRAY, normalized=True)
     attributes = {
         "POSITION": buffer.place(shapes.corners - middle),
-        "COLOR_0": buffer.access(colours, UINT8, "VEC4", ARRAY, normalized=True),
+        **looks,
         "_FEATURE_ID_0": buffer.access(ids, FLOAT, "SCALAR", ARRAY),
     }
     count = len(columns["hours"])
@@ -68,14 +73,17 @@ def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright):
         "schema": schema,
         "propertyTables": [{"class": "surface", "count": count, "properties": properties}],
     }
+    extras, own = {}, (1, 1, 1)
+    if colour:
+        extras, own = {"modules": True}, linear_light(srgb_colour(colour))
     east, north, up = (float(value) for value in middle)
     document = {
         "asset": {"copyright": copyright} if copyright else {},
         "extensionsUsed": ["EXT_mesh_features", "EXT_structural_metadata", "KHR_materials_unlit"],
         "extensions": {"EXT_structural_metadata": metadata},
-        "nodes": [{"mesh": 0, "translation": [east, up, -north]}],
+        "nodes": [{"mesh": 0, "translation": [east, up, -north], "extras": extras}],
         "meshes": [{"primitives": primitives}],
-        "materials": [plain_material((1, 1, 1)), plain_material(linear_light(srgb_colour(GROUND)))],
+        "materials": [plain_material(own), plain_material(linear_light(srgb_colour(GROUND)))],
     }
     return pack_glb(document, buffer)
 

@@ -13,6 +13,7 @@ let header; // of map.json
 let tiles; // of 3d-tiles-renderer
 let found = []; // rows of the table
 const loaded = new Map(); // of each tile that is loaded: its columns and what is drawn
+const worn = new Map(); // modules of each tile of modules that is loaded
 const known = new Map(); // rows of buildings by their number
 const shards = new Map(); // of the index, as far as they were read
 
@@ -63,11 +64,18 @@ async function addTile({ scene, tile }) {
     if (part.geometry?.getAttribute("_feature_id_0")) mesh = part;
     else if (part.isMesh) part.material.color.set(header.ground);
   });
+  const owner = mesh.geometry.getAttribute("_feature_id_0").array;
+  if (mesh.userData.modules) {
+    const surfaces = Array.from({ length: owner.length / 4 }, (_, k) => owner[4 * k]);
+    worn.set(tile, { mesh: wearModules(mesh), surfaces, columns });
+    paintModules();
+    draw();
+    return;
+  }
   const corners = mesh.geometry.getAttribute("position").count;
   const colours = new THREE.BufferAttribute(new Uint8Array(3 * corners), 3, true);
   mesh.geometry.setAttribute("color", colours);
   mesh.material = new THREE.MeshBasicMaterial(lookOfSurfaces());
-  const owner = mesh.geometry.getAttribute("_feature_id_0").array;
   const record = { columns, mesh, colours, owner, shades: shadesOf(columns) };
   loaded.set(tile, record);
   mesh.userData.record = record;
@@ -106,6 +114,10 @@ function paintPicture(layer, stops, missing) {
   for (const record of loaded.values()) paintTile(record, layer, stops, missing);
 }
 
+function paintModules() {
+  for (const { mesh, surfaces, columns } of worn.values()) fillModules(mesh, surfaces, columns);
+}
+
 // ---- The picture
 
 function buildView() {
@@ -119,7 +131,8 @@ function buildView() {
   started.scene.add(tiles.group);
   started.scene.updateMatrixWorld(true);
   tiles.addEventListener("load-model", addTile);
-  tiles.addEventListener("dispose-model", ({ tile }) => loaded.delete(tile));
+  tiles.addEventListener("dispose-model", ({ tile }) => loaded.delete(tile) || worn.delete(tile));
+  if (header.modules) show("modules-label");
   for (const event of ["needs-update", "tiles-load-end"]) tiles.addEventListener(event, draw);
   const [lower, upper] = [0, 3].map((first) => new THREE.Vector3().fromArray(header.box, first));
   const update = () => {
