@@ -9,6 +9,8 @@
 
 import numpy as np
 
+from ..settings.tolerances import GEOMETRY
+
 
 def merge_pieces(vertices, triangles, surface, offset):
     """Triangles that cover the same points with fewer of them.
@@ -34,24 +36,26 @@ def merge_pieces(vertices, triangles, surface, offset):
     corners = vertices[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(normal, axis=1)
-    # Pieces surface by surface, and their corners: a vertex, where it lies, and whose it is.
     rows = np.flatnonzero((surface >= 0) & (area > 0))
-    rows = rows[np.argsort(surface[rows], kind="stable")]
     if not len(rows):
         return triangles
-    start = np.flatnonzero(np.diff(surface[rows], prepend=-1))
-    owner = np.repeat(np.arange(len(start)), 3 * np.diff(start, append=len(rows)))
-    vertex, place = triangles[rows].ravel(), corners[rows].reshape(-1, 3)
+    # Of each surface its area, where it looks, and how far it may be off; then its corners.
+    own = np.unique(surface[rows], return_inverse=True)[1]
+    total, upwards = np.bincount(own, area[rows]), np.zeros((own.max() + 1, 3))
+    np.add.at(upwards, own, normal[rows])
+    least = np.full(len(total), -np.inf)
+    np.maximum.at(least, own, -offset[rows] / 4)
+    corner_of = np.unique(own[:, None] * len(vertices) + triangles[rows])
+    owner, vertex = np.divmod(corner_of, len(vertices))
+    place, start = vertices[vertex], np.flatnonzero(np.diff(owner, prepend=-1))
 
     def outermost(distance):
         # The first corner of each surface with the largest distance.
-        at = np.flatnonzero(distance == np.maximum.reduceat(distance, 3 * start)[owner])
+        at = np.flatnonzero(distance == np.maximum.reduceat(distance, start)[owner])
         return at[np.searchsorted(owner[at], np.arange(len(start)))]
 
     # Two ends of the longest diagonal, and the corners furthest to its left and to its right.
-    upwards = np.add.reduceat(normal[rows], start)
-    total = np.add.reduceat(area[rows], start)
-    one = outermost(np.linalg.norm(place - place[3 * start][owner], axis=1))
+    one = outermost(np.linalg.norm(place - place[start][owner], axis=1))
     away = place - place[one][owner]
     other = outermost(np.linalg.norm(away, axis=1))
     left = np.cross(upwards, place[other] - place[one])
@@ -61,8 +65,7 @@ def merge_pieces(vertices, triangles, surface, offset):
     halves = quadrangle[:, [[0, 1, 2], [0, 2, 3]]]
     first, second, third = np.moveaxis(place[halves], 2, 0)
     covered = np.linalg.norm(np.cross(second - first, third - first), axis=2)
-    whole = np.abs(covered.sum(axis=1) - total) <= 1e-6 * total
-    least = -np.minimum.reduceat(offset[rows], start) / 4
+    whole = np.abs(covered.sum(axis=1) - total) <= GEOMETRY.tie * total
     turned = quadrangle[:, [1, 2, 3, 0]]
     inwards = np.cross(upwards[:, None], place[turned] - place[quadrangle])
     for corner, normals in [
@@ -71,9 +74,8 @@ def merge_pieces(vertices, triangles, surface, offset):
         *zip(quadrangle.T, np.moveaxis(inwards, 1, 0), strict=True),
     ]:
         inside = ((place - place[corner][owner]) * normals[owner]).sum(axis=1)
-        whole &= np.minimum.reduceat(inside, 3 * start) >= least * np.linalg.norm(normals, axis=1)
+        whole &= np.minimum.reduceat(inside, start) >= least * np.linalg.norm(normals, axis=1)
     kept = area > 0
-    kept[rows[np.repeat(whole, np.diff(start, append=len(rows)))]] = False
-    return np.concatenate(
-        [triangles[kept], vertex[halves[whole][covered[whole] > 1e-6 * total[whole, None]]]]
-    )
+    kept[rows[whole[own]]] = False
+    filled = covered[whole] > GEOMETRY.tie * total[whole, None]
+    return np.concatenate([triangles[kept], vertex[halves[whole][filled]]])

@@ -78,6 +78,15 @@ def test_a_face_with_a_piece_that_is_gone_keeps_its_hole():
     assert len(merged(vertices, pieces, both)) == len(pieces)
 
 
+def test_a_face_may_be_off_by_less_than_its_rays_are():
+    """Bent by 0.1 mm: merged where all its rays start 0.5 mm in front, not where one is nearer."""
+    vertices, pieces = cut_small(SQUARE + np.outer([0, 0, 1e-4, 0], [0, 0, 1]))
+    offset, surface = np.full(len(pieces), 5e-4), np.zeros(len(pieces), int)
+    assert len(merge_pieces(vertices, pieces, surface, offset)) == 2
+    offset[5] = 1e-4
+    assert len(merge_pieces(vertices, pieces, surface, offset)) == len(pieces)
+
+
 def test_shadows_are_those_of_the_rectangle():
     """20,000 points under a rectangle in any position, against the plane and its four edges."""
     vertices, pieces = cut_small(SQUARE @ TURNED.T + PLACE)
