@@ -1,7 +1,6 @@
 """`citypv variant`: an edited city from what is known of the city before, in seconds."""
 
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -160,9 +159,15 @@ def trace_edit(base, before, after, *, request=None, progress=silent, preview=No
     request = request or base.request
     change = study.change_scene(base, before, after, request, progress)
     scene = written_scene(change.scene, change.rows)
-    if scene.surfaces.edge_distance is not None:  # a new building may be at the rim
-        change.scene.surfaces.edge_distance[change.rows] = measure_edge_distance(scene)
-    look = None if preview is None else partial(preview, scene)
+    left = [] if scene.surfaces.edge_distance is None else [change.scene.surfaces.edge_distance]
+
+    def look(*light):
+        """Show the estimate first, and then measure the edge: a new building may be at the rim."""
+        if preview is not None:
+            preview(scene, *light)
+        while left:
+            left.pop()[change.rows] = measure_edge_distance(scene)
+
     return scene, trace_change(base, change, request, progress, look)
 
 

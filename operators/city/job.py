@@ -26,15 +26,17 @@ class Job(threading.Thread):
         Called as work(progress) in the thread.
     stages : dict of str to float, optional
         Stages of the work in their order, with the time that each takes relative to the others.
+    niceness : int
+        Above the window's own.
     """
 
-    def __init__(self, title, work, stages=None):
+    def __init__(self, title, work, stages=None, niceness=NICENESS):
         super().__init__(name=title, daemon=True)
         self.title, self.share = title, 0.0
         self.stage, self.rate, self.left = title, "", ""  # as the panel shows them
         self.result, self.error = None, None
         self.cancelled = self.dropped = False
-        self._work, self._stages = work, stages or {}
+        self._work, self._stages, self._niceness = work, stages or {}, niceness
         self._began, self._before = time.monotonic(), 0.0
         self._stage, self._entered = None, 0.0
 
@@ -82,9 +84,8 @@ class Job(threading.Thread):
         """
         if sys.platform == "linux":
             own = threading.get_native_id()
-            os.setpriority(
-                os.PRIO_PROCESS, own, min(os.getpriority(os.PRIO_PROCESS, own) + NICENESS, LARGEST)
-            )
+            niceness = os.getpriority(os.PRIO_PROCESS, own) + self._niceness
+            os.setpriority(os.PRIO_PROCESS, own, min(niceness, LARGEST))
         try:
             with name_libraries():
                 self.result = self._work(self.progress)

@@ -16,7 +16,7 @@ from ...core.settings.progress import CancelledError, silent
 from ...core.settings.request import declared_settings, option_of
 from .build_meshes import hold_cities, is_held, renew_holders
 from .check_libraries import FAILURES, describe_cure, name_libraries
-from .job import Job
+from .job import NICENESS, Job
 from .session import Session, find_city
 
 # of the command line -> of properties that have another type in the panel; the longer ones first
@@ -105,6 +105,7 @@ class Step:
     _scene = None  # `session_uid` of the scene that the step was started in
     watched = False  # whether there is a window to show what is found so far
     stages = None  # of `Job`; `prepare` sets its task's where they are not always the same
+    niceness = NICENESS  # of `Job`
     kept = ()  # what is shown so far, in words: it stays where the step is cancelled
 
     def is_wanted(self, context):
@@ -155,7 +156,9 @@ class Step:
             return refuse(self, error)
         hold_cities(context.scene, self.bl_label)
         self._scene = context.scene.session_uid
-        self._job = Job(self.bl_label, functools.partial(self.work, task), self.stages)
+        self._job = Job(
+            self.bl_label, functools.partial(self.work, task), self.stages, self.niceness
+        )
         Step.current = self._job
         Step.timer = context.window_manager.event_timer_add(0.05, window=context.window)
         context.window_manager.modal_handler_add(self)

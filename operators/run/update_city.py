@@ -29,6 +29,9 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
 
     bl_idname, bl_label = "citypv.update", "Update"
     bl_options = set()  # it is no step of undo: undo takes back the edit
+    # The user waits for it, while the window draws nothing but its colours: without a graphics card
+    # that would take all of two cores for two of the seconds that it takes.
+    niceness = 0
     stages = {
         "building the scene": 1,
         "what the change reaches": 8,

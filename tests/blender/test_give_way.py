@@ -1,4 +1,4 @@
-"""Steps in the background give way to the window: on Linux by their threads' priority, elsewhere by
+"""Steps in the background give way to the window, all but updates: on Linux by their threads' priority, elsewhere by
 their number.
 """
 
@@ -12,12 +12,17 @@ import pytest
 from citypv.core.settings.threads import usable_threads
 from citypv.operators.city.job import LARGEST, NICENESS, threads_beside_window
 from citypv.operators.city.run_step import Job
+from citypv.operators.run.trace_city import TraceCity
+from citypv.operators.run.update_city import UpdateCity
 
 
 @pytest.mark.skipif(
     sys.platform != "linux", reason="threads have priorities of their own on Linux only"
 )
-def test_a_job_and_its_threads_run_at_a_lower_priority_than_the_window():
+@pytest.mark.parametrize(("step", "lower"), [(TraceCity, NICENESS), (UpdateCity, 0)])
+def test_a_job_and_its_threads_run_at_a_lower_priority_than_the_window(step, lower):
+    """But an update does not, which the user waits for."""
+
     def niceness():
         return os.getpriority(os.PRIO_PROCESS, threading.get_native_id())
 
@@ -25,11 +30,11 @@ def test_a_job_and_its_threads_run_at_a_lower_priority_than_the_window():
         with ThreadPoolExecutor(1) as pool:
             return niceness(), pool.submit(niceness).result()
 
-    before, job = niceness(), Job("Trace light", work)
+    before, job = niceness(), Job(step.bl_label, work, niceness=step.niceness)
     job.start()
     job.join()
     assert job.error is None
-    expected = min(before + NICENESS, LARGEST)
+    expected = min(before + lower, LARGEST)
     assert job.result == (expected, expected)
     assert niceness() == before
 

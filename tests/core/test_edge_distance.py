@@ -10,9 +10,13 @@ from transfers import unshaded_transfer
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.city.edge_distance import measure_edge_distance
+from citypv.core.city.edit_city import CityChange, edit_city
 from citypv.core.results.describe_run import describe_edge
 from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.results.write_summary import measure_edge
+from citypv.core.run import variant
+from citypv.core.settings.request import Request
+from citypv.core.study import make_located_scene, read_year, trace_base
 from citypv.core.sun.sky_grid import sky_grid_suns
 
 
@@ -29,6 +33,37 @@ def rows_of_houses(columns, rows, turn=0.0, gap=0):
     c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
     city.points[:, :2] = city.points[:, :2] @ np.array([[c, s], [-s, c]])
     return build_scene(city, latitude=50, longitude=10)
+
+
+@pytest.mark.slow
+def test_an_edit_at_the_rim_renews_it_and_its_estimate_does_not_wait(monkeypatch):
+    """As in a scene made of the edited city."""
+    request = Request(
+        samples=16, shadow_samples=1, suns="days:1", weather=["clear-sky"], latitude=50, longitude=8
+    )
+    houses = [box(f"{x}-{y}", 30 * x, 30 * y, 10, 8, 0, 6) for x in range(9) for y in range(7)]
+    city = make_city([face for house in houses for face in house])
+    scene, calls = make_located_scene(city, request), []
+    base = trace_base(scene, read_year(scene.site, request), request)
+    new = make_city(box("new", 270, 90, 10, 8, 0, 9))
+    edited = edit_city(city, CityChange(removed=["0-3"], added=(new,)), 0.0)
+
+    def measure(scene):
+        calls.append("edge")
+        return measure_edge_distance(scene)
+
+    monkeypatch.setattr(variant, "measure_edge_distance", measure)
+    _, traced = variant.trace_edit(base, city, edited, preview=lambda *_: calls.append("estimate"))
+    assert calls == ["estimate", "edge"]
+    found = dict(
+        zip(traced.transfer.surfaces.surface_id, traced.transfer.edge_distance, strict=True)
+    )
+    expected = make_located_scene(edited, request).surfaces
+    for name, distance in zip(expected.surface_id, expected.edge_distance, strict=True):
+        assert found[name] == pytest.approx(distance, abs=0.05, nan_ok=True), name
+    before = dict(zip(scene.surfaces.surface_id, scene.surfaces.edge_distance, strict=True))
+    both = found.keys() & before.keys()
+    assert sum(np.nan_to_num(found[name] - before[name]) != 0 for name in both) >= 3
 
 
 def sides_of(scene, turn):
