@@ -75,7 +75,7 @@ def join_pieces(pieces):
 
 def _join_shapes(shapes, rows):
     """Shapes of pieces whose features begin at some rows, together."""
-    first = np.cumsum([0, *(len(one.corners) for one in shapes[:-1])])
+    first = np.cumsum([0, *(len(shape.corners) for shape in shapes[:-1])])
     corners = np.concatenate([shape.corners for shape in shapes])
     feature = np.concatenate([shape.feature + row for shape, row in zip(shapes, rows, strict=True)])
     triangles = np.concatenate(

@@ -386,7 +386,8 @@ def table(head, rows, *, numbers=()):
     lines = ['<div class="wide"><table>']
     if head:
         cells = "".join(
-            f"<th{look}>{escape(text)}</th>" for text, look in zip(head, side, strict=True)
+            f"<th{look}>{escape(text)}</th>" if text else "<td></td>"  # an empty heading is none
+            for text, look in zip(head, side, strict=True)
         )
         lines.append(f"<thead><tr>{cells}</tr></thead>")
     lines.append("<tbody>")

@@ -24,8 +24,11 @@ def show_modules(context):
     """
     city, _ = find_city(context.scene)
     session = Session.of(city)
+    wanted = context.scene.citypv.show_modules
+    if wanted and session is None:  # of a file that was opened, which has them as they were
+        return
     layout = getattr(getattr(session, "energy", None), "layout", None)
-    wanted = context.scene.citypv.show_modules and layout is not None and len(layout) > 0
+    wanted = wanted and layout is not None and len(layout) > 0
     known = find_modules(context.scene)
     shown = [_shown.get(item.session_uid) for item in known if item.parent == city]
     if wanted and len(known) == 1 and shown and shown[0] is layout:

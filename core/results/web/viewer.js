@@ -59,7 +59,7 @@ function format(value, digits, plus = "") {
 function tableRow(tag, texts, firstNumber = 1) {
   const row = make("tr");
   texts.forEach((text, place) => {
-    const cell = make(tag, text);
+    const cell = make(text ? tag : "td", text); // an empty heading is none
     if (place >= firstNumber) cell.className = "number";
     row.append(cell);
   });
