@@ -283,10 +283,12 @@ def _find_twins(scene, order, after, solids, sectors):
     near, asked = np.zeros((2, len(after)), bool)
     # Polygons near the change are asked; those a bit further off may be their twins.
     for box in boxes:
-        near |= ((low - 4 * GEOMETRY.edge <= box[1]) & (high + 4 * GEOMETRY.edge >= box[0])).all(
+        near |= (
+            (low - 4 * GEOMETRY.uneven <= box[1]) & (high + 4 * GEOMETRY.uneven >= box[0])
+        ).all(axis=1)
+        asked |= ((low - GEOMETRY.uneven <= box[1]) & (high + GEOMETRY.uneven >= box[0])).all(
             axis=1
         )
-        asked |= ((low - GEOMETRY.edge <= box[1]) & (high + GEOMETRY.edge >= box[0])).all(axis=1)
     part = local.take(near)
     if not asked.any():
         return

@@ -11,8 +11,7 @@ import shapely
 
 from ..settings.tolerances import GEOMETRY
 from .city import number_names
-from .find_twins import draw_outlines
-from .plan_geometry import find_in_boxes, plant_tree
+from .plan_geometry import draw_outlines, find_in_boxes, plant_tree
 from .polygons import next_in_ring, polygon_bounds
 from .slope_filter import find_standing
 

@@ -6,14 +6,10 @@ counts, else the one in front.
 """
 
 import numpy as np
-import shapely
 
+from ..rays.find_coincident import find_coincident, measure_overlaps
 from ..settings.tolerances import GEOMETRY
-from .plan_geometry import list_runs
-from .polygons import plane_axes, polygon_bounds
-
-# surfaces whose neighbours are looked at together, so that they need little memory
-AT_ONCE = 1 << 14
+from .polygons import triangulate
 
 
 def find_twins(shape, area, normal, wanted, *, twin_share=0.5):
@@ -35,20 +31,11 @@ def find_twins(shape, area, normal, wanted, *, twin_share=0.5):
     order = np.lexsort((np.arange(len(area)), -area))
     rank = np.empty(len(area), np.int64)
     rank[order] = np.arange(len(area))
-    pairs = _find_parallel_pairs(shape, normal, wanted)
-    # the larger one first
-    pairs = np.where((rank[pairs[:, 0]] < rank[pairs[:, 1]])[:, None], pairs, pairs[:, ::-1])
-    slices = [pairs[first : first + AT_ONCE] for first in range(0, max(len(pairs), 1), AT_ONCE)]
-    common, ahead = np.concatenate(
-        [_measure_overlaps(shape, normal, some) for some in slices], axis=1
-    )
+    pairs, common, ahead = _measure_pairs(shape, normal, rank, wanted)
     # [m²] of each behind others, and in the same place as larger ones
     hidden = np.zeros((2, len(area)))
-    pairs_in_common = np.flatnonzero(common)
     # The largest first, so that a surface on a twin does not become a twin for that reason alone.
-    for pair in pairs_in_common[
-        np.lexsort((rank[pairs[pairs_in_common, 1]], rank[pairs[pairs_in_common, 0]]))
-    ]:
+    for pair in np.lexsort((rank[pairs[:, 1]], rank[pairs[:, 0]])):
         large, small = pairs[pair]
         # Closer than by computing alone, neither of two surfaces is in front of the other.
         if ahead[pair] < -GEOMETRY.computed:
@@ -61,79 +48,28 @@ def find_twins(shape, area, normal, wanted, *, twin_share=0.5):
     return wanted & (hidden.sum(axis=0) > twin_share * area)
 
 
-def _find_parallel_pairs(shape, normal, wanted):
-    """Pairs of surfaces that face the same way, overlap by more than an edge, and lie near one
-    plane: (k, 2) int64.
+def _measure_pairs(shape, normal, rank, wanted):
+    """Pairs of surfaces that face the same way and coincide, (k, 2) int64, the one with the lower
+    rank first; how much of them does, (k,) [m²], and how far the first is in front of the second
+    there, (k,) [m].
     """
-    points, ring_start, polygon_start = shape
-    low, high = polygon_bounds(points, ring_start, polygon_start)
-    low, high = low - GEOMETRY.accuracy, high + GEOMETRY.accuracy
-    boxes = shapely.box(*low[:, :2].T, *high[:, :2].T)
-    tree, corner, found = (
-        shapely.STRtree(boxes),
-        points[ring_start[polygon_start[:-1]]],
-        [np.zeros((0, 2), np.int64)],
-    )
-    for first in range(0, len(boxes), AT_ONCE):
-        one, other = tree.query(boxes[first : first + AT_ONCE])
-        one = one + first
-        kept = (one < other) & (wanted[one] | wanted[other])
-        one, other = one[kept], other[kept]
-        kept = (normal[one] * normal[other]).sum(axis=1) > GEOMETRY.facing
-        one, other = one[kept], other[kept]
-        common = np.sort(
-            np.minimum(high[one], high[other]) - np.maximum(low[one], low[other]), axis=1
-        )
-        # Two flat surfaces that coincide somewhere are within the accuracy of each other's planes
-        # there.
-        reach = sum(np.linalg.norm(high[rows] - low[rows], axis=1) for rows in (one, other))
-        turn = np.linalg.norm(np.cross(normal[one], normal[other]), axis=1)
-        apart = np.abs(np.einsum("ij,ij->i", corner[other] - corner[one], normal[one]))
-        near = (common[:, 0] >= 0) & (common[:, 1] > GEOMETRY.edge)
-        near &= apart <= GEOMETRY.accuracy + turn * reach
-        found.append(np.column_stack([one, other])[near])
-    pairs = np.concatenate(found)
-    return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
-
-
-def _measure_overlaps(shape, normal, pairs):
-    """Area [m²] over which the surfaces of each pair coincide within the accuracy, and the mean
-    distance [m] of the first in front of the second there, both (k,)."""
-    points, ring_start, polygon_start = shape
-    large, small = pairs.T
-    origin = points[ring_start[polygon_start[large]]]
-    axes = np.stack(plane_axes(normal[large]), axis=1)  # (k, 2, 3)
-    common = shapely.intersection(
-        *(draw_outlines(shape, index, origin, axes) for index in (large, small))
-    )
-    size = shapely.area(common)
-    corners, pair = shapely.get_coordinates(common, return_index=True)
-    places = origin[pair] + np.einsum("ki,kij->kj", corners, axes[pair])
-    anchor = points[ring_start[polygon_start[small]]]
-    along = np.einsum("ij,ij->i", normal[large], normal[small])
-    ahead = np.einsum("ij,ij->i", places - anchor[pair], normal[small[pair]]) / along[pair]
-    furthest = np.zeros(len(pairs))
-    np.maximum.at(furthest, pair, np.abs(ahead))
-    mean = np.bincount(pair, ahead, len(pairs)) / np.maximum(
-        np.bincount(pair, minlength=len(pairs)), 1
-    )
-    return np.where(furthest <= GEOMETRY.accuracy, size, 0.0), mean
-
-
-def draw_outlines(shape, chosen, origin, axes):
-    """Surfaces with their holes, each projected onto its own axes: (k,) valid shapely
-    geometries.
-    """
-    points, ring_start, polygon_start = shape
-    polygon, ring = list_runs(polygon_start[chosen], np.diff(polygon_start)[chosen])
-    count = np.diff(ring_start)[ring] + 1  # the first point is repeated at the end
-    of_ring, point = list_runs(ring_start[ring], count)
-    starts = np.append(0, np.cumsum(count))
-    point[starts[1:] - 1] = ring_start[ring]
-    pair = polygon[of_ring]
-    projected = np.einsum("kj,kij->ki", points[point] - origin[pair], axes[pair])
-    offsets = starts, np.append(0, np.cumsum(np.diff(polygon_start)[chosen]))
-    outlines = shapely.from_ragged_array(shapely.GeometryType.POLYGON, projected, offsets)
-    broken = ~shapely.is_valid(outlines)
-    outlines[broken] = shapely.make_valid(outlines[broken])
-    return outlines
+    # Triangles of the surfaces that lie in one place.
+    triangles, owner = triangulate(*shape)
+    corners = shape[0][triangles]
+    found = find_coincident(corners, np.full(len(corners), GEOMETRY.accuracy))
+    one = np.repeat(np.arange(len(corners)), np.diff(found.start))
+    large, small = owner[one], owner[found.other]
+    kept = (rank[large] < rank[small]) & (wanted[large] | wanted[small])
+    kept &= (normal[large] * normal[small]).sum(axis=1) > GEOMETRY.facing
+    one, other, large, small = one[kept], found.other[kept], large[kept], small[kept]
+    # What each two have in common, and the height of its middle on the one over the other.
+    middle, share = measure_overlaps(found.places[kept])
+    edges = corners[other, 1:] - corners[other, :1]
+    size = share * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) / 2
+    place = corners[other, 0] + np.einsum("ei,eix->ex", middle, edges)
+    height = np.einsum("ex,ex->e", corners[one, 0] - place, normal[large])
+    # All triangles of two surfaces together.
+    pairs, number = np.unique(np.column_stack([large, small]), axis=0, return_inverse=True)
+    common = np.bincount(number.reshape(-1), size, len(pairs))
+    ahead = np.bincount(number.reshape(-1), size * height, len(pairs))
+    return pairs, common, ahead / np.maximum(common, np.finfo(float).tiny)

@@ -96,3 +96,22 @@ def draw_triangles(corners):
     closed = np.ascontiguousarray(corners[:, [0, 1, 2, 0], :2]).reshape(-1, 2)
     each = np.arange(len(corners) + 1)
     return shapely.from_ragged_array(shapely.GeometryType.POLYGON, closed, (4 * each, each))
+
+
+def draw_outlines(shape, chosen, origin, axes):
+    """Surfaces with their holes, each projected onto its own axes: (k,) valid shapely
+    geometries.
+    """
+    points, ring_start, polygon_start = shape
+    polygon, ring = list_runs(polygon_start[chosen], np.diff(polygon_start)[chosen])
+    count = np.diff(ring_start)[ring] + 1  # the first point is repeated at the end
+    of_ring, point = list_runs(ring_start[ring], count)
+    starts = np.append(0, np.cumsum(count))
+    point[starts[1:] - 1] = ring_start[ring]
+    pair = polygon[of_ring]
+    projected = np.einsum("kj,kij->ki", points[point] - origin[pair], axes[pair])
+    offsets = starts, np.append(0, np.cumsum(np.diff(polygon_start)[chosen]))
+    outlines = shapely.from_ragged_array(shapely.GeometryType.POLYGON, projected, offsets)
+    broken = ~shapely.is_valid(outlines)
+    outlines[broken] = shapely.make_valid(outlines[broken])
+    return outlines

@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 
 from ..city.city import number_names, whole_of_cell
-from ..city.find_twins import draw_outlines
+from ..city.plan_geometry import draw_outlines
 from ..city.polygons import plane_axes
 from ..city.racks import RACK
 from ..settings.tolerances import GEOMETRY

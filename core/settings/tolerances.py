@@ -32,8 +32,6 @@ class Tolerances:
     # Rays start so many spacings of float32 off their face, by the size of its coordinates: at two
     # the first rays get lost.
     spacings: float = 8.0
-    # What touches along less than this does not overlap: an edge, drawn twice within `accuracy`.
-    edge: float = 0.05  # [m]
     # Seams between sheets, humps of roofs and flat shapes up to this are inaccuracy: laser surveys
     # of cities err by so much in height.
     uneven: float = 0.1  # [m]

@@ -10,8 +10,8 @@ from thorough import mark_cases
 
 from citypv.core.commands.plain_scenes import box
 from citypv.core.patches.facing_scene import FacingScene
-from citypv.core.patches.find_coincident import MOST_PAIRS, find_coincident
 from citypv.core.patches.patches import patches_of_scene
+from citypv.core.rays.find_coincident import MOST_PAIRS, find_coincident
 from citypv.core.rays.ray_scene import RayScene
 
 SUNS = suns_towards([[0.3, -0.8, 0.6], [-0.5, 0.6, 0.4], [0.5, 0.7, 0.2]])

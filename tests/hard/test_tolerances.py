@@ -153,7 +153,6 @@ DECIDES = {  # tolerance -> what it decides, and what it is as it stands and hal
     "area": (count_polygons, 0, 1),
     "sliver": (count_triangles, 0, 1),
     "tie": (count_parts, 1, 2),
-    "edge": (lambda: len(twins(SQUARE, level((1, 0), (1.02, 4), 0))), 0, 1),
     "uneven": (count_grounds, 1, 2),
     "cladding": (count_sheets, 0, 1),
     "step": (count_footprints, 1, 0),

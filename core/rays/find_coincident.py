@@ -12,9 +12,9 @@ from functools import partial
 import numpy as np
 from numba import njit
 
-from ..rays.random_numbers import GOLDEN
 from ..settings.threads import map_in_order
 from ..settings.tolerances import GEOMETRY
+from .random_numbers import GOLDEN
 
 MOST_PAIRS = 256  # per triangle; a pair that shares several cells counts in each
 
@@ -313,3 +313,86 @@ def _fill_buckets(members, boxes, size, buckets):
             start[touched[place]] -= 1
             listed[start[touched[place]]] = member
     return start, listed
+
+
+@njit(nogil=True, cache=True)
+def measure_overlaps(places):
+    """What both faces of each pair have in common: its middle in barycentric weights of the other
+    face, (e, 2) float32, and its share of the area of that, (e,) float64.
+
+    The first face is clipped by the edges of the other; the result is convex, so the mean of its
+    corners lies inside.
+
+    Parameters
+    ----------
+    places : (e, 2, 3) float64
+        Of `Coincident`.
+    """
+    middle, share = np.empty((len(places), 2), np.float32), np.zeros(len(places))
+    # A triangle has never more than twice as many corners after each of three cuts.
+    corners, clipped = np.empty((24, 2)), np.empty((24, 2))
+    for entry in range(len(places)):
+        # The first face in the weights of the other, as a triangle of three corners.
+        for axis in range(2):
+            for corner in range(3):
+                corners[corner, axis] = places[entry, axis, 0]
+            corners[1, axis] += places[entry, axis, 1]
+            corners[2, axis] += places[entry, axis, 2]
+        count = places.shape[2]
+        # Clipped by the three edges of the other, it is their overlap, whose middle is the mean of
+        # its corners.
+        for edge in range(3):
+            count = _cut_off(corners, count, edge, clipped)
+            corners, clipped = clipped, corners
+        for axis in range(2):
+            total = 0.0
+            for corner in range(count):
+                total += corners[corner, axis]
+            middle[entry, axis] = total / count if count else 1 / 3
+        # Twice the area in weights, by Gauss's formula, is the share: the whole face has 1/2.
+        for corner in range(count):
+            after = (corner + 1) % count
+            share[entry] += corners[corner, 0] * corners[after, 1]
+            share[entry] -= corners[after, 0] * corners[corner, 1]
+    return middle, np.abs(share)
+
+
+@njit(nogil=True, cache=True, inline="always")
+def _cut_off(corners, count, edge, clipped):
+    """Clip a convex polygon of `count` corners, in barycentric weights, to the inner side of an
+    edge.
+
+    The result is written to `clipped`, and its number of corners returned. Loops over numbers, not
+    slices of arrays, which would take numba ten times as long to compile.
+
+    References
+    ----------
+    Sutherland and Hodgman (1974), doi:10.1145/360767.360802.
+    """
+    kept = 0
+    # Each side of the polygon: keep a corner that is inside, and where the side crosses the edge
+    # add the crossing, by the share of the way there.
+    for corner in range(count):
+        after = (corner + 1) % count
+        inside_here, inside_there = (
+            _inside_of_edge(corners, corner, edge),
+            _inside_of_edge(corners, after, edge),
+        )
+        if inside_here >= 0:
+            for axis in range(2):
+                clipped[kept, axis] = corners[corner, axis]
+            kept += 1
+        if inside_here * inside_there < 0:
+            share = inside_here / (inside_here - inside_there)
+            for axis in range(2):
+                clipped[kept, axis] = corners[corner, axis] + share * (
+                    corners[after, axis] - corners[corner, axis]
+                )
+            kept += 1
+    return kept
+
+
+@njit(nogil=True, cache=True, inline="always")
+def _inside_of_edge(corners, corner, edge):
+    """Barycentric weight of a corner that is 0 on an edge."""
+    return corners[corner, edge] if edge < 2 else 1 - corners[corner, 0] - corners[corner, 1]
