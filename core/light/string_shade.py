@@ -34,8 +34,6 @@ from .taken_parts import find_taken
 DIFFUSE_SHARES = (0.25, 0.5, 0.75)  # d at which losses are kept; at 0 and 1 there are none
 LOSS_STEP = 0.25 / 255  # share of the full power; no string loses more than a quarter of it
 BLOCKS = 3  # of a module, side by side along its short edge
-LONGEST = 20.0  # [m] of a string
-ROWS_OF_ROOF = 3  # of modules, in one string
 
 
 def lay_traced(prepared, context, traced, cramped):
@@ -88,10 +86,10 @@ def empty_losses(shape):
     return np.zeros((*shape, len(DIFFUSE_SHARES)), np.uint8)
 
 
-def number_strings(layout, facade):
+def number_strings(layout, facade, *, rows_of_roof=3, longest=20.0):
     """String that each of m modules belongs to, numbered through by surface: (m,) int64.
 
-    A string is one storey of a facade, or three rows of anything else, and at most 20 m long.
+    A string is one storey of a facade, or some rows of anything else, and not too long.
 
     Parameters
     ----------
@@ -99,8 +97,11 @@ def number_strings(layout, facade):
         Whose rows are storeys on facades.
     facade : (n,) bool
         Which surfaces are facades.
+    rows_of_roof : int
+    longest : float
+        [m]
     """
-    row = np.where(np.asarray(facade)[layout.surface], layout.row, layout.row // ROWS_OF_ROOF)
+    row = np.where(np.asarray(facade)[layout.surface], layout.row, layout.row // rows_of_roof)
     groups, own = np.unique(_number_pairs(layout.surface, row), return_inverse=True)
     # Where modules begin and end along their row; each group is cut into pieces of equal length.
     length = np.linalg.norm(layout.along, axis=1)
@@ -109,7 +110,7 @@ def number_strings(layout, facade):
     np.minimum.at(begin, own, place)
     np.maximum.at(end, own, place + length)
     extent = (end - begin)[own]
-    pieces = np.ceil(extent / LONGEST - 1e-3)
+    pieces = np.ceil(extent / longest - 1e-3)
     piece = np.floor((place + length / 2 - begin[own]) / extent * pieces).astype(int)
     return np.unique(_number_pairs(own, piece), return_inverse=True)[1]
 
@@ -211,6 +212,8 @@ def _find_nearest(middles, bounds, positions, usable, nearest):
             radius[patch] = max(radius[patch], _distance(positions[patch, point], centre[patch]))
     for module in range(len(middles)):
         first, last = bounds[0, module], bounds[1, module]
+        if first == last:
+            continue
         start = first
         for block in range(middles.shape[1]):
             middle, best = middles[module, block], np.float32(np.inf)

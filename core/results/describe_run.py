@@ -125,6 +125,7 @@ def describe_assumptions(summary):
         ("Irradiation in a year", LIGHT.format(**weather)),
         ("Module", " ".join(settings["module"].replace("_", " ").split())),
         ("Mounting", words_of("mounting", settings["mounting"])),
+        ("Strings", words_of("strings", settings.get("strings", "module"))),
         (
             "Losses and inverter",
             behind
