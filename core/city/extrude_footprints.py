@@ -203,7 +203,7 @@ def _draw_outlines(table, names, report):
     order = np.argsort(owner, kind="stable")
     shapes, owner = shapes[order], owner[order]
     # Corners closer than a millimetre are one; what has no area then is left out.
-    shapes = shapely.remove_repeated_points(shapes, 1e-3)
+    shapes = _merge_corners(shapes)
     small = (shapely.area(shapes) <= GEOMETRY.area) | ~shapely.is_valid(shapes)
     report.skip("outline without an area", [names[row] for row in owner[small]], 0.0)
     shapes = shapes[~small]
@@ -214,6 +214,19 @@ def _draw_outlines(table, names, report):
         [names[row] for row in owner[~small][thin]],
     )
     return shapely.orient_polygons(shapes), owner[~small]
+
+
+def _merge_corners(shapes, *, least=1e-3):
+    """Outlines without corners closer than a millimetre to the one before; GEOS refuses rings of
+    which nothing is left, and these stay.
+    """
+    try:
+        return shapely.remove_repeated_points(shapes, least)
+    except shapely.errors.GEOSException:
+        if len(shapes) == 1:
+            return shapes
+    half = len(shapes) // 2
+    return np.concatenate([_merge_corners(shapes[:half]), _merge_corners(shapes[half:])])
 
 
 def _rings_of(shape):

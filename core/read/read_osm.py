@@ -91,7 +91,7 @@ def _read_xml(path, report_share):
                 continue
             tags = {tag.get("k"): tag.get("v") for tag in one.iterchildren("{*}tag")}
             if kind == "way":
-                nodes = [int(node.get("ref")) for node in one.iterchildren("{*}nd")]
+                nodes = array("q", [int(node.get("ref")) for node in one.iterchildren("{*}nd")])
                 elements.ways[number] = nodes, tags
             else:
                 members = [
@@ -99,7 +99,7 @@ def _read_xml(path, report_share):
                     for member in one.iterchildren("{*}member")
                 ]
                 elements.relations.append((number, members, tags))
-        except (TypeError, ValueError) as error:
+        except (TypeError, ValueError, OverflowError) as error:
             raise InputError(
                 path, f"line {one.sourceline}: {kind} without numbers ({error})", CUT
             ) from error
@@ -116,7 +116,7 @@ def _read_json(path, content, report_share):
         for place, member in enumerate(members):
             try:
                 _add_json(member, elements)
-            except (TypeError, ValueError, KeyError, AttributeError) as error:
+            except (TypeError, ValueError, KeyError, AttributeError, OverflowError) as error:
                 words = f"element {place + 1} is not as Overpass writes it ({error})"
                 raise InputError(path, words, CUT) from error
     return elements
@@ -128,7 +128,7 @@ def _add_json(one, elements):
         elements.add_node(number, float(one["lon"]), float(one["lat"]))
     elif kind == "way":
         shape = [[float(at["lon"]), float(at["lat"])] for at in one.get("geometry") or [] if at]
-        elements.ways[number] = shape or list(map(int, one.get("nodes", []))), tags
+        elements.ways[number] = shape or array("q", map(int, one.get("nodes", []))), tags
     elif kind == "relation":
         members = []
         for member in one.get("members", []):
@@ -172,7 +172,7 @@ def _draw(elements, content):
     def line_of(number):
         """Places along a way, (k, 2); None where one is not in the file."""
         nodes, _ = elements.ways.get(number, ([], {}))
-        if nodes and isinstance(nodes[0], list):
+        if isinstance(nodes, list) and nodes:
             return np.array(nodes)
         wanted = np.array(nodes, np.int64)
         rows = np.searchsorted(ids, wanted)
@@ -241,10 +241,13 @@ def _assemble(members, line_of):
     missing.
     """
     lines = [line_of(ref) for kind, ref, _ in members if kind == "way"]
-    if not lines or any(line is None or len(line) < 2 for line in lines):
+    if not lines or any(
+        line is None or len(line) < 2 or not np.isfinite(line).all() for line in lines
+    ):
         return None
     rings = shapely.get_parts(shapely.line_merge(shapely.MultiLineString(lines)))
-    if not shapely.is_closed(rings).all():
+    sizes = shapely.get_num_coordinates(rings)
+    if not shapely.is_closed(rings).all() or (sizes < 4).any():
         return None
     # Rings one inside another are holes and islands by turns, whatever their roles say.
     shapes = shapely.make_valid([shapely.Polygon(ring) for ring in rings])
