@@ -4,6 +4,7 @@ groups.
 
 import numpy as np
 
+from ...core.results.colour_map import choose_range
 from ..city.keys import Key
 
 OF_ENERGY = (
@@ -23,12 +24,19 @@ OF_ENERGY = (
 
 
 def sum_energy(transfer, weather, energy, request):
-    """What `summarise_energy` stores: place of the weather, totals, sums of buildings, power."""
+    """What `summarise_energy` stores: place of the weather, totals, sums of buildings, power, and the
+    scale of the hours of modules.
+    """
     from ...core.energy.pv_system import build_system
     from ...core.results.write_buildings import sum_buildings
     from ...core.results.write_summary import sum_totals
 
+    # The scale is that of all that counts, so that colours mean the same while modules go.
+    area, counted = transfer.surfaces.area, energy.counted_area
+    hours = np.full(len(area), np.nan)
+    np.divide(energy.full_load_hours * area, counted, out=hours, where=counted > 0)
     return {
+        "ends": choose_range(hours, counted),
         "place": weather.describe_distance(transfer.site),
         "whole": sum_totals(transfer, energy, build_system(request)),
         "buildings": sum_buildings(transfer, energy, weather),
@@ -36,7 +44,7 @@ def sum_energy(transfer, weather, energy, request):
     }
 
 
-def summarise_energy(item, weather, energy, *, place, whole, buildings, kwp):
+def summarise_energy(item, weather, energy, *, place, whole, buildings, kwp, ends):
     """Store annual full load hours of each group, totals and the best buildings on the object;
     return a sentence.
 
@@ -54,11 +62,13 @@ def summarise_energy(item, weather, energy, *, place, whole, buildings, kwp):
         Of `core.results.write_buildings.sum_buildings`.
     kwp : (n,) float [kWp]
         Of `Energy.kwp_of_hours`.
+    ends : tuple of two float [h]
+        Of the colours of the hours of modules.
     """
     from ...core.results.read_results import kind_title
 
     # Power of each surface, and those that only have too few hours for modules.
-    item[Key.KWP] = kwp.tolist()
+    item[Key.KWP], item[Key.RANGE + "module_hours"] = kwp.tolist(), ends
     item[Key.FEW] = np.flatnonzero(energy.reason == "low-hours").tolist()
 
     # Totals of all and of each kind, as lines of the panel's table.

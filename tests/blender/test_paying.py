@@ -34,7 +34,9 @@ def test_least_hours_act_at_once(addon, city_file, tmp_path):
     assert addon.attribute == city["citypv_colour_attribute"] == "module_hours"
     shown = read_face_attribute(city.data, "module_hours")
     np.testing.assert_allclose(shown, np.where(pays, hours, np.nan)[surface], rtol=1e-6)
-    colours = colours_of_values(read_scale(city), shown)
+    scale = read_scale(city)
+    assert scale.low < np.nanmin(shown) and scale.high >= np.nanmax(shown)  # of all modules
+    colours = colours_of_values(scale, shown)
     grey = (colours == srgb_colour(MISSING)).all(axis=1)
     assert (grey == ~pays[surface]).all() and 0 < grey.sum() < len(grey)
     # Sums are those of what stays, by hand; the light is what it was.
