@@ -14,6 +14,7 @@ import citypv
 ROOT = Path(citypv.__file__).parent
 
 
+@pytest.mark.slow
 def test_the_stub_is_what_make_stubs_writes():
     done = subprocess.run([sys.executable, ROOT / "tools/make_stubs.py", "--check"], check=False)
     assert done.returncode == 0, "type: make stubs"
