@@ -28,7 +28,7 @@ INNER = {
     "explain_effect",
     "switch_city",
 }
-INNER |= {"drop_albedo", "drop_horizon", "drop_terrain", "drop_weather"}
+INNER |= {"ask_place", "drop_albedo", "drop_horizon", "drop_terrain", "drop_weather"}
 
 
 @pytest.mark.parametrize("preset", ["draft", "standard", "reference"])
