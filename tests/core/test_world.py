@@ -245,7 +245,7 @@ def test_other_suns_than_a_sky_grid_are_refused_with_what_to_run():
         (part, "40 directions"),
         (replace(whole, terrain=TerrainHorizon(np.full(STEPS, 5.0))), "again without --horizon"),
         (replace(whole, bare=whole, leaf_months=(5, 6)), "--leaf-months all"),
-        (flat, "no eligible"),
+        (flat, "no roof or facade with modules"),
     ):
         with pytest.raises(InputError, match=words):
             build_environment("town", "transfer.nc", transfer, SYSTEM)
