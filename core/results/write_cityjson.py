@@ -196,7 +196,8 @@ def _in_degrees(crs):
 
 
 def name_system(crs):
-    """Coordinate reference system as CityJSON requires it, None if it has no EPSG code.
+    """Coordinate reference system as CityJSON requires it, None if it has no EPSG code and is not
+    CRS84.
 
     Of a compound one without a code of its own the horizontal part is named alone where its heights
     are read the same way without their system, else both parts.
@@ -214,6 +215,8 @@ def name_system(crs):
         and plane_of(crs)[1] != plane_of(parts[1])[1]
     ):
         return f"{url}-compound?1={url}/EPSG/0/{parts[1]}&2={url}/EPSG/0/{parts[2]}"
+    if system.to_authority() == ("OGC", "CRS84"):  # of GeoJSON, which EPSG has north first only
+        return f"{url}/OGC/1.3/CRS84"
     number = next((code for code in parts if code is not None), None)
     return None if number is None else f"{url}/EPSG/0/{number}"
 

@@ -62,6 +62,7 @@ def write_geopackage(path, run, progress=silent):
     columns, rows = TABLED, sum_buildings(transfer, energy, weather)
     types = dict.fromkeys(rows, "DOUBLE") | {
         "building_id": "TEXT",
+        **({"height_source": "TEXT"} if "height_source" in rows else {}),
         "surfaces": "INTEGER",
         "eligible": "INTEGER",
     }

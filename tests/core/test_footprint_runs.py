@@ -1,14 +1,19 @@
 """Runs of outlines with heights: tables, report, map and variants."""
 
 import json
+import sqlite3
+from contextlib import closing
 
 import numpy as np
 import pandas as pd
 import pytest
 from footprint_text import feature, square, write_map
+from test_footprints import volume
 
 from citypv.__main__ import main
 from citypv.core.results.read_results import read_results
+from citypv.core.settings.request import Request
+from citypv.core.study import read_buildings
 
 pytestmark = pytest.mark.slow
 
@@ -33,7 +38,7 @@ def folder(tmp_path_factory):
         "5",
         "--out",
         str(folder / "base"),
-        "--editable",
+        *("--editable", "--cityjson", "--geopackage"),
     ]
     assert main([*made, *FEW]) == 0
     return folder
@@ -84,3 +89,18 @@ def test_outlines_are_edited_by_their_ids(folder):
     assert heights["way/4"] == pytest.approx((0, 7), abs=1e-3)
     table = pd.read_csv(folder / "edited" / "buildings.csv").set_index("building_id")
     assert table["height_source"]["way/4"] == "height"
+
+
+def test_what_is_written_in_degrees_is_read_again(folder):
+    """CityJSON names CRS84; the GeoPackage's buildings say what their heights are worth."""
+    city = read_buildings([folder / "base" / "city.city.json"], Request())
+    assert volume(city) == pytest.approx(100 * (8 + 9 + 5), rel=1e-5)
+    with closing(sqlite3.connect(folder / "base" / "city.gpkg")) as file:
+        rows = file.execute(
+            "SELECT building_id, height_source, typeof(height_source) FROM buildings"
+        )
+        assert sorted(rows.fetchall()) == [
+            ("way/1", "height", "text"),
+            ("way/2", "floors", "text"),
+            ("way/3", "default", "text"),
+        ]
