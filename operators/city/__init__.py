@@ -51,6 +51,7 @@ DOORS = (
     "city_design.originals_of",
     "city_design.remember_design",
     "city_design.removed_of",
+    "city_design.taken_parts",
     "declare_settings.AUTO",
     "declare_settings.ELECTRIC",
     "declare_settings.OF_LIGHT",

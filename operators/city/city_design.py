@@ -14,7 +14,7 @@ import bpy
 from ...core.settings.errors import InputError
 from .keys import Key
 from .run_step import redraw_panels
-from .session import Session, find_objects
+from .session import Session
 from .shapes import describe_ground, describe_mesh, describe_object
 from .source_objects import (
     OF_OBJECTS,
@@ -209,21 +209,28 @@ def note_changed(city, touched, before, now):
     return True
 
 
+def taken_parts(cities):
+    """Objects that cities were taken from, seen or not, as far as known: set of `session_uid`."""
+    parts = (_parts.get(city.session_uid) for city in cities)
+    return set().union(*(one.taken for one in parts if one is not None))
+
+
 def _note_arranged(city, parts, before, now):
     """Note on the parts of a city which objects came, went, were renamed, hidden or shown: whether
     that was enough.
     """
-    changed = {uid for uid, _ in before.items() ^ now.items()}
+    changed = {uid for uid, told in now.items() if before.get(uid) != told}
+    there, place = {uid: bpy.data.objects.get(now[uid][0]) for uid in changed}, _place_of(city)
+    changed |= before.keys() - now.keys()
     if not changed:
         return True
-    there, place = find_objects(changed & now.keys()), _place_of(city)
     # What is more than an object of one scene is looked at as a whole: objects of CityPV,
     # instances, buildings of files, and names that two of them have.
     special = Key.PART, Key.BUILDING_ID
     if (
         parts.results is None
         or len(city.users_scene) > 1
-        or len(there) < len(changed & now.keys())
+        or any(item is None or item.session_uid != uid for uid, item in there.items())
         or any(item.instance_collection for item in there.values())
         or any(key in item for item in there.values() for key in special)
     ):

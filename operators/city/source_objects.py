@@ -153,7 +153,7 @@ def join_city(city, item):
         item[Key.OWNER] = city[Key.IDENTITY]
 
 
-def arrangement_of(scene, cities):
+def arrangement_of(scene, cities, taken=frozenset()):
     """What of a Blender scene may change which objects its cities consist of, and is not told by
     itself.
 
@@ -162,11 +162,13 @@ def arrangement_of(scene, cities):
     scene : bpy.types.Scene
     cities : list of bpy.types.Object
         Of the scene.
+    taken : set of int
+        `session_uid` of objects that a city was taken from, as far as known: they are part of it.
 
     Returns
     -------
     dict
-        `session_uid` of each object -> its name, whether it is seen, which city it is part of, and
+        `session_uid` of each object -> its name, whether it is seen, which city it joined, and
         whether it is in a collection that one takes from. Equal ones mean that nothing came, went,
         was renamed, hidden or shown.
     """
@@ -174,12 +176,15 @@ def arrangement_of(scene, cities):
     groups = [scene.collection.children.get(COLLECTION)]
     groups += [city.get(Key.TAKEN_FROM) for city in cities]
     joined = set().union(*(group.all_objects.keys() for group in filter(None, groups)))
-    names = scene.objects.keys()
+    names, uids = scene.objects.keys(), [item.session_uid for item in items]
     told = zip(
         names,
         [item.visible_get(view_layer=layer) for item in items],
-        [item.get(Key.OWNER) for item in items],
+        [
+            None if uid in taken else item.get(Key.OWNER)
+            for uid, item in zip(uids, items, strict=True)
+        ],
         [name in joined for name in names],
         strict=True,
     )
-    return dict(zip([item.session_uid for item in items], told, strict=True))
+    return dict(zip(uids, told, strict=True))

@@ -53,10 +53,8 @@ def _follow_edits(scene, graph):
         # Where an object comes, goes, is hidden, renamed or selected, the scene or more than a
         # place and a shape is updated. It is not told which, and selecting changes nothing.
         told = not graph.id_type_updated("SCENE") and len(updates) == len(graph.updates)
-        now = before if told else source_objects.arrangement_of(scene, cities)
-        came = (
-            session.find_objects(now.keys() - before.keys()).values() if now is not before else ()
-        )
+        now = before if told else _arrange(scene, cities)
+        came = [bpy.data.objects.get(now[uid][0], {}) for uid in now.keys() - before.keys()]
         known = not any(item.get(Key.PART) == "city" for item in came)
         if known and all([city_design.note_changed(city, touched, before, now) for city in cities]):
             _arranged[scene.session_uid] = names, now
@@ -74,7 +72,12 @@ def _follow_edits(scene, graph):
             city, own=bool(touched & {city, city.data, ground, ground and ground.data})
         )
     names = [city.name for city in cities]
-    _arranged[scene.session_uid] = names, source_objects.arrangement_of(scene, cities)
+    _arranged[scene.session_uid] = names, _arrange(scene, cities)
+
+
+def _arrange(scene, cities):
+    """`arrangement_of` a scene, by what is known of its cities: dict."""
+    return source_objects.arrangement_of(scene, cities, city_design.taken_parts(cities))
 
 
 def remove_left_grounds():
