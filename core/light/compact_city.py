@@ -15,7 +15,6 @@ from .editable_city import EditableCity, prepare_decided
 from .form_factors import FormFactors, Rows
 from .shadow_points import KnownPoints
 from .solve_suns import prepare_suns
-from .string_shade import lay_traced
 from .trace_all import prepare_gather
 from .trace_gather import TracedCity, TracedState
 
@@ -60,13 +59,12 @@ def compact_city(base):
         }
         matrices = {
             name: _rows_of(getattr(one.direct, name), rows)
-            for name in ("visible_share", "reflected")
+            for name in ("visible_share", "reflected", "string_loss")
         }
         direct = replace(
             one.direct, annual=_take(one.direct.annual, kept), specular=0.0, **matrices
         )
         states.append(TracedState(traced, lights, direct, one.transfer.take(rows)))
-    context.layout = lay_traced(prepared, context, states[0].traced, old.cramped[kept])
     # The suns, and what their rays met, likewise.
     task = prepare_suns(
         context,

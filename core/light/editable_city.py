@@ -15,7 +15,6 @@ from .measure_cover import choose_left_out
 from .prepare_scene import prepare_scene
 from .shadow_points import find_points
 from .solve_suns import prepare_suns
-from .string_shade import lay_traced
 from .trace_all import prepare_gather
 from .trace_gather import TracedCity, TracedState, trace_light
 
@@ -159,7 +158,6 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
     context.left_out = choose_left_out(
         prepared.scene, context.patch_to_surface, request, kept["cramped"]
     )
-    context.layout = lay_traced(prepared, context, states[0]["traced"], kept["cramped"])
     suns = without_hidden(decisions.suns, prepared.plan.terrain)
     task = prepare_suns(context, [state["traced"] for state in states], suns)
     task.bits, watch = kept["bits"], task.watch

@@ -51,7 +51,7 @@ def with_reflections(base, bounces, progress=silent):
     # Another number of reflections, everything else as traced.
     old, clock = base.city, Clock()
     prepared = replace(old.prepared, bounces=bounces)
-    context = replace(old.context, bounces=bounces, progress=progress)
+    context = replace(old.context, bounces=bounces, progress=progress, layout=None)
     task = replace(
         old.task, progress=SunProgress(progress, len(old.task.suns), int(context.reflections))
     )
@@ -62,6 +62,8 @@ def with_reflections(base, bounces, progress=silent):
         solve_skies(context, one, hook, clock) for one, hook in zip(traced, hooks, strict=True)
     ]
     direct = solve_known_suns(context, traced, task, hooks)
+    for light, state in zip(direct, old.states, strict=True):
+        light.string_loss = state.direct.string_loss  # of shadows alone
     clock.lap("suns")
     city, record = TracedCity(prepared, context, task, [], old.cramped), old.transfer.record
     common = trace_statistics(context, (traced[0].ray_count, record.shadow_rays), clock, 0.0) | {

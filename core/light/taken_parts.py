@@ -83,19 +83,28 @@ def outline_taken(scene, covered, cramped, shares, *, most=0.5):
             parts[:, column] = parts[:, column - 1]
             continue
         before = cells
-        # Whole patches as one triangle, else a triangle for each cell; then one shape a surface,
-        # corners rounded so that neighbouring cells join.
-        whole = cells.all(axis=1)
-        patch, cell = np.nonzero(cells & ~whole[:, None])
+        # A triangle for each cell, its corners rounded so that neighbours share them; then one shape
+        # a surface.
+        patch, cell = np.nonzero(cells)
         places = np.einsum("mcw,mwj->mcj", weights[cell], corners[patch])
-        triangles = np.concatenate([corners[whole], places])
-        of_triangle = np.concatenate([surface[whole], surface[patch]])
-        order = np.argsort(of_triangle, kind="stable")
-        names, first = np.unique(of_triangle[order], return_index=True)
-        shapes = np.split(shapely.polygons(triangles[order]), first[1:]) if len(names) else []
+        triangles = shapely.polygons(GEOMETRY.corner * np.rint(places / GEOMETRY.corner))
+        kept = np.flatnonzero(shapely.area(triangles) > 0)
+        kept = kept[np.argsort(surface[patch[kept]], kind="stable")]
+        names, first = np.unique(surface[patch[kept]], return_index=True)
+        shapes = np.split(triangles[kept], first[1:]) if len(names) else []
         for name, own in zip(names, shapes, strict=True):
-            parts[name, column] = shapely.union_all(own, grid_size=GEOMETRY.corner)
+            parts[name, column] = _join_cells(own)
     return parts
+
+
+def _join_cells(triangles):
+    """Union of triangles, by the edges that they share; where some overlap, as on a bent surface,
+    by all crossings.
+    """
+    joined, area = shapely.coverage_union_all(triangles), shapely.area(triangles).sum()
+    if shapely.is_valid(joined) and abs(shapely.area(joined) - area) <= GEOMETRY.tie * area:
+        return joined
+    return shapely.union_all(triangles, grid_size=GEOMETRY.corner)
 
 
 def rings_of_parts(parts):
