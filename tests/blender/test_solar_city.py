@@ -65,7 +65,7 @@ def test_one_button_does_what_the_steps_do(quick, city_file):
     )  # of numbers without decimals
     assert mwh == pytest.approx(kwp * mean / 1000, rel=0.02)
     expected = np.average(
-        energy.full_load_hours[energy.eligible], weights=energy.counted_area[energy.eligible]
+        energy.full_load_hours[energy.eligible], weights=energy.kwp[energy.eligible]
     )
     assert mean == pytest.approx(expected, rel=0.01)
     assert (
@@ -92,7 +92,9 @@ def test_several_years_have_a_line_for_half_and_for_nine_in_ten_of_them(quick, c
     system = build_system(session.request)
     whole = sum_totals(session.transfer, energy, system)
     buildings = sum_buildings(session.transfer, energy, session.weather)
-    summarise_energy(city, session.weather, energy, place="", whole=whole, buildings=buildings)
+    told = {"kwp": energy.kwp_of_hours(session.transfer.surfaces.area), "ends": (0.0, 1000.0)}
+    told |= {"place": "", "whole": whole, "buildings": buildings}
+    summarise_energy(city, session.weather, energy, **told)
     mwh = whole["mwh_per_year"]
     assert city["citypv_totals"][-2:] == [
         f"P50 of 2 years|–|{mwh:,.0f}|–",
