@@ -235,7 +235,7 @@ def _rings_of(shape):
 
 def _find_singles(shapes, owner, heights, names, report):
     """All but outlines that are drawn twice at the same heights: (k,) bool."""
-    # The same shape to a millimetre, wherever its ring begins.
+    # Shapes count as equal to a millimetre, wherever their rings begin.
     bottom, top = heights
     keys = shapely.to_wkb(shapely.normalize(shapely.set_precision(shapes, 1e-3, mode="pointwise")))
     seen, kept = set(), np.ones(len(shapes), bool)

@@ -184,7 +184,7 @@ def _wall(start, end, borders, fields, solid):
     )
     places = start + along[:, None] * edge
     tops = np.full(len(places), -np.inf)
-    # Where fields meet they have one height: that of the field around the place.
+    # Where fields meet they have one height: the field around the place tells it.
     for cell, slope in fields:
         near = shapely.distance(shapely.points(places), cell) < 1e-6
         tops[near] = np.maximum(

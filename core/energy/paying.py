@@ -1,7 +1,7 @@
 """Which of the surfaces that may carry modules do: those with enough full load hours that the user
 did not leave out; and the supply curve, what is left above each number of hours.
 
-The choice acts on modules, their power and sums alone. Groups, light and errors stay those of all
+The choice acts on modules, their power and sums alone. Groups, light and errors hold for all
 surfaces that count.
 """
 
@@ -42,7 +42,7 @@ def choose_modules(energy, surfaces, system):
         if system.leave_out
         else [None] * len(energy.kwp)
     )
-    # Hours of modules are those of the area that counts.
+    # Modules have the hours of the area that counts.
     area, carries = np.asarray(surfaces.area, float), energy.reason == ""
     hours = np.divide(
         energy.full_load_hours * area,

@@ -12,7 +12,7 @@ from ..light.string_shade import LOSS_STEP
 
 
 def kept_by_strings(losses, hours, direct, diffuse, projection):
-    """Power of strings over that of modules that have a maximum power point each.
+    """Power of strings over the power of modules with a maximum power point each.
 
     Parameters
     ----------

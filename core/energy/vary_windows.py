@@ -10,7 +10,7 @@ from ..modules.lay_city import lay_city
 
 
 def vary_windows(transfer, energy, system, *, bands=(1.0, 1.8)):
-    """Power and energy with bands of windows of 1.0 and of 1.8 m in place of those of the run.
+    """Power and energy with windows 1.0 and 1.8 m high in place of the run's own.
 
     Parameters
     ----------

@@ -3,7 +3,7 @@
 A module is three blocks of cells, each with a bypass diode. Of the B blocks of a string N see no
 sun. Either these are bypassed, or all blocks carry the current of the dark ones:
 
-    f(d) = max(1 - N/B, d)        power over that of the string without shade, where diffuse and
+    f(d) = max(1 - N/B, d)        power over the unshaded string's, where diffuse and
                                   reflected light make the share d of all light
     m(d) = (1 - N/B) (1 - d) + d  the same, if each block gave all that its own light is worth
     m - f = min(N/B d, (1 - N/B)(1 - d))

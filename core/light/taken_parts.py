@@ -57,7 +57,7 @@ def outline_taken(scene, covered, cramped, shares, *, most=0.5):
     shares : array, (n, k) float
         Share of each surface that is taken.
     most : float
-        Surfaces of which more is taken carry no modules, and have no shapes.
+        Surfaces that have more taken carry no modules, and have no shapes.
 
     Returns
     -------

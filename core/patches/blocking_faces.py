@@ -22,7 +22,7 @@ def merge_pieces(vertices, triangles, surface, offset):
     ----------
     vertices : (v, 3) float64 [m]
     triangles : (t, 3) int
-        Those without area block nothing.
+        Triangles without area block nothing.
     surface : (t,) int
         Of each triangle, -1 for none.
     offset : (t,) float [m]

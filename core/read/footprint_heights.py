@@ -314,8 +314,8 @@ def _in_metres(values, unit):
 
 
 def _unit_of(name, values, floors, hints, content):
-    """Unit of an attribute of length: as the user says, as its name ends, as its floors tell, that of
-    the system of the file if it is in feet, else metres.
+    """Unit of an attribute of length: as the user says, as its name ends, as its floors tell, feet
+    where the system of the file has them, else metres.
     """
     if hints.unit != "auto":
         return hints.unit

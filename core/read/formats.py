@@ -18,7 +18,7 @@ class Format(NamedTuple):
     suffixes: tuple  # in lower case, with dots
     reader: str = ""  # of `read_city.READERS`; "" if it is not read
     marks: tuple = ()  # bytes that files begin with, after white space
-    words: tuple = ()  # of which one stands in the first 64 KB, where other formats begin alike
+    words: tuple = ()  # one stands in the first 64 KB, where other formats begin alike
     cure: str = ""  # what to do with a file that is not read
     dropped: tuple = ()  # suffixes that Blender offers to us when a file is dropped
 

@@ -1,4 +1,4 @@
-"""NetCDF files without the NetCDF library: open those of others, of HDF5 or of the classic format,
+"""NetCDF files without the NetCDF library: open files of others, of HDF5 or of the classic format,
 and write and read our own, which keep an error until HDF5 has closed them.
 """
 

@@ -189,7 +189,7 @@ def describe_windows(summary):
 def describe_strings(totals):
     """What strings of modules lose in shade, counted or not: a sentence.
 
-    `totals` are those of summary.json, of an older version too.
+    `totals` come from summary.json, of an older version too.
     """
     lost = totals.get("string_shade")
     if lost is None or lost["percent"] is None:

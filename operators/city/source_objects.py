@@ -139,7 +139,7 @@ def list_seen(city, members=None):
 
 
 def groups_of(city):
-    """Collections of which all objects are part of a city: list of bpy.types.Collection.
+    """Collections whose objects are all part of a city: list of bpy.types.Collection.
 
     Of a city of files it is the collection CityPV, of a city of meshes the one it was taken from.
     """

@@ -20,7 +20,7 @@ def follow_modules(settings, context):
 
 def show_modules(context):
     """Show the modules of the city that is seen, where they are known and asked for; else remove
-    what shows those of another.
+    the modules of another.
     """
     city, _ = find_city(context.scene)
     session = Session.of(city)

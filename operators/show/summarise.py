@@ -31,7 +31,7 @@ def sum_energy(transfer, weather, energy, request):
     from ...core.results.write_buildings import sum_buildings
     from ...core.results.write_summary import sum_totals
 
-    # The scale is that of all that counts, so that colours mean the same while modules go.
+    # The scale spans all that counts, so that colours mean the same while modules go.
     area, counted = transfer.surfaces.area, energy.counted_area
     hours = np.full(len(area), np.nan)
     np.divide(energy.full_load_hours * area, counted, out=hours, where=counted > 0)
