@@ -155,7 +155,6 @@ def spread_points(foot_places, footprints, lattice):
 
 
 DEFAULT_PATCH = 10.0  # [m]
-SPREAD, TRIANGULATED = 0.45, 0.8  # shares of the time that are over then
 SHORTEST_REACH = 30.0  # [m]
 
 
@@ -223,13 +222,14 @@ def build_ground(
     # Points of the open ground, at heights interpolated between the feet.
     free = spread_points(foot_points[:, :2], feet.footprints, lattice)
     free = _interpolate_heights(foot_points, free, lattice)
-    report_share(SPREAD)
-    triangulate_part = partial(report_part, report_share, SPREAD, TRIANGULATED)
+    spread, triangulated = 0.45, 0.8  # shares of the time that are over then
+    report_share(spread)
+    triangulate_part = partial(report_part, report_share, spread, triangulated)
     # Triangles through both; those that lie under buildings alone go, as footprints take their
     # place.
     vertices, triangles = triangulate_feet(lines, foot_points, edges, free, triangulate_part)
     triangles = faces_up(vertices, triangles)
-    report_share(TRIANGULATED)
+    report_share(triangulated)
     between = np.flatnonzero((triangles >= len(free)).all(axis=1))  # free places are outside
     triangles = np.delete(
         triangles, between[under_buildings(vertices, triangles[between], feet.footprints)], axis=0

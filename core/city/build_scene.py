@@ -26,7 +26,6 @@ from .split_edges import refine_triangles
 from .terrain import Terrain
 
 DRAWN_TWICE = "lies on a surface that faces the same way, counted once"
-CUT, GROUNDED = 0.27, 0.65  # shares of the time that are over then
 
 
 @dataclass(frozen=True)
@@ -136,13 +135,14 @@ def build_scene(
     # Ground under it, with trees; footprints that hang and faces without thickness get light from
     # both sides.
     placed = PlacedCity(city, points, surfaces, under, site)
-    report_share(CUT)
-    lay_part = partial(report_part, report_share, CUT, GROUNDED)
+    cut, grounded = 0.27, 0.65  # shares of the time that are over then
+    report_share(cut)
+    lay_part = partial(report_part, report_share, cut, grounded)
     scene, floating = lay_ground(scene, placed, ground, options, patch_size, report_share=lay_part)
-    report_share(GROUNDED)
+    report_share(grounded)
     scene.trees = build_crowns(city.trees, report, site.from_files)
     scene.footprint &= ~find_hanging(scene, floating)
-    scene.sheet = find_sheets(scene, partial(report_part, report_share, GROUNDED, 1.0))
+    scene.sheet = find_sheets(scene, partial(report_part, report_share, grounded, 1.0))
     _note_sheets(scene)
     report_share(1.0)
     return scene

@@ -12,8 +12,6 @@ from ..settings.errors import count_of
 from .closed_form import find_unobstructed
 from .effect import Effect
 
-SKY, SHADOW = "sky-rays", "shadow-rays"
-
 
 def decide_rays(inputs, key):
     """Rays to the sky or to the suns: on where something can stand in the way of them."""
@@ -23,14 +21,14 @@ def decide_rays(inputs, key):
     forward = inputs.request.estimator == "forward"
     if asked is not None or forward:
         free = np.full(count, not (asked or forward))
-    elif key == SKY or inputs.asked(SKY) is not None:
+    elif key == "sky-rays" or inputs.asked("sky-rays") is not None:
         vertices, foliage = inputs.scene.vertices, plan.foliage
         crowns = vertices[:0] if foliage is None else foliage.crowns.vertices
         free = find_unobstructed(inputs.patches, np.concatenate([vertices, crowns]))
     else:
         free = plan.unobstructed
     # Rays to the sky or to the suns are spared on these.
-    if key == SKY:
+    if key == "sky-rays":
         plan.unobstructed, to, seen = free, "", "surface is seen"
     else:
         plan.open_to_suns, plan.suns_behind = free, bool(asked) and not forward

@@ -29,8 +29,6 @@ from .trace_hemisphere import trace_rows
 from .traced import SKY_DOME, RayCity, Traced
 
 STAGE = "sky and reflections"
-# [m²] in which areas are added, as whole numbers: in any order they give the same sum
-SMALLEST_AREA = 2.0**-20
 
 
 @dataclass(kw_only=True)
