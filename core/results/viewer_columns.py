@@ -65,7 +65,6 @@ VIEWED = (
         "number of modules",
         source="module_count",
         title="Modules",
-        digits=1,
         mounted=True,
     ),
     _Viewed(

@@ -94,13 +94,14 @@ def make_variant(base_folder, folder, change, *, output=None, log=None):
             request = replace(request, albedo_file=path)
         scene, edited = trace_edit(base, kept.city, city, request=request, progress=log.progress)
         log.clock.lap("trace")
-        if gone := describe_gone(scene.surfaces, request.leave_out):
+        gone = describe_gone(scene.surfaces, request.leave_out)
+        if gone:
             log.write(gone)
         # Files are named as they were given, and the choice of suns is the base's.
         named = replace(request, **kept.names)
         changes = {"request": named.as_dict(), "sun_sampling": base.transfer.record.sun_sampling}
         transfer = replace(edited.transfer, record=replace(edited.transfer.record, **changes))
-        told = {"base_crc32": mark_of(base_folder)}
+        told = {"base_crc32": mark_of(base_folder)} | ({"note": gone} if gone else {})
         if edited.before is not None:
             # What the edit changes is told against the base with as much light as the edited city
             # asks for.

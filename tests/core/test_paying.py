@@ -6,11 +6,11 @@ import json
 import numpy as np
 import pytest
 from small_city import FAST, house, write_gml
-from transfers import unshaded_transfer
+from transfers import make_surfaces, unshaded_transfer
 
 from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.energy.left_out import describe_gone, read_left_out
+from citypv.core.energy.left_out import describe_gone, read_left_out, words_of_surfaces
 from citypv.core.energy.paying import choose_modules, sum_by_hours, supply_curve
 from citypv.core.energy.pv_system import build_system
 from citypv.core.results.read_results import read_results
@@ -175,6 +175,15 @@ def test_a_list_of_ids_is_read_or_refused_by_its_line(tmp_path):
         build_system(Request(leave_out=str(tmp_path / "none.csv")))
 
 
+def test_a_face_has_its_own_words_before_those_of_its_polygon_and_its_building():
+    surfaces = make_surfaces([90] * 9, [180] * 9)  # seven on the first building
+    surfaces.surface_id[:4] = ["wall#0", "wall#1", "roof", "wall#x"]
+    found = words_of_surfaces(
+        surfaces, {"wall": "cells", "wall#1": "own", "b0": "house", "b": "no"}
+    )
+    assert found == ["cells", "own", *["house"] * 5, None, None]
+
+
 @pytest.mark.slow
 def test_refused_before_anything_is_traced(city, small_results, tmp_path, refused):
     path = write_list(tmp_path / "list.csv", "id,words\nnobody,\n")
@@ -206,6 +215,7 @@ def test_an_edit_keeps_the_choice_and_names_what_it_removed(tmp_path, capfd):
     rows = read_rows(tmp_path / "edited")
     assert {row["reason_note"] for row in rows if row["reason"] == "left-out"} == {"protected"}
     summary = json.loads((tmp_path / "edited" / "summary.json").read_text("utf-8"))
+    assert summary["variant"]["note"].endswith("not in this city any more: b")
     assert summary["settings"]["leave_out"] == path
     assert summary["settings"]["least_hours"] == 300 and summary["totals"]["kwp"] == 0
     write_list(tmp_path / "list.csv", "id,words\na,protected\nb,ours\n")
