@@ -251,7 +251,7 @@ def _find_singles(shapes, owner, heights, names, report):
 
 
 def _note_overlaps(shapes, owner, heights, names, report):
-    """Tell of outlines that lie on those of other buildings at the same height."""
+    """Tell of outlines that lie on outlines of other buildings at the same height."""
     one, other = shapely.STRtree(shapes).query(shapes, "intersects")
     apart = one < other
     one, other = one[apart], other[apart]
