@@ -108,17 +108,19 @@ def read_buildings(paths, request, progress=silent):
         A file cannot be used.
     """
     like = place_of_results(request.site_of)[0] if request.site_of else None
-    hints = PlaceHints(request.axes, request.latitude, request.longitude, is_land, like)
-    how = {"unit": request.unit, "up": request.up, "orient": request.orient, "hints": hints}
-    how["heights"] = HeightHints(
-        request.height, request.default_height, request.unit, request.terrain is not None
-    )
-    how["find_ground"] = None
+    find_ground = None
     if request.terrain:
         # Outlines are extruded on the terrain.
-        how["find_ground"] = lambda city: ground_of_terrain(
-            read_terrain(request.terrain, city, *conventions_of(city, request))
-        )
+        def find_ground(city):
+            terrain = read_terrain(request.terrain, city, *conventions_of(city, request))
+            return ground_of_terrain(terrain)
+
+    place = request.axes, request.latitude, request.longitude, is_land, like
+    heights = HeightHints(
+        request.height, request.default_height, request.unit, find_ground is not None
+    )
+    hints = PlaceHints(*place, find_ground=find_ground, heights=heights)
+    how = {"unit": request.unit, "up": request.up, "orient": request.orient, "hints": hints}
     return read_city(paths, lod=request.lod, progress=progress, **how)
 
 

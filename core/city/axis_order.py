@@ -35,6 +35,10 @@ class PlaceHints:
     is_land: object = None
     # City or Site in whose system, order and plane the files are; None: as they say
     like: object = None
+    # callable of a City of outlines that stand at 0: what tells the ground under places, as of
+    # `extrude_footprints`; None: as their files say
+    find_ground: object = None
+    heights: object = None  # read.footprint_heights.HeightHints, of outlines
 
 
 @dataclass(frozen=True)

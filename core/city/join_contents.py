@@ -23,16 +23,7 @@ OFF_GROUND = (
 JOINING = "joining polygons"  # name of the stage
 
 
-def join_contents(
-    contents,
-    lod=None,
-    unit="m",
-    *,
-    orient="auto",
-    progress=silent,
-    hints=None,
-    find_ground=None,
-):
+def join_contents(contents, lod=None, unit="m", *, orient="auto", progress=silent, hints=None):
     """One City from the contents of files.
 
     Parameters
@@ -47,8 +38,6 @@ def join_contents(
         See `core.settings.progress`.
     hints : PlaceHints, optional
         What the user tells of the place.
-    find_ground : callable, optional
-        Of a City of footprints that stand at 0: what `extrude_footprints` takes as `ground_height`.
 
     Returns
     -------
@@ -102,7 +91,7 @@ def join_contents(
     solid = [content for content in contents if content.footprints is None]
     city = assemble_city(solid, grid.crs, lod, orient, report_share) if solid else None
     if flat:
-        extruded = _extrude(flat, grid, find_ground)
+        extruded = _extrude(flat, grid, hints.find_ground)
         city = extruded if city is None else _join_with_report(city, extruded)
         report_share(1.0)
     city.report.unit, city.report.up = (

@@ -35,18 +35,7 @@ READERS = {
 READING = "reading files"  # name of the stage
 
 
-def read_city(
-    paths,
-    lod=None,
-    unit="m",
-    up="z",
-    *,
-    orient="auto",
-    progress=silent,
-    hints=None,
-    heights=None,
-    find_ground=None,
-):
+def read_city(paths, lod=None, unit="m", up="z", *, orient="auto", progress=silent, hints=None):
     """Read files and folders of buildings into one City.
 
     Parameters
@@ -66,11 +55,7 @@ def read_city(
         See `core.settings.progress`: bytes of the files, then polygons joined. If cancelled,
         nothing is kept.
     hints : PlaceHints, optional
-        What the user tells of the place of the city.
-    heights : HeightHints, optional
-        What the user tells of the heights of outlines.
-    find_ground : callable, optional
-        Ground on which outlines are extruded, as of `join_contents`.
+        What the user tells of the place of the city, and of the heights of outlines.
 
     Returns
     -------
@@ -85,15 +70,9 @@ def read_city(
     if up not in ("z", "y", "auto"):
         raise InputError("--up", f"{up!r} is not an axis", "choose z, y or auto")
     contents = _read_files(_list_files(paths), up, progress)
-    read_footprints(contents, heights or HeightHints())
+    read_footprints(contents, (hints and hints.heights) or HeightHints())
     city = join_contents(
-        contents,
-        lod=lod,
-        unit=unit,
-        orient=orient,
-        progress=progress,
-        hints=hints,
-        find_ground=find_ground,
+        contents, lod=lod, unit=unit, orient=orient, progress=progress, hints=hints
     )
     city.terrain = place_relief(contents, city, city.report.unit)
     return city

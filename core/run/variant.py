@@ -204,16 +204,14 @@ def _read_change(change, kept):
     for path in change.add:
         request, conventions = kept.request, study.conventions_of(kept.city, kept.request)
         like = None if change.local or kept.city.crs is None else kept.city
-        hints = PlaceHints(request.axes, request.latitude, request.longitude, is_land, like)
-        city = read_city(
-            [path],
-            unit=conventions[0],
-            up=conventions[1],
-            orient=request.orient,
-            hints=hints,
-            heights=HeightHints(request.height, request.default_height),
-            # Outlines stand where the base's buildings do.
+        # Outlines stand where the base's buildings do.
+        hints = PlaceHints(
+            *(request.axes, request.latitude, request.longitude, is_land, like),
             find_ground=None if like is None else lambda _: ground_of_feet(kept.city),
+            heights=HeightHints(request.height, request.default_height),
+        )
+        city = read_city(
+            [path], unit=conventions[0], up=conventions[1], orient=request.orient, hints=hints
         )
         if change.local:
             city = place_local(city, kept.scene.site, kept.city.grid)
