@@ -35,9 +35,10 @@ def nothing_kept(monkeypatch):
 
 CALL = """
 import numpy as np
-from citypv.core.light.sun_visibility import add_points as loop
-light = np.zeros((1, 2), np.float32)
-loop(np.zeros((1, 1, 2), np.uint16), light, np.zeros(2, np.float32), light)
+from citypv.core.energy.strings_in_shade import _keep as loop
+light = np.zeros((1, 1))
+hours = np.zeros((1, 1), np.int32), light, light[:, 0]
+loop(np.zeros((1, 3, 1), np.uint8), hours, (light, light, light), (4, 0.1), light)
 print(sum(loop.stats.cache_hits.values()), sum(loop.stats.cache_misses.values()))
 """
 
@@ -54,9 +55,9 @@ def test_a_loop_takes_as_many_arguments_as_are_listed(line):
 @pytest.mark.slow
 def test_a_new_process_finds_what_the_child_compiled_which_ends_with_its_parent(fresh_cache):
     child = ahead.start_child()
-    assert read_loops()[-1].split()[1] == "add_points"  # is compiled first
+    assert read_loops()[-1].split()[1] == "_keep"  # is compiled first
     end = time.monotonic() + 120
-    while child.poll() is None and not list(fresh_cache.glob("*/*.add_points-*.nbc")):
+    while child.poll() is None and not list(fresh_cache.glob("*/*._keep-*.nbc")):
         assert time.monotonic() < end
         time.sleep(0.05)
     child.stdin.close()  # as the system closes it when the parent ends
