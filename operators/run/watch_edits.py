@@ -14,6 +14,7 @@ from ..city.keep_transfer import keep_transfers
 from ..city.keys import Key
 from ..city.read_settings import read_settings
 from ..city.run_step import Step
+from ..show.choose_faces import renew_choice
 from ..show.colour_user_meshes import draw_as_before
 from ..show.show_city import match_view
 from ..show.show_modules import find_modules
@@ -35,6 +36,7 @@ def follow_undo(scene, *_):
     bpy.context.view_layer.update()
     for city in session.list_cities(scene):
         city_design.note_edits(city)
+    renew_choice(session.find_city(scene)[0], scene.citypv)
 
 
 @persistent

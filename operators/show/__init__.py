@@ -7,6 +7,7 @@ city.blend and preview.png, tables of the panel. Read first: `show_result`.
 
 DOORS = (
     "choose_faces.follow_least_hours",
+    "choose_faces.renew_choice",
     "colour_faces.read_scale",
     "colour_user_meshes.colour_user_meshes",
     "colour_user_meshes.draw_as_before",

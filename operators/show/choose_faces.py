@@ -18,23 +18,34 @@ from .summarise import sum_energy, summarise_energy
 def follow_least_hours(settings, context):
     """Choose anew when *Least hours* changes (`update` of the property), where there is energy."""
     city, ground = find_city(context.scene)
+    if not renew_choice(city, settings):
+        return
+    session = Session.of(city)
+    write_results(city, ground, session.transfer, session.energy)
+    told = sum_energy(session.transfer, session.weather, session.energy, session.request)
+    summarise_energy(city, session.weather, session.energy, **told)
+    remember_choice(city, settings, "least_hours")
+    compare_with_before(context.scene, city, ground)
+    show_result(context, city, ground, "module_hours")
+
+
+def renew_choice(city, settings):
+    """Choose the modules of a city's session by the panel's least hours: whether it had others.
+
+    Undo takes back what stands in the file, but not the session.
+    """
     session = Session.of(city)
     if session is None or session.energy is None or session.request is None:
-        return
+        return False
     from ...core.energy.paying import choose_modules
     from ...core.energy.pv_system import build_system
 
     least = read_properties(settings)["least_hours"]
     if least == session.request.least_hours:
-        return
+        return False
     session.request = request = replace(session.request, least_hours=least)
     timed, before = session.timeline, session.energy
     session.energy = choose_modules(before, session.transfer.surfaces, build_system(request))
     if timed is not None and timed[0] is before:
         session.timeline = session.energy, timed[1]
-    write_results(city, ground, session.transfer, session.energy)
-    told = sum_energy(session.transfer, session.weather, session.energy, request)
-    summarise_energy(city, session.weather, session.energy, **told)
-    remember_choice(city, settings, "least_hours")
-    compare_with_before(context.scene, city, ground)
-    show_result(context, city, ground, "module_hours")
+    return True

@@ -63,6 +63,22 @@ def test_least_hours_act_at_once(addon, city_file, tmp_path):
     addon.leave_out = ""
 
 
+@pytest.mark.slow
+def test_undo_takes_the_choice_back(addon, city_file):
+    run("solar_city", city_path=str(city_file), samples=16, shadow_samples=4, days=2)
+    kwp = session_here().energy.kwp.sum()
+    bpy.ops.ed.undo_push(message="before")
+    bpy.context.scene.citypv.least_hours = 700
+    bpy.ops.ed.undo_push(message="after")
+    assert session_here().energy.kwp.sum() < kwp
+    bpy.ops.ed.undo()
+    assert bpy.context.scene.citypv.least_hours == 0
+    assert session_here().energy.kwp.sum() == kwp and session_here().request.least_hours == 0
+    bpy.ops.ed.redo()
+    assert session_here().energy.kwp.sum() < kwp
+    bpy.context.scene.citypv.least_hours = 0
+
+
 def modules_here():
     """Full load hours of the modules [h], and their power [kWp], by the ids of the surfaces."""
     energy, surfaces = session_here().energy, session_here().transfer.surfaces
