@@ -204,8 +204,11 @@ def _name_surfaces(polygons, building, report):
 
 
 def _orient(city, report):
-    """Turn over polygons that face into their building, and name classes that contradict what they
-    face.
+    """Turn over polygons that face into their building, and tell it in the report.
+
+    The shape of a shell tells what faces inwards; rays from both sides may spare a surface, and
+    decide on loose ones; what remains doubtful stays as drawn. Roofs that face down and ground that
+    faces up by their classes are told, and keep their class.
     """
     orientation = orient_shells(*city.shape, number_names(city.building_id))
     wanted, turned = judge_turning(city.shape, orientation, np.ones(len(city), bool))

@@ -119,7 +119,7 @@ def _width_of_row(racks):
 
 
 def place_rows(racks, frame, free):
-    """Rows on the free area of a roof.
+    """Rows on the free area of a roof: each stretch that is free over a row's whole width gets one.
 
     Parameters
     ----------

@@ -60,7 +60,7 @@ class Part:
 
 
 def trace_part(run_path, part_path, result_path, threads):
-    """Trace a tile and write its Transfer and figures.
+    """Trace a tile, write its Transfer and figures, and delete its Part.
 
     Parameters
     ----------

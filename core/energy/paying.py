@@ -19,7 +19,9 @@ SIDES = {"facades": ("facade",), "roofs": ("roof", "steep", "flat", "rack")}
 def choose_modules(energy, surfaces, system):
     """Take the modules off surfaces with too few hours, and off those that the user leaves out.
 
-    An earlier choice is taken back first; the Energy keeps all modules in `every`.
+    They get the reason left-out, with the user's words as its note, or low-hours, and lose number,
+    area, power and places of modules, but keep their hours. An earlier choice is taken back first;
+    the Energy keeps all modules in `every`. Without either setting nothing is taken off.
 
     Parameters
     ----------

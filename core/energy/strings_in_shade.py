@@ -45,8 +45,13 @@ def kept_by_strings(losses, hours, direct, diffuse, projection):
 
 @njit(nogil=True, cache=True)
 def _keep(losses, hours, light, steps, kept):
-    """Write the share of power that strings keep; parameters as above, `steps` of d and of
-    losses.
+    """Write the share of power that strings keep, where they lose any.
+
+    d is the share of the light in full sun that is left in the shade. `losses` (suns, parts - 1,
+    surfaces) count, in units of `step`, the power that is lost at d = 1/parts, 2/parts …, as a
+    share of that in full sun; times whole / received it is a share of what the surface receives.
+    `steps` are `parts` and `step`; further parameters as of `kept_by_strings`. Surfaces without a
+    loss at the middle d keep what stands in `kept`.
     """
     (match, weight, sunward), (direct, diffuse, projection), (parts, step) = hours, light, steps
     some = np.zeros(kept.shape[1], np.uint8)

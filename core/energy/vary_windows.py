@@ -12,6 +12,9 @@ from ..modules.lay_city import lay_city
 def vary_windows(transfer, energy, system, *, bands=(1.0, 1.8)):
     """Power and energy with windows 1.0 and 1.8 m high in place of the run's own.
 
+    Only facades are laid out anew; every surface keeps its hours, so that its energy changes as its
+    power does.
+
     Parameters
     ----------
     transfer : Transfer

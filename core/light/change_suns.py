@@ -66,6 +66,10 @@ class Edit:
 def change_suns(edit, drift):
     """Write visible share and reflected light of each sun to the SunLight of an edited city.
 
+    Where the city is large and albedos, the states of its trees and its mirrors stay, visible
+    share and first reflections follow for each sun from what changed, and further reflections in
+    part from their mean over the suns, as a guess. Else, or where guesses add up, all are solved.
+
     Parameters
     ----------
     edit : Edit
@@ -75,7 +79,7 @@ def change_suns(edit, drift):
     Returns
     -------
     float
-        Such share by all edits, this one among them.
+        Such share by all edits, this one among them; 0 where all suns were solved.
     """
     old, context, states = edit.before, edit.context, len(edit.traced)
     count, first = context.patch_to_surface.shape[0], len(edit.before.context.patches)

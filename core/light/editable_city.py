@@ -140,9 +140,9 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
     Raises
     ------
     InputError
-        They are of another scene.
+        They are of a scene with another number of patches.
     """
-    # Patches and tree as in the traced run, by its decisions.
+    # Patches and Embree's tree as in the traced run, by its decisions.
     prepared = prepare_decided(decisions, scene, request).build_tree(request)
     prepared = replace(prepared, editable=True, rules=kept["rules"])
     context, states = prepare_gather(prepared, request, silent), kept["states"]

@@ -26,7 +26,8 @@ VERSION = re.compile(r"[12]\.\d+(\.\d+)?")
 
 
 def read_cityjson(path, report_share=silent):
-    """Read all building polygons of one CityJSON file, at all levels of detail.
+    """Read all building polygons, trees and terrain of one CityJSON file, at all levels of detail;
+    demolished buildings are left out.
 
     Parameters
     ----------

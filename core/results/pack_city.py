@@ -33,7 +33,8 @@ def pack_city(results, change=None, *, with_modules=True):
     results : Results
     change : pandas.DataFrame, optional
         Surfaces of a `Comparison` whose later state this is, to be shown as a colour and as sums of
-        buildings too.
+        buildings too. Surfaces that are gone stand last in it: they have no colour of their own,
+        but count in the sums of their building.
     with_modules : bool
         Whether the shapes of modules are packed, where they are known.
 

@@ -273,7 +273,12 @@ def describe_fields(owners):
 
 
 def _describe_state(transfer):
-    """All of a Transfer but the matrices of surfaces × suns: variables by name, and attributes."""
+    """All of a Transfer but the matrices of surfaces × suns: variables by name, and attributes.
+
+    Groups of fields that it lacks (albedos, heights, strings, terrain …) are left out. Attributes
+    hold the format, the way of choosing suns and the ground's albedo, and as JSON texts the site,
+    the albedos that were given, and the record of the trace.
+    """
     owners = {
         name: getattr(transfer, name)
         for name in ("surfaces", "suns", "error_parts", "outlines", "terrain")

@@ -325,6 +325,9 @@ def _parse_open_meteo_json(path, text):
 def _parse_open_meteo_csv(path, text):
     """Parse csv of Open-Meteo: names and values of the place, an empty line, the table; units in
     brackets behind its names.
+
+    Returns values of the place by name, the table of numbers, NaN where one is missing, and units
+    by name: km/h of wind and hPa of pressure where none are given.
     """
     rows = list(csv.reader(io.StringIO(text)))
     start = next(

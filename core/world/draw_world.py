@@ -115,8 +115,9 @@ def _draw_panel(axes, values, top):
 
 
 def _draw_world_day(dataset):
-    """Draw full load hours by hour of local solar time: a row for each latitude, a column for each
-    environment.
+    """Draw full load hours by hour of local solar time: a row for each of the places nearest to 20°
+    and 60° north at one meridian, a column for each environment, a line for each group of surfaces.
+    The unshaded environment is drawn only where there is no other.
 
     Parameters
     ----------

@@ -106,6 +106,9 @@ def _mean_of_groups(values, first, weight):
 def carry_to_place(errors, hours, sunlight, full_load_hours, plain):
     """Standard errors of the groups' full load hours at a place, and of their gain by reflections.
 
+    A month's direct light comes of fewer suns than the year's, so that the variance of its own
+    noise grows; the error of the choice of suns is taken as the year's.
+
     Parameters
     ----------
     errors : GroupErrors
