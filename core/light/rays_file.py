@@ -37,7 +37,7 @@ from .solve_light import Light
 from .solve_suns import SunLight
 from .traced import FirstLight, Traced
 
-NAME, FORMAT = "rays.nc", "CityPV rays, format 4"
+NAME, FORMAT = "rays.nc", "CityPV rays, format 5"
 GIVE_EDITABLE = "give the folder of citypv simulate --editable"
 TYPES = (
     City,

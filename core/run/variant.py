@@ -189,7 +189,9 @@ def errors_of_change(before, after, weather, request):
     error : (n,) float64 [h]
     """
     both, _ = errors_of_difference(before, after)
-    energy = study.compute_energy(both, weather, replace(request, series=()))
+    # Hours do not depend on where modules lie, so that none are laid out.
+    plain = replace(request, series=(), layout="area")
+    energy = study.compute_energy(both, weather, plain)
     return both.surfaces.surface_id, np.asarray(energy.full_load_hours_standard_error)
 
 
