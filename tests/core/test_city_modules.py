@@ -191,6 +191,9 @@ def test_what_is_covered_carries_none_and_comes_back_from_its_file(tmp_path):
         assert counted.module_count[row] == len(own) == 90
         assert (own.corner + own.along)[:, 0].max() < outlines.rings(row)[0][:, 0].min() + 11.3
     assert counted.kwp[row] == pytest.approx(90 * 0.3003, rel=1e-4)
+    # Tiles and edits take rows of it.
+    some = again.take(np.array([row, 0]))
+    assert shapely.equals(some.taken_at(0.3)[0], again.taken_at(0.3)[row])
     # Without shapes all open area carries modules; so it does where it is asked for.
     by_area = [
         find_counted_area(replace(again, taken_parts=None), system),
