@@ -98,7 +98,6 @@ def trace_change(base, change, request=None, progress=silent, preview=None):
     progress(STAGE, 0, 3, "steps")
     edit = _trace_rows(old, context, change, prepared.scene, progress)
     clock.lap("sky and reflections")
-    context.layout = lay_traced(prepared, context, edit.traced[0], edit.cramped)
     # Then suns are looked at again from points that the change may shade.
     _look_again(edit, without_hidden(base.suns, context.plan.terrain), change)
     progress(STAGE, 3, 3, "steps")
@@ -123,6 +122,8 @@ def trace_change(base, change, request=None, progress=silent, preview=None):
     clock.lap("annual light")
     # Reflected light of each sun follows from what changed; rows that are gone are dropped if many.
     drift = change_suns(edit, base.drift)
+    # Modules and what their strings lose ask for no light, and a preview need not wait for them.
+    context.layout = lay_traced(prepared, context, edit.traced[0], edit.cramped)
     _find_string_losses(edit)
     clock.lap("suns")
     city = _make_city(edit, prepared, base.suns, clock, change)
