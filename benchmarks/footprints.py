@@ -93,7 +93,8 @@ def sum_kinds(result):
 
 def compare_city(path, preset):
     """Print how far the maps of a city differ from it."""
-    settings = {"preset": preset}
+    # Modules cover every square metre that counts, so that areas are compared.
+    settings = {"preset": preset, "layout": "area"}
     whole = sum_kinds(citypv.simulate([path], **settings))
     city = read_buildings([path], Request())
     for name, (area, mwh, hours) in whole.items():

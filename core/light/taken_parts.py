@@ -101,7 +101,10 @@ def _join_cells(triangles):
     """Union of triangles, by the edges that they share; where some overlap, as on a bent surface,
     by all crossings.
     """
-    joined, area = shapely.coverage_union_all(triangles), shapely.area(triangles).sum()
+    try:
+        joined, area = shapely.coverage_union_all(triangles), shapely.area(triangles).sum()
+    except shapely.errors.GEOSException:  # where edges meet only to rounding
+        return shapely.union_all(triangles, grid_size=GEOMETRY.corner)
     if shapely.is_valid(joined) and abs(shapely.area(joined) - area) <= GEOMETRY.tie * area:
         return joined
     return shapely.union_all(triangles, grid_size=GEOMETRY.corner)
