@@ -41,8 +41,10 @@ def measure_edge_distance(scene):
         return found
     # Surfaces with less of their unit normal in plan look to no side.
     looks = (np.hypot(*surfaces.normal[:, :2].T) > 0.1) & (kind != "flat")
-    rows = np.flatnonzero(built & looks)
-    middles, directions = _middles_of_surfaces(scene)[rows, :2], surfaces.normal[rows, :2]
+    middles = _middles_of_surfaces(scene)[:, :2]
+    # Slivers have no triangles, and so no middle.
+    rows = np.flatnonzero(built & looks & np.isfinite(middles).all(axis=1))
+    middles, directions = middles[rows], surfaces.normal[rows, :2]
     directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     area = _built_area(scene, built)
     shapely.prepare(area)

@@ -38,18 +38,22 @@ def outline_triangles(scene):
     outer = np.flatnonzero(~np.isin(there, back))
     outer = outer[np.argsort(there[outer])]
     surface, begin, end = surface[outer], begin[outer], end[outer]
-    # From each edge on to the one that begins where it ends, until the ring is closed.
-    after = np.searchsorted(surface * count + begin, surface * count + end).tolist()
+    # From each edge on to the one that begins where it ends, until the ring is closed; slivers
+    # whose triangles are gone have edges that none follows (-1).
+    start, stop = surface * count + begin, surface * count + end
+    after = np.searchsorted(start, stop)
+    follows = np.append(start, -1)[after] == stop
+    after = np.where(follows, after, -1).tolist()
     ring, left = [], np.ones(len(after), bool).tolist()
     for first in range(len(after)):
         members, edge = [], first
-        while left[edge]:
+        while edge >= 0 and left[edge]:
             left[edge] = False
             members.append(edge)
             edge = after[edge]
             # Where rings touch, the other edge that begins there goes on.
-            edge += not left[edge] and edge + 1 < len(after) and begin[edge + 1] == begin[edge]
-        ring += [members] if members else []
+            edge += not left[edge] and edge + 1 < len(after) and start[edge + 1] == start[edge]
+        ring += [members] if edge >= 0 and len(members) > 2 else []
     of_ring = [surface[members[0]] for members in ring] + np.flatnonzero(racks).tolist()
     ring = [begin[members] for members in ring]
     points = place.astype(np.float32)

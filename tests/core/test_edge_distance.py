@@ -125,3 +125,19 @@ def test_a_run_says_what_it_meant(tmp_path):
     np.testing.assert_array_equal(
         read_transfer(tmp_path / "transfer.nc").surfaces.edge_distance, distance
     )
+
+
+def test_a_surface_without_triangles_has_no_distance():
+    """Slivers are not triangulated; they were a line without place for shapely."""
+    scene = rows_of_houses(9, 7)
+    wall = np.flatnonzero(np.asarray(scene.surfaces.kind) == "facade")[0]
+    whole = measure_edge_distance(scene)
+    kept = scene.triangle_surface != wall
+    bare = replace(
+        scene,
+        triangles=scene.triangles[kept],
+        triangle_surface=scene.triangle_surface[kept],
+    )
+    expected = whole.copy()
+    expected[wall] = np.nan
+    np.testing.assert_allclose(measure_edge_distance(bare), expected)

@@ -1,11 +1,14 @@
 """Outlines from triangles are the polygons that were triangulated."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
 from cities import box, make_city
 
 from citypv.core.city.outline_triangles import outline_triangles
+from citypv.core.light.taken_parts import _join_cells
 from citypv.core.settings.request import Request
 from citypv.core.study import make_scene
 
@@ -44,3 +47,35 @@ def test_rings_enclose_the_area_of_each_surface(holes, settings):
             np.diff(outlines.ring_start)[outlines.surface_start[:-1]][surfaces.kind == "rack"].max()
             == 4
         )
+
+
+def test_a_surface_with_a_gap_takes_no_edges_of_another():
+    """A sliver without one of its triangles has no ring; its neighbours keep theirs."""
+    scene = make_scene(
+        make_city(box("b0", 0, 0, 10, 8, 0, 9)), Request(latitude=50.0, longitude=8.0)
+    )
+    whole = outline_triangles(scene)
+    # Of one wall a triangle is left, whose third edge lies on a sliver: two edges, no ring.
+    row = int(np.flatnonzero(np.asarray(scene.surfaces.kind) == "facade")[0])
+    own = np.flatnonzero(scene.triangle_surface == row)
+    corner = scene.triangles[own[0]]
+    bare = replace(
+        scene,
+        triangles=np.vstack([np.delete(scene.triangles, own[1:], axis=0), corner[[0, 2, 2]]]),
+        triangle_surface=np.append(np.delete(scene.triangle_surface, own[1:]), row),
+    )
+    outlines = outline_triangles(bare)
+    assert outlines.rings(row) == []
+    for other in range(len(scene.surfaces)):
+        if other != row:
+            for one, ring in zip(whole.rings(other), outlines.rings(other), strict=True):
+                assert {*map(tuple, one)} == {*map(tuple, ring)}
+
+
+def test_cells_that_share_edges_in_part_are_joined_by_their_area():
+    """8 + 1 m², by hand: GEOS takes no such pieces for a coverage."""
+    whole = shapely.Polygon([(0, 0), (4, 0), (0, 4)])
+    beside = shapely.Polygon([(0, 0), (1, -1), (2, 0)])
+    with pytest.raises(shapely.errors.GEOSException):
+        shapely.coverage_union_all([whole, beside, shapely.Polygon([(1, 0), (3, 0), (2, 1)])])
+    assert _join_cells(np.array([whole, beside])).area == pytest.approx(9.0)
