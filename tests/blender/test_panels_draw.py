@@ -45,7 +45,8 @@ class Layout:
 
     def operator(self, name, text="", icon="NONE", depress=False):
         assert icon in ICONS, icon
-        kind = getattr(bpy.ops.citypv, name.partition(".")[2]).get_rna_type()
+        room, _, own = name.partition(".")
+        kind = getattr(getattr(bpy.ops, room), own).get_rna_type()
         return SimpleNamespace(bl_rna=SimpleNamespace(name=kind.name))
 
     def separator(self):
