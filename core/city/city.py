@@ -14,7 +14,6 @@ from itertools import count
 import numpy as np
 
 from ..settings.errors import list_some
-from .transform_crs import Grid
 
 # columns of a City
 LISTS = (
@@ -111,6 +110,8 @@ class City:
     @property
     def grid(self):
         """The system of the files, and the plane of the points: Grid."""
+        from .transform_crs import Grid  # PROJ is not loaded for what Blender shows
+
         return Grid(self.crs, self.axes, self.plane)
 
     @property

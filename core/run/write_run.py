@@ -10,6 +10,7 @@ from ..accuracy.measure_effects import state_effects
 from ..city.grid_cells import Outlines, split_into_cells
 from ..city.racks import city_with_racks
 from ..cluster.trace_part import bound_hours
+from ..effects.table import TABLE
 from ..energy.pv_system import build_system, note_windows
 from ..light.sun_matrix import is_on_disk
 from ..results.columns import write_table
@@ -107,7 +108,8 @@ def write_run(work, results, request, log, tiles=None, *, beside=None):
     )
     if shares:
         told = (
-            f"{key} {show_number(100 * share, 1, plus=True)} %" for key, share in shares.items()
+            f"{TABLE[key].title.lower()} {show_number(100 * share, 1, plus=True)} %"
+            for key, share in shares.items()
         )
         log.write(f"  in full load hours: {', '.join(told)}")
     if words := describe_edge(summary):

@@ -3,7 +3,6 @@
 import bpy
 import numpy as np
 
-from ...core.city.site import Site
 from .attributes import PREFIX, read_array, write_face_attribute
 from .keys import Key
 from .session import find_city
@@ -80,6 +79,8 @@ def site_of(item):
     core.city.scene.Site.
     """
     origin = [float(value) for value in item[Key.ORIGIN]]
+    from ...core.city.site import Site
+
     return Site(None, None, 0.0, float(item.get(Key.CONVERGENCE, 0.0)), None, origin)
 
 

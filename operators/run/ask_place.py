@@ -27,6 +27,8 @@ class AskPlace(bpy.types.Operator):
         for name in ("latitude", "longitude", *["up"] * self.upward):
             column.prop(settings, name)
         column.label(text="North is the y axis; a map service shows both numbers in degrees.")
+        link = column.operator("wm.doc_view_manual", text="Guide", icon="HELP")
+        link.doc_id = "citypv.take_meshes"
 
     def execute(self, context):
         """Keep the place as the scene's own, and begin."""

@@ -239,7 +239,7 @@ def test_no_ray_is_cast_where_nothing_is_in_doubt(tmp_path, monkeypatch):
     def refuse(*_):
         raise AssertionError("a ray was cast")
 
-    monkeypatch.setattr("citypv.core.city.judge_turning.trace_both_sides", refuse)
+    monkeypatch.setattr("citypv.core.city.judge_turning._trace_both_sides", refuse)
     read_city([DATA / "citygml" / "berlin_opendata_part_v1.gml.gz"])
     read_city(
         [
