@@ -49,7 +49,7 @@ rooms = "bl_ext.user_default.citypv.operators"
 job, update = import_module(rooms + ".city.job").Job, import_module(rooms + ".run.update_city").UpdateCity
 job.progress, update.refine = bpy.app.driver_namespace["own"]
 """
-SESSION = f"import_module('bl_ext.user_default.citypv.operators.city.session').find_session({CITY})"
+SESSION = f"import_module('bl_ext.user_default.citypv.operators.city.session').Session.of({CITY})"
 BUILDINGS = (
     "sorted({name for name in session.transfer.surfaces.building_id if name.startswith('tower')})"
 )
