@@ -366,7 +366,7 @@ def test_the_parser_of_one_command_is_that_of_all(command, capsys):
 def test_the_program_alone_prints_its_help(capsys):
     assert main([]) == 2
     said = capsys.readouterr()
-    assert not said.out and all(f"    {name} " in said.err for name in COMMANDS)
+    assert not said.out and all(f"\n    {name}" in said.err for name in COMMANDS)
 
 
 @pytest.mark.slow
