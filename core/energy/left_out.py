@@ -1,9 +1,7 @@
 """The faces and buildings that a user leaves without modules, from a file of their ids."""
 
-import csv
-
 from ..city.city import whole_of_cell
-from ..read.open_input import open_input
+from ..read.open_input import read_rows
 from ..settings.errors import InputError, id_of_cell, list_some
 
 
@@ -25,15 +23,7 @@ def read_left_out(path):
     InputError
         The file cannot be read, has other columns, or has an id twice.
     """
-    try:
-        with open_input(path) as stream:
-            text = stream.read().decode("utf-8-sig")
-    except InputError:
-        raise
-    except (OSError, UnicodeDecodeError) as error:
-        cure = "give a CSV file with the columns id,words"
-        raise InputError(path, f"cannot be read ({error})", cure) from error
-    rows = csv.reader(text.splitlines())
+    rows = read_rows(path, "give a CSV file with the columns id,words")
     header = next(rows, None)
     if header not in (["id", "words"], ["id"]):
         raise InputError(path, "line 1 is not the header id,words", "add it")

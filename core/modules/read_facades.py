@@ -1,10 +1,8 @@
 """Storeys and windows of single facades, or of all of a kind, from a file."""
 
-import csv
-
 import numpy as np
 
-from ..read.open_input import open_input
+from ..read.open_input import read_rows
 from ..settings.errors import InputError, id_of_cell
 from .lay_city import FacadeRow
 
@@ -30,14 +28,7 @@ def read_facades(path):
         The file cannot be read, has other columns, names a surface twice, or a number is out of
         its range.
     """
-    try:
-        with open_input(path) as stream:
-            text = stream.read().decode("utf-8-sig")
-    except InputError:
-        raise
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(path, f"cannot be read ({error})", CURE) from error
-    rows = csv.reader(text.splitlines())
+    rows = read_rows(path, CURE)
     first, *columns = next(rows, None) or [""]
     if first != "surface" or not columns or not set(columns) <= set(FacadeRow._fields):
         raise InputError(path, "line 1 is not a header of facades", CURE)

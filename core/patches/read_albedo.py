@@ -1,12 +1,11 @@
 """Assign a BRDF to every triangle, from albedos and materials."""
 
-import csv
 from typing import NamedTuple
 
 import numpy as np
 
 from ..city.city import whole_of_cell
-from ..read.open_input import open_input
+from ..read.open_input import read_rows
 from ..settings.errors import InputError, id_of_cell
 from .brdfs import Lambertian
 from .materials import MaterialSpec, describe_brdf
@@ -261,16 +260,7 @@ def read_albedo(path):
         If the file cannot be read, has other columns, or holds an albedo that is not a number from
         0 to 1 or a material that is not known.
     """
-    try:
-        with open_input(path) as stream:
-            text = stream.read().decode("utf-8-sig")
-    except InputError:
-        raise
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(
-            path, f"cannot be read ({error})", "give a CSV file with the columns surface,albedo"
-        ) from error
-    rows = csv.reader(text.splitlines())
+    rows = read_rows(path, "give a CSV file with the columns surface,albedo")
     header = next(rows, None)
     if header not in HEADERS:
         raise InputError(path, "line 1 is not the header surface,albedo", "add it")

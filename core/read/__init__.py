@@ -21,6 +21,7 @@ DOORS = (
     "open_input.LARGEST_GAIN",
     "open_input.open_input",
     "open_input.open_text",
+    "open_input.read_rows",
     "open_input.read_text",
     "open_input.suffix_of",
     "parse_json.speaks_of_cityjson",

@@ -2,6 +2,7 @@
 what files may hold.
 """
 
+import csv
 import gzip
 import io
 import zlib
@@ -180,3 +181,26 @@ class _Decompressed(io.RawIOBase):
         self._stream.close()
         self._packed.close()
         super().close()
+
+
+def read_rows(path, cure):
+    """Rows of a small table of the user, CSV in UTF-8, as ids must be exact: iterator of list of str.
+
+    Parameters
+    ----------
+    path : path-like
+    cure : str
+        What to give where it cannot be read.
+
+    Raises
+    ------
+    InputError
+    """
+    try:
+        with open_input(path) as stream:
+            text = stream.read().decode("utf-8-sig")
+    except InputError:
+        raise
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(path, f"cannot be read ({error})", cure) from error
+    return csv.reader(text.splitlines())
