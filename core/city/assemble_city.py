@@ -71,6 +71,7 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
     # Levels of detail are chosen, polygons mended, strays left out, and faces turned outwards.
     chosen = choose_levels(contents, lod, report)
     report_share(0.2)
+    # The chosen polygons as one City, each with its place in its file for messages.
     city, sources = _flatten(contents, chosen, crs, report)
     report_share(0.35)
     city = repair_polygons(city, sources, report)
@@ -82,6 +83,7 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
             f"no building has a usable polygon: {commonest_reason(report)}",
             "correct it, or export the file again",
         )
+    # Normals decide what a face sees: they must point out of the building.
     if orient == "auto":
         _orient(city, report)
     report_share(1.0)
@@ -210,9 +212,13 @@ def _orient(city, report):
     decide on loose ones; what remains doubtful stays as drawn. Roofs that face down and ground that
     faces up by their classes are told, and keep their class.
     """
+    # What the shape of each shell says: watertight, open, loose, or doubtful.
     orientation = orient_shells(*city.shape, number_names(city.building_id))
+    # Rays from both sides may veto that, and decide for loose surfaces.
     wanted, turned = judge_turning(city.shape, orientation, np.ones(len(city), bool))
     city.points = turn_over(*city.shape, turned)
+    # The report tells the turned ones by how it was known, and what stayed as drawn although
+    # doubtful.
     report.repair(
         "flipped: faced inwards in a watertight shell",
         city.names_of(turned & orientation.watertight),
@@ -231,6 +237,7 @@ def _orient(city, report):
     doubtful = "surfaces form shells whose outside cannot be determined; kept as drawn"
     report.note(doubtful, city.names_of(orientation.doubtful))
     report.note(spared, city.names_of(wanted & ~turned & ~orientation.loose))
+    # After turning: roofs that look down and ground that looks up contradict their class.
     _, normal = measure_polygons(*city.shape)
     thematic, upright = np.array(city.thematic), GEOMETRY.upright
     contrary = (thematic == "RoofSurface") & (normal[:, 2] < -upright)

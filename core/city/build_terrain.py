@@ -161,6 +161,7 @@ def _refine(vertices, terrain, foot_places, *, most_points=60_000):
     """
     if len(vertices) >= most_points:
         return vertices, Delaunay(vertices[:, :2]).simplices
+    # Candidates are the terrain's own points inside the hull, over 1 m from any building's foot.
     feet = cKDTree(foot_places)
     low, high = vertices.min(axis=0)[:2], vertices.max(axis=0)[:2]
     own = np.concatenate([layer.points for layer in terrain.layers])
@@ -174,12 +175,14 @@ def _refine(vertices, terrain, foot_places, *, most_points=60_000):
     # Points are added where the error is larger, in eight rounds at most.
     for _ in range(8):
         triangulation = Delaunay(vertices[:, :2])
+        # Height of the ground at each candidate, by barycentric coordinates in its triangle.
         simplex = triangulation.find_simplex(own[:, :2])
         corners = vertices[triangulation.simplices[simplex], 2]
         turn = triangulation.transform[simplex]
         share = np.einsum("kij,kj->ki", turn[:, :2], own[:, :2] - turn[:, 2])
         height = (corners * np.column_stack([share, 1 - share.sum(axis=1)])).sum(axis=1)
         missed = np.where(simplex >= 0, np.abs(height - own[:, 2]) / allowed, 0.0)
+        # The worst candidate of each triangle, where its error is more than allowed.
         order = np.lexsort([-missed, simplex])
         worst = order[np.unique(simplex[order], return_index=True)[1]]
         worst = worst[missed[worst] > 1]

@@ -228,6 +228,7 @@ def _cross_leaf(corners, costs, ray, added):
     shear_first, shear_second, scale = shear[0], shear[1], shear[2]
     one, other, along = origin[first], origin[second], origin[last]
     for k in range(LEAF):
+        # Corners relative to the ray's origin, sheared so that the ray runs along the last axis.
         az, bz, cz = (
             corners[0, last, k] - along,
             corners[1, last, k] - along,
@@ -239,12 +240,15 @@ def _cross_leaf(corners, costs, ray, added):
         by = corners[1, second, k] - other - shear_second * bz
         cx = corners[2, first, k] - one - shear_first * cz
         cy = corners[2, second, k] - other - shear_second * cz
+        # Edge functions: all of one sign where the ray passes through the triangle.
         u, v, w = cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax
         whole = u + v + w
         outside = ((u < 0) | (v < 0) | (w < 0)) & ((u > 0) | (v > 0) | (w > 0))
+        # Distance along the ray, from the barycentric mean of the corners' depths.
         t = (u * az + v * bz + w * cz) * scale / whole
         # Signed area of the corners in projection, seen against the last axis.
         side = 1.0 if (whole < 0) == (scale > 0) else -1.0
+        # Leaving a crown adds the depth up to there, entering one subtracts it.
         crossing_depth = side * per_metre[k] * min(t, reach) + (
             per_crossing[k] if t < reach else 0.0
         )

@@ -292,6 +292,7 @@ def _find_twins(scene, order, after, solids, sectors):
     part = local.take(near)
     if not asked.any():
         return
+    # Only this part of the city is searched for polygons drawn twice.
     area, normal = measure_polygons(*part.shape)
     rows = _rows_by_polygon(scene.surfaces.surface_id, order)
     surfaces, twice = scene.surfaces, set(scene.report.repaired.get(DRAWN_TWICE, ()))

@@ -120,11 +120,14 @@ def extrude_footprints(contents, crs, report, ground_height=None):
             raise InputError(
                 contents[0].path, "all of it ends below the terrain", "correct --height"
             )
+    # Each outline becomes walls, floor and roof: a shaped roof where the file tells one that fits,
+    # else a level one.
     own = {k: roofs[row] for k, row in enumerate(owner.tolist()) if row in roofs}
     drawn, shaped = _extrude(shapes, (low, high, bottom[owner] > 0), own)
     _note_roofs(len(own), len(shaped), report)
     building_id = [names[row] for row in owner[drawn.outline]]
     lods = np.where(np.isin(drawn.outline, shaped), "2", "1").tolist()
+    # What has a shaped roof is LoD 2, a block LoD 1.
     city = City(
         surface_id=_number_surfaces(building_id),
         building_id=building_id,
@@ -138,6 +141,7 @@ def extrude_footprints(contents, crs, report, ground_height=None):
         part=[part[row] for row in owner[drawn.outline]],
         height_source=[source[row] for row in owner[drawn.outline]],
     )
+    # The report counts buildings by what told their height.
     report.building_count = len(set(building[owner]))
     report.part_count = sum(bool(part[row]) for row in np.unique(owner))
     told = dict(zip((names[row] for row in owner), (source[row] for row in owner), strict=True))
@@ -191,6 +195,8 @@ def _draw_outlines(table, names, report):
     ]
     report.skip("outline crosses itself too often", [names[owner[k]] for k in tangled])
     broken = np.setdiff1d(broken, tangled)
+    # Other broken outlines are mended by shapely; only their polygons are kept, beside the sound
+    # ones.
     pieces, piece = shapely.get_parts(shapely.make_valid(shapes[broken]), return_index=True)
     flat = shapely.get_type_id(pieces) == shapely.GeometryType.POLYGON
     report.repair(

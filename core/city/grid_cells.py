@@ -65,7 +65,8 @@ def split_into_cells(city, grid_size):
 
 
 def _cut(rings, axes, grid_size):
-    """Pieces of one polygon, each a list of rings (k, 3)."""
+    """A polygon cut by a square grid in its own plane: pieces, each a list of rings (k, 3)."""
+    # The polygon in its own plane, and how many cells of the grid its bounds take along both axes.
     origin = rings[0][0]
     flat = [(ring - origin) @ axes.T for ring in rings]
     low, high = flat[0][:, :2].min(axis=0), flat[0][:, :2].max(axis=0)
@@ -77,9 +78,11 @@ def _cut(rings, axes, grid_size):
             f"{grid_size:g} m gives {columns * rows:.0e} cells in one polygon",
             "give a larger size",
         )
+    # A polygon that fits one cell, or is not valid, stays whole.
     shape = shapely.Polygon(flat[0][:, :2], [ring[:, :2] for ring in flat[1:]])
     if columns * rows == 1 or not shape.is_valid:
         return [rings]
+    # Else it is cut with the square of each cell.
     height = np.concatenate(flat)[:, 2].mean()
     x, y = (low[k] + grid_size * np.arange(n) for k, n in enumerate((columns, rows)))
     x, y = (grid.ravel() for grid in np.meshgrid(x, y))
@@ -89,6 +92,7 @@ def _cut(rings, axes, grid_size):
     # Pieces below a square millimetre are rounding errors, and dropped.
     parts = parts[(shapely.get_type_id(parts) == 3) & (shapely.area(parts) > GEOMETRY.area)]
     pieces = []
+    # Back from the plane into space.
     for part in map(orient, parts):
         rings = [np.asarray(ring.coords)[:-1, :2] for ring in (part.exterior, *part.interiors)]
         pieces.append(

@@ -73,6 +73,8 @@ def choose_crs(srs_names, easting, path):
         one.
     """
     named, unknown, flat = {}, {}, []
+    # Each spelling is a system that is known, a known one without a plane (heights alone,
+    # geocentric), or unknown.
     for srs_name, line in srs_names.items():
         crs = name_crs(srs_name, easting)
         kinds = [] if crs else [system for _, system in _known_systems(srs_name, easting)]
@@ -82,12 +84,15 @@ def choose_crs(srs_names, easting, path):
             flat.append((kinds[0], srs_name, line))
         else:
             unknown[srs_name] = line
+    # Two names of one plane are no contradiction, two planes are.
     if len({hash_plane(crs) for crs in named}) > 1:
         raise InputError(
             path,
             f"uses two coordinate reference systems: {' and '.join(list(named.values())[:2])}",
             "convert it to one of them",
         )
+    # A system without a plane is refused where no other is named; of several, the one with heights
+    # is taken.
     if flat and not named:
         system, srs_name, line = flat[0]
         kind = system.type_name.removesuffix(" CRS").lower()

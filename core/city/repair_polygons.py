@@ -78,6 +78,7 @@ def _exchange_rings(city, report):
     ring then is the outline, in its own direction, and the ring that stood first is a hole.
     """
     points, ring_start, polygon_start = city.shape
+    # Area of each ring; only polygons are looked at that have a larger ring than the first.
     vectors = measure_rings(points, ring_start)
     area = np.linalg.norm(vectors, axis=1)
     exchanged, order = np.zeros(len(city), bool), np.arange(len(area))
@@ -100,6 +101,7 @@ def _exchange_rings(city, report):
     if not exchanged.any():
         return city
     report.repair("outline and hole exchanged", city.names_of(exchanged))
+    # The rings in their new order.
     pieces = [points[ring_start[ring] : ring_start[ring + 1]] for ring in order]
     return replace(
         city, points=np.concatenate(pieces), ring_start=starts_of(list(map(len, pieces)))

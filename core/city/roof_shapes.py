@@ -39,12 +39,14 @@ def draw_shaped(outline, low, high, roof):
     """
     if not 0 < roof.height <= high - low + 1e-9:
         return None
+    # The roof's own axes (along and across its ridge), and the fields that its shape has there.
     axes, middle, half = _frame(outline, roof)
     if min(half) <= 0:
         return None
     fields = _divide(outline, roof.shape, middle, half, axes)
     if fields is None:
         return None
+    # Floor: the outline at the height of the ground, seen from below.
     eaves = high - roof.height
     drawn, lines = (
         [("GroundSurface", _rings(outline, lambda places: np.full(len(places), low), -1))],
@@ -108,11 +110,13 @@ def _divide(outline, shape, middle, half, axes):
     def cell(*corners):
         return shapely.Polygon(middle + np.array(corners) @ axes)
 
+    # Skillion: one plane over all, rising across the ridge's direction.
     if shape == "skillion":
         return [
             (cell((-far, -wide), (far, -wide), (far, wide), (-far, wide)), (0.5, 0, -0.5 / width))
         ]
     sides = [(1, 0, -1 / width), (1, 0, 1 / width)]
+    # Gabled: two halves that fall from the ridge along the middle.
     if shape == "gabled":
         return [
             (cell((-far, 0), (far, 0), (far, wide), (-far, wide)), sides[0]),

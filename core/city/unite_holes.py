@@ -56,6 +56,7 @@ def unite_holes(city, report):
     for place in np.flatnonzero(np.diff(rows, prepend=-1) == 0):
         lists["surface_id"][place] = free_name(lists["surface_id"][place], taken)
     rings = [ring for polygon in drawn for ring in polygon]
+    # All lists follow their polygons.
     return replace(
         city,
         points=np.concatenate(rings),

@@ -55,17 +55,20 @@ def written_scene(scene, rows):
     """
     if len(rows) == len(scene.surfaces) and (rows == np.arange(len(rows))).all():
         return scene
+    # New numbers of the surfaces that stay (-1: gone), and of their triangles.
     number = np.full(len(scene.surfaces) + 1, -1, np.int32)
     number[rows] = np.arange(len(rows))
     own, kept = number[scene.triangle_surface], live_triangles(scene, rows)
     place = np.full(len(scene.triangles) + 1, -1, np.int32)
     place[kept] = np.arange(len(kept))
+    # What is kept of each triangle, and references between triangles and to surfaces renumbered.
     taken = {"footprint": scene.footprint[kept], "closure": scene.closure[kept]}
     taken |= {"sheet": None if scene.sheet is None else scene.sheet[kept]}
     taken |= {"back_of": None if scene.back_of is None else place[scene.back_of[kept]]}
     taken |= {
         "rack_of_back": None if scene.rack_of_back is None else number[scene.rack_of_back[kept]]
     }
+    # Fronts of racks are stored by rack: those of the racks that stay, in their new order.
     racks = np.asarray(scene.surfaces.kind) == RACK
     fronts = None if scene.racks is None else scene.racks[(np.cumsum(racks) - 1)[rows[racks[rows]]]]
     # Corners of what is gone go too: else they would add up over the edits of edits.
