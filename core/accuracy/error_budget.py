@@ -102,6 +102,7 @@ def budget_groups(transfer, weather, energy, cut):
     dict
         Kind and orientation -> source -> {"hours", "percent"}.
     """
+    # Errors of single surfaces, and what the run recorded of its effects.
     errors = standard_errors.errors_of_energy(transfer, weather, energy)
     own, passed_on = errors.own, errors.passed_on
     area, names = np.asarray(transfer.surfaces.area, float), name_groups(transfer.surfaces)
@@ -137,6 +138,7 @@ def budget_groups(transfer, weather, energy, cut):
             else None,
             "sky_model": change,
         }
+        # Told in hours and in percent of the mean.
         budgets[" ".join(name)] = {
             source: {
                 "hours": None if part is None else part * hours,

@@ -34,6 +34,7 @@ def choose_modules(energy, surfaces, system):
     -------
     Energy
     """
+    # Take back an earlier choice.
     if energy.every is not None:
         energy = replace(energy, every=None, **vars(energy.every))
     if not (system.least_hours or system.leave_out):
@@ -53,6 +54,7 @@ def choose_modules(energy, surfaces, system):
         where=carries,
     )
     left_out = carries & np.array([word is not None for word in words], bool)
+    # The user's words go before the least hours; unknown hours are too few.
     few = carries & ~left_out & ~(hours >= system.least_hours)
     changed = {
         "reason": np.select([left_out, few], ["left-out", "low-hours"], energy.reason),
@@ -63,6 +65,7 @@ def choose_modules(energy, surfaces, system):
         changed[name] = np.where(left_out | few, 0.0, getattr(energy, name))
     if energy.layout is not None:
         changed["layout"] = energy.layout.take(~(left_out | few)[energy.layout.surface])
+    # All modules are kept aside for the next choice.
     every = CountedArea(**{part.name: getattr(energy, part.name) for part in fields(CountedArea)})
     return replace(energy, every=every, **changed)
 

@@ -167,6 +167,7 @@ def build_system(request):
         If a usable share or the file of what is left out is invalid, or no module or inverter
         matches the name.
     """
+    # Shares that are left to modules, by kind of surface.
     for kind, share in request.usable.items():
         if kind not in KINDS:
             raise InputError("--usable", f"{kind!r} carries no modules", f"give {', '.join(KINDS)}")
@@ -175,6 +176,8 @@ def build_system(request):
                 "--usable", f"{kind}={share} is not a share", "give numbers from 0 to 1"
             )
     module = pick_module(request.module)
+    # Loss by angle of incidence is, by default, that of the library that the module is from: SAPM's
+    # polynomial or the physical model.
     return PvSystem(
         module,
         incidence={SANDIA: "sapm", CEC: "physical"}[module.library]
@@ -198,6 +201,7 @@ def build_system(request):
                 "least_hours",
             )
         },
+        # Effects of electricity (temperature, …) are on unless the request switches them off.
         **{key: request.effects.get(key, True) for key in ELECTRIC},
     )
 

@@ -30,6 +30,7 @@ def vary_windows(transfer, energy, system, *, bands=(1.0, 1.8)):
         `window_band` [m], `kwp`, `mwh_per_year` of all eligible surfaces, and their change in
         `percent`; empty where modules do not lie in rows, or no facade has such windows.
     """
+    # Facades with room for modules; without rows, windows or energy there is nothing to vary.
     rules = system.layout
     walls = (energy.kind == "facade") & energy.eligible & np.isin(energy.reason, ("", "narrow"))
     if energy.layout is None or not rules.window_band or not walls.any():
@@ -42,6 +43,7 @@ def vary_windows(transfer, energy, system, *, bands=(1.0, 1.8)):
     usable = system.share_usable(surfaces)
     parts = system.hidden_walls != "count"
     outcomes = []
+    # Lay out the facades with each height of windows and count their modules.
     for band in bands:
         _, count = lay_city(
             surfaces,
@@ -53,6 +55,7 @@ def vary_windows(transfer, energy, system, *, bands=(1.0, 1.8)):
         )
         kwp = np.where(walls, count * usable * system.module.nominal_power / 1000, energy.kwp)
         sums = replace(energy, kwp=kwp).sum_potential(energy.eligible, area)
+        # Hours stay, power changes: so does the energy of the whole.
         change = sums["mwh_per_year"] / whole["mwh_per_year"] - 1
         outcomes.append(
             {

@@ -44,17 +44,22 @@ def find_changed_rows(before, now, patches, rows, change):
     """
     solids, crowns = _scene_of_corners(change.solids), _scene_of_corners(change.crowns)
     (rows, counts), boxes = rows, change.boxes
+    # Patches that face away from all of the change, or lie behind it, cannot see it.
     ahead = _look_ahead(patches, rows, boxes)
     rows, counts = rows[ahead], counts[ahead]
 
     def differ(task):
         chosen, count = task
         other = np.zeros(len(chosen), bool)
+        # The rays are generated again by their keys; only those that pass a box of the change are
+        # followed.
         for owner, origins, directions in _rays_of_patches(before, patches, chosen, count):
             near = _meet_boxes((origins, directions), boxes, MARGIN)
             own, start, towards = owner[near], origins[near], directions[near]
             # Leaves stop rays by chance: what passes a changed crown counts as changed.
             other[own[crowns.trace_closest(start, towards) >= 0]] = True
+            # Rays that meet a solid that came or went: is their end another triangle in the edited
+            # city?
             met = np.flatnonzero((solids.trace_closest(start, towards) >= 0) & ~other[own])
             ends = [
                 one.trace_places(start[met], towards[met]).triangle
@@ -64,6 +69,7 @@ def find_changed_rows(before, now, patches, rows, change):
         return chosen[other]
 
     tasks = []
+    # Patches with equally many rays, cut into tasks for the threads.
     for count in np.unique(counts):
         some, step = rows[counts == count], max(1, RAYS_PER_TASK // int(count))
         tasks += [(some[start : start + step], int(count)) for start in range(0, len(some), step)]

@@ -23,6 +23,7 @@ def compact_city(base):
     """Drop patches and surfaces that edits took away: EditableCity."""
     old, rows = base.city, base.rows
     scene = old.prepared.scene
+    # Nothing was taken away: the city stays as it is.
     if len(rows) == len(scene.surfaces) and (np.diff(rows) > 0).all():
         return base
     # Triangles that are still there, and their new numbers.

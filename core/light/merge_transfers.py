@@ -88,6 +88,7 @@ def merge_rounds(total, other):
         blend_variance(total.own_diffuse, other.own_diffuse, weight),
         blend_variance(total.own_direct, other.own_direct, weight),
     ]
+    # Light is averaged by weight; with trees, the leafless state likewise.
     return replace(
         total,
         **_merge_light(total, other, weight),

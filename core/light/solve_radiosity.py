@@ -79,8 +79,10 @@ def reflection_of(context, traced):
 
 
 def solve_radiosity(form_factors, factor, first, far_first, max_bounces):
-    """Irradiance by reflections, (p, s) float64: `sum_reflections` for unchecked arrays and one
-    `factor`, (p,), of `radiosity_factor` for each patch; `far_first`, (p, s), is what the far
+    """Irradiance of p patches under s sources by up to `max_bounces` diffuse reflections among
+    them, (p, s) float64: arrays are checked, then summed up by `sum_reflections`.
+
+    `factor`, (p,), is one `radiosity_factor` for each patch; `far_first`, (p, s), is what the far
     ground adds to the first reflection.
 
     Raises

@@ -45,6 +45,7 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
     InputError
         The scene, the suns or a setting cannot be used, or the Transfer belongs to another scene.
     """
+    # Scene, settings and suns are checked before rays are sent.
     scene.check()
     request.check()
     for suns in ways:

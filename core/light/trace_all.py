@@ -153,6 +153,8 @@ def trace_all(context):
 
     def trace(chosen, count):
         nonlocal done
+        # Patches in the open get their light by closed forms; factors of reflection follow from
+        # all.
         for one in traced_states:
             one.samples[chosen] = count
         for parts in trace_rows(context, np.flatnonzero(chosen), count):
@@ -161,6 +163,7 @@ def trace_all(context):
             done += count * (len(parts[0].rows) + len(parts[0].enclosed_rows))
             context.progress(STAGE, done, most, "rays")
 
+    # Patches that need all rays first, then those for which fewer are enough.
     if most:
         context.progress(STAGE, 0, most, "rays")
     trace(full, every)

@@ -279,6 +279,7 @@ def make_transfer(city, state, suns, common, left):
     covered_share, no_room, taken_parts = context.taken or find_taken(
         scene, context.patch_to_surface, traced.covered, city.cramped
     )
+    # Means over surfaces: of the sky's light, of each sun's, and of the year's.
     return Transfer(
         surfaces=scene.surfaces,
         site=scene.site,

@@ -85,6 +85,8 @@ def trace_part(city, chosen, covered, sequence):
     # Rays of all patches that are not covered as a whole, and what they meet.
     origins, directions, start_cells = hemisphere_rays(patches, rows, sequence)
     hits, fates = _follow_rays(city, covered, (origins, directions, start_cells))
+    # Beside covered cells each ray decides whether it starts in the open. Further sources, such as
+    # Perez' horizon, send rays of their own.
     near_cover = find_covered.cells_near_cover(covered, np.flatnonzero(covered.any(axis=1)))
     sources = {
         source.name: _look_at_source(city, source, rows, covered, sequence)
@@ -98,6 +100,7 @@ def trace_part(city, chosen, covered, sequence):
         city.start_elements,
     )
     # In each state of trees: sky light by element, and hits that pass light on.
+    # What leaves below the line of the distant terrain ends on the far ground, not in the sky.
     for state, own in enumerate(fates):
         _hide_sky(city, directions, own)
         fate, (sky, *others) = _tally_counted(city, rows, (own, start_cells, near_cover))

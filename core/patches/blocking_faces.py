@@ -75,6 +75,7 @@ def merge_pieces(vertices, triangles, surface, offset):
     ]:
         inside = ((place - place[corner][owner]) * normals[owner]).sum(axis=1)
         whole &= np.minimum.reduceat(inside, start) >= least * np.linalg.norm(normals, axis=1)
+    # Faces that pass are replaced by the two halves of their quadrangle.
     kept = area > 0
     kept[rows[whole[own]]] = False
     filled = covered[whole] > GEOMETRY.tie * total[whole, None]

@@ -117,6 +117,7 @@ def follow_photons(target, source, numbers, per_replicate, max_bounces):
         photons, places = meet_fronts(
             target, photons, tallies.tally, source if bounce == 0 else None
         )
+        # A photon of a specular face's light has a weight of its own at its first hit.
         first = source.of is not None and bounce == 0
         received, photons = (
             _weigh_first(target, source.of, photons, places[0], tallies.tally)
@@ -129,6 +130,7 @@ def follow_photons(target, source, numbers, per_replicate, max_bounces):
         row, double = target.ray_scene.find_doubles(places)
         if len(row):
             deposit(received.take(row), target.surface[double], sums)
+        # Sums for the energy balance: what arrived, what was absorbed, what is cut off at the end.
         weight = float(photons.weight.sum())
         tallies.arrived, tallies.last = tallies.arrived + weight, weight if bounce else 0.0
         photons = reflect_photons(target, source.key, photons, places, bounce)

@@ -200,7 +200,8 @@ class Templates:
         self._drawn, self._count = {}, 0
 
     def place_instance(self, geometry, owner, shapes):
-        """Polygons of one instance.
+        """Polygons of one instance of a template, placed by its matrix; none where that cannot be,
+        and the report says why.
 
         Parameters
         ----------

@@ -87,6 +87,7 @@ class FeatureList:
         try:
             for number, ring in enumerate(rings):
                 size = len(self._numbers)
+                # All numbers go into one array; a third number, the height, is dropped.
                 if len(ring) and len(ring[0]) == 2:
                     self._numbers.extend(chain.from_iterable(ring))
                 else:
@@ -96,6 +97,7 @@ class FeatureList:
                     raise TypeError
                 if self._numbers[size : size + 2] != self._numbers[-2:]:
                     self._numbers.extend(self._numbers[size : size + 2])
+                # Three corners at least: an outline without them is refused, a hole left out.
                 if len(self._numbers) - size >= 8:
                     self._ring_ends.append(len(self._numbers) // 2)
                 elif number == 0:
@@ -105,6 +107,7 @@ class FeatureList:
                     del self._numbers[size:]
         except (TypeError, KeyError):
             problem = "coordinates that are not lists of two or three numbers"
+        # What was added is taken back where the polygon cannot be used.
         if problem or len(self._ring_ends) == ends:
             del self._numbers[before:], self._ring_ends[ends:]
             self._content.skip(problem or "outline without a ring", where)
@@ -193,6 +196,7 @@ def map_of_wkb(geometries, ids, columns, content):
     InputError
         There is no outline.
     """
+    # Heights of corners are dropped; features without a readable geometry are left out and told.
     shapes = shapely.from_wkb(np.array(geometries, object), on_invalid="ignore")
     shapes = shapely.force_2d(shapes)
     broken = shapely.is_missing(shapes) | shapely.is_empty(shapes)
@@ -205,6 +209,8 @@ def map_of_wkb(geometries, ids, columns, content):
         if broken.any()
         else {}
     )
+    # Single polygons of all features, each with the row of its feature; lines and points are
+    # counted and left out.
     parts, owner = shapely.get_parts(shapes[~broken], return_index=True)
     owner = np.flatnonzero(~broken)[owner]
     flat = shapely.get_type_id(parts) == shapely.GeometryType.POLYGON
@@ -213,6 +219,7 @@ def map_of_wkb(geometries, ids, columns, content):
     )
     for kind, count in others.most_common():
         content.notes.append(f"{count:,} {kind} of {content.path} left out: no outline.")
+    # There must be polygons, with coordinates that are numbers.
     if not flat.any():
         kinds = ", ".join(f"{count:,} {kind}" for kind, count in others.most_common(5))
         problem = "contains no outlines of buildings" + (f" (but {kinds})" if kinds else "")
@@ -221,6 +228,7 @@ def map_of_wkb(geometries, ids, columns, content):
     if not (np.abs(points) <= LARGEST_COORDINATE).all():
         problem = f"a coordinate is not finite or beyond {LARGEST_COORDINATE:g}"
         raise InputError(content.path, problem, "correct or remove it")
+    # Features without a polygon go: the others are numbered anew, with their ids and attributes.
     rows, owner = np.unique(owner[flat], return_inverse=True)
     taken = {name: [values[row] for row in rows] for name, values in columns.items()}
     starts = ring_start.astype(np.int64), polygon_start.astype(np.int64)

@@ -82,6 +82,8 @@ def measure_heights(flat_map, hints, content):
         `--height` names an attribute that the file does not have.
     """
     columns = flat_map.columns
+    # The attribute that the user names, floors, the ground's height, and the top: measured heights
+    # first.
     given = _read_hint(hints, columns, content.path)
     floors, floors_name = _first_values(flat_map, _floor_names(columns), lambda _: 1.0)
     ground, _ = _first_values(
@@ -95,6 +97,7 @@ def measure_heights(flat_map, hints, content):
     roof, _ = _first_values(flat_map, roof_names, _chooser(hints, content))
     levels, _ = _first_values(flat_map, names.find_names(columns, names.ROOF_LEVELS), lambda _: 1.0)
     above = np.nan_to_num(np.where(np.isfinite(roof), roof, levels * STOREY))
+    # Where it begins above the ground: its least height, or its lowest floor times 3 m.
     bottom, _ = _first_values(
         flat_map, names.find_names(columns, names.BOTTOMS), _chooser(hints, content)
     )
@@ -102,10 +105,12 @@ def measure_heights(flat_map, hints, content):
         flat_map, names.find_names(columns, names.BOTTOM_FLOORS), lambda _: STOREY
     )
     bottom = np.nan_to_num(np.where(np.isfinite(bottom), bottom, lower))
+    # Where only floors are told, the top is floors times their height.
     estimated = np.isnan(top) & np.isfinite(floors)
     plus = above if floors_name and ":" in floors_name else 0.0  # of OpenStreetMap
     top = np.where(estimated, floors * STOREY + plus, top)
     source[estimated] = FLOORS
+    # A note says which attributes told the heights of how many.
     told = ", ".join(f"{name} ({uses:,})" for name, uses in Counter(source).items() if name)
     if told:
         told = told.replace(f"{FLOORS} (", f"floors of {STOREY:g} m (") if estimated.any() else told
@@ -317,14 +322,17 @@ def _unit_of(name, values, floors, hints, content):
     """Unit of an attribute of length: as the user says, as its name ends, as its floors tell, feet
     where the system of the file has them, else metres.
     """
+    # The user's word first, then the ending of the name.
     if hints.unit != "auto":
         return hints.unit
     if unit := names.unit_of_name(name):
         return unit
+    # Else the unit of the file's reference system, unless heights by number of floors show another.
     metres = plane_of(content.crs)[1] if content.crs else 1.0
     own = next((unit for unit in ("ft", "us-ft") if abs(metres - UNITS[unit]) < 1e-6), "m")
     if values is not None:
         # A floor is 2 to 6 m high, 7 to 20 feet.
+        # Ten buildings at least must have both numbers.
         both = (values > 0) & (floors > 0)
         if both.sum() >= 10:
             storey = float(np.median(values[both] / floors[both]))

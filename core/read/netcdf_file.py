@@ -238,6 +238,7 @@ def refuse_links(path):
         )
 
     with h5py.File(path) as file:
+        # All groups are visited once each, wherever links within the file lead.
         waiting, seen = [file], set()
         while waiting:
             group = waiting.pop()
@@ -246,6 +247,8 @@ def refuse_links(path):
                 continue
             seen.add(place)
             for name in group:
+                # Three ways to take values from elsewhere: a link, a virtual data set, external
+                # storage.
                 link = group.get(name, getlink=True)
                 if isinstance(link, h5py.ExternalLink):
                     refuse(name, f"a link to another file, {link.filename}")

@@ -121,8 +121,13 @@ def turn_up(points, up):
 
 
 def _statements(path, report_share, *, longest_line=2**20):
-    """Line number and words of every statement; a trailing backslash continues on the next line."""
+    """Line number and words of every statement of an OBJ file.
+
+    A trailing backslash continues on the next line. Lines that are too long, or hold a zero byte,
+    are refused.
+    """
     with open_input(path, report_share) as stream:
+        # UTF-8, or UTF-16 where its first bytes say so.
         start = stream.peek(2)[:2] if hasattr(stream, "peek") else b""
         text = io.TextIOWrapper(
             stream,
@@ -141,6 +146,7 @@ def _statements(path, report_share, *, longest_line=2**20):
                 )
             if "\0" in raw:
                 raise InputError(path, f"line {number}: this is not text", "give an OBJ file")
+            # A backslash at the end: the words wait for the next line.
             words = raw.split()
             if words and words[-1].endswith("\\"):
                 pending += [*words[:-1], words[-1][:-1]]

@@ -109,6 +109,7 @@ def _list_files(paths):
     list of Path
     """
     files = []
+    # A file that cannot be looked at is told at once; a missing one when it is opened.
     for path in [paths] if isinstance(paths, (str, Path)) else paths:
         try:
             with suppress(FileNotFoundError):  # refused when it is opened
@@ -120,6 +121,7 @@ def _list_files(paths):
         if not Path(path).is_dir():
             files.append(Path(path))
             continue
+        # Of a folder: all files of known types.
         inside = sorted(
             file for file in Path(path).iterdir() if file.is_file() and suffix_of(file) in SUFFIXES
         )

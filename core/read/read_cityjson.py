@@ -52,6 +52,7 @@ def read_cityjson(path, report_share=silent):
     # One JSON text or, in CityJSONSeq, one a line: the header first, then features.
     for value, line in iterate_json(path, content.notes, report_share):
         kind = value.get("type") if isinstance(value, dict) else None
+        # A name that is given twice would hide the first of the two.
         twice = [
             name
             for name in (
@@ -66,6 +67,8 @@ def read_cityjson(path, report_share=silent):
         ]
         if twice:
             raise InputError(path, f"line {line}: {twice[0]} is given twice", "keep one of the two")
+        # A header or whole city, or a feature behind its header; anything else is refused by what
+        # it is.
         if kind == "CityJSON":
             reading.start(value, line)
         elif kind in ("FeatureCollection", "Feature", "GeometryCollection"):
@@ -82,6 +85,7 @@ def read_cityjson(path, report_share=silent):
                 "put the header object, of type CityJSON, on the first line",
             )
         reading.add(value, line, report_share if kind == "CityJSON" else silent)
+    # References are resolved; then what no longer stands goes.
     reading.finish()
     leave_out_demolished(content)
     finish_trees(content)

@@ -237,6 +237,7 @@ def _link_by_place(number, one):
         return
     shapes, owner = one.map.polygons(), one.map.owner
     outlines, places = np.flatnonzero(whole[owner]), np.flatnonzero(loose[owner])
+    # A point inside each loose part, and all outlines of buildings around it.
     tree = shapely.STRtree(shapes[outlines])
     place, outline = tree.query(shapely.point_on_surface(shapes[places]), "within")
     around = defaultdict(list)
@@ -246,6 +247,7 @@ def _link_by_place(number, one):
                 (float(shapely.area(shapes[around_it])), int(owner[around_it]))
             )
     sizes = np.bincount(owner, shapely.area(shapes), one.count)
+    # The smallest of them is the part's building.
     for part, found in around.items():
         # An outline that is no larger than the part is not around it.
         area, row = min(found)
@@ -290,8 +292,10 @@ def _fill_heights(one, hints):
     missing = np.flatnonzero(one.kept & np.isnan(top))
     if not len(missing):
         return
+    # With --default-height all of them get it above their bottom, and a note tells how many.
     if hints.default:
         top[missing] = hints.default + one.heights.bottom[missing]
+        # Fewer are left out and reported.
         for row in missing:
             one.heights.source[row] = DEFAULT
         one.content.notes.append(
@@ -326,11 +330,13 @@ def _make_footprints(one):
     rows = np.flatnonzero(one.kept & ~upside)
     if not len(rows):
         raise InputError(one.content.path, "no outline is left", "correct its heights")
+    # Features that stay get new numbers; their polygons and rings are copied without the others'.
     number = np.full(one.count, -1)
     number[rows] = np.arange(len(rows))
     chosen = number[flat_map.owner] >= 0
     rings = np.repeat(chosen, np.diff(flat_map.polygon_start))
     sizes = np.diff(flat_map.ring_start)
+    # Names of parts, shapes of roofs, and whom to name as the source.
     parts = [_name_part(one, row) for row in rows.tolist()]
     roofs = _read_roofs(one)
     _note_attribution(one)

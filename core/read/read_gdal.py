@@ -99,10 +99,12 @@ def read_geoparquet(path, report_share=silent):
     if own.get("encoding", "WKB") != "WKB":
         raise InputError(path, f"has geometries as {own['encoding']}", "write them as WKB")
     with parsing(path, "cannot be read as Parquet", CUT):
+        # All columns but nested ones that are of no use here.
         kept = [one for one in file.schema_arrow.names if one not in ("bbox", "names", "addresses")]
         table = file.read(columns=kept)
         columns = {one: table.column(one).to_pylist() for one in kept if one != name}
         geometries = table.column(name).to_pylist()
+    # Without a word on the system it is degrees, as the format says; null means unknown.
     system = name_of_definition(json.dumps(own["crs"])) if own.get("crs") else DEGREES
     if own.get("crs", DEGREES) is not None and system:
         content.srs_names[system] = 1

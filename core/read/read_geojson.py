@@ -37,6 +37,7 @@ def read_geojson(path, report_share=silent):
     """
     content = FileContent(Path(path))
     features, number = FeatureList(content), 0
+    # One collection, or features one a line; each polygon is added to the map.
     for value, line in iterate_json(path, content.notes, report_share):
         kind = value.get("type") if isinstance(value, dict) else None
         if kind == "FeatureCollection":
@@ -57,6 +58,8 @@ def read_geojson(path, report_share=silent):
             if place % 4096 == 4095:
                 report_share(READ + (0.9 - READ) * place / len(members))
     content.flat_map = features.finish()
+    # Without a named system: degrees if all numbers could be degrees, else a note says that it is
+    # unknown.
     if not content.srs_names:
         far = abs(content.flat_map.points).max(axis=0)
         if (far <= (360, 90)).all() or (far <= (90, 360)).all():

@@ -166,6 +166,7 @@ def _is_building(tags):
 
 def _draw(elements, content):
     """Outlines of all buildings and parts: FlatMap."""
+    # Places of nodes, sorted by id.
     ids, places = elements.find_places()
     features, incomplete = FeatureList(content), []
 
@@ -209,6 +210,7 @@ def _draw(elements, content):
             features.add(
                 json.loads(shapely.to_geojson(shape)), _with_link(own, links, name), name, name
             )
+    # Closed ways that are buildings and not drawn by a multipolygon already.
     for number, (_, tags) in elements.ways.items():
         if not _is_building(tags) or number in drawn:
             continue
@@ -218,6 +220,7 @@ def _draw(elements, content):
             continue
         shape = {"type": "Polygon", "coordinates": [line.tolist()]}
         features.add(shape, _with_link(tags, links, name), name, name)
+    # What is cut off at the edge of the download is left out and told.
     for name in incomplete:
         content.skip("building that is not closed, or of which the file has a part only", name)
     return features.finish()

@@ -89,12 +89,16 @@ def match_days_of_year(suns, direction, day, *, chunk=4096):
     weight : numpy.ndarray, (t, k) float64
         Rows sum to 1; some are negative.
     """
+    # A table of the traced suns: row by day in the order of the seasons, column by step of the day;
+    # -1 where none stands.
     dates = np.unique(suns.day)
     dates = dates[np.argsort(dates % TROPICAL_YEAR)]
     table = np.full((len(dates), suns.step.max() + 1), -1)
     table[np.argsort(dates)[np.searchsorted(np.sort(dates), suns.day)], suns.step] = np.arange(
         len(suns)
     )
+    # Of each day that is asked: the four traced days around it in the season, with cubic weights,
+    # and the Sun's path that they give.
     days, which = np.unique(day, return_inverse=True)
     seasons, season_weight = _join_days(
         table, dates % TROPICAL_YEAR, (days + EPOCH) % TROPICAL_YEAR
@@ -107,6 +111,7 @@ def match_days_of_year(suns, direction, day, *, chunk=4096):
     for first in range(0, len(day), chunk):
         part = slice(first, first + chunk)
         own = which[part]
+        # Along that path, the step or the four steps that the interval lies on.
         steps, step_weight = _join_steps(path[own], known[own], direction[part])
         at = own[:, None, None], np.arange(4)[None, :, None], steps[:, None, :]
         index[part] = seasons[at].reshape(-1, 16)
