@@ -31,6 +31,7 @@ def draw_comparison(layout, city, seeing, *, per_page=12):
     tables = compare_results.read_comparison(city.get(Key.COMPARED, ""))
     if not tables["sums"]:
         return
+    # Sums by what happened to buildings.
     column = layout.box().column(align=True)
     column.label(text="MWh per year: before → after, change")
     for one in tables["sums"]:
@@ -45,6 +46,7 @@ def draw_comparison(layout, city, seeing, *, per_page=12):
                 "all": "All",
             }[one["state"]],
         )
+    # One page of the sorted buildings, with buttons to sort and to turn pages.
     buildings = _sort_buildings(tables["buildings"], seeing)
     pages = max(1, -(-len(buildings) // per_page))
     page = min(seeing.page, pages)

@@ -139,6 +139,7 @@ def _join_records(records, plan, request, figures):
             asdict(effect)
             | {"outcome": None if left is None else {"left_out": left, "holds": holds}}
         )
+    # What holds for all tiles is taken from the first.
     return replace(
         records[0],
         **fields,

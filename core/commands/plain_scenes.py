@@ -63,6 +63,7 @@ def join_parts(parts, turn=None, away=(0, 0, 0)):
     -------
     Scene
     """
+    # Points of all parts one after the other, turned and shifted; triangles count on.
     counts = np.cumsum([0, *(len(points) for points, _ in parts)])
     vertices = np.concatenate([points for points, _ in parts])
     vertices = (vertices if turn is None else vertices @ np.transpose(turn)) + np.asarray(
@@ -71,6 +72,7 @@ def join_parts(parts, turn=None, away=(0, 0, 0)):
     triangles = np.concatenate(
         [faces + count for (_, faces), count in zip(parts, counts, strict=False)]
     )
+    # Normal, area, tilt and azimuth of each triangle, and its kind by these.
     corners, count = vertices[triangles], len(triangles)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(normal, axis=1)
@@ -81,6 +83,7 @@ def join_parts(parts, turn=None, away=(0, 0, 0)):
     surfaces = Surfaces(
         names, [""] * count, [""] * count, *groups, length / 2, tilt, azimuth, normal
     )
+    # No ground, no closures, and a place that is not on Earth.
     own = np.arange(count, dtype=np.int32)
     return Scene(
         vertices,

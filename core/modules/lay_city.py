@@ -111,6 +111,7 @@ def _draw_polygons(surfaces, outlines, rows, taken):
     # Cells of a grid are one polygon again.
     polygon = number_names([whole_of_cell(surfaces.surface_id[row]) for row in rows])
     _, first, of_row = np.unique(polygon, return_index=True, return_inverse=True)
+    # Rows run along the horizontal of each plane, on level roofs along the longest edge.
     right, upward = plane_axes(surfaces.normal[rows[first]])
     turn = np.zeros(len(first))
     for number in np.flatnonzero(np.asarray(surfaces.kind)[rows[first]] == "flat"):
@@ -119,6 +120,7 @@ def _draw_polygons(surfaces, outlines, rows, taken):
     cos, sin = np.cos(turn)[:, None], np.sin(turn)[:, None]
     axes = np.stack([cos * right + sin * upward, cos * upward - sin * right], axis=1)
     shape = outlines.points.astype(float), outlines.ring_start, outlines.surface_start
+    # Outlines in these axes, without skylights and other openings.
     cells = draw_outlines(shape, rows, np.zeros((len(rows), 3)), axes[of_row])
     _cut_openings(surfaces, shape, rows, axes[of_row], cells)
     # Less what is covered or has no room.
@@ -129,11 +131,13 @@ def _draw_polygons(surfaces, outlines, rows, taken):
                 taken[rows[number]], lambda places, c=c, s=s: places @ np.array([[c, -s], [s, c]])
             )
             cells[number] = shapely.difference(cells[number], lost, grid_size=GEOMETRY.computed)
+    # Cells of one polygon are joined, so that modules may lie across their borders.
     free = cells[first].copy()
     if len(first) < len(rows):
         many = np.bincount(of_row)
         for number in np.flatnonzero(many > 1):
             free[number] = shapely.union_all(cells[of_row == number], grid_size=GEOMETRY.corner)
+    # Each plane by the foot of its normal and its two axes.
     normal = surfaces.normal[rows[first]]
     corner = outlines.points[outlines.ring_start[outlines.surface_start[rows[first]]]]
     origin = np.einsum("ij,ij->i", normal, corner.astype(float))[:, None] * normal

@@ -134,13 +134,16 @@ def _list_starts(edges, boxes, height, gap):
     for x0, y0, x1, y1 in edges:
         left, right = min(left, x0, x1), max(right, x0, x1)
         bottom, top = min(bottom, y0, y1), max(top, y0, y1)
+    # Bounds of the polygon; a row that is higher than it fits nowhere.
     highest, pitch = top - height, height + gap
     if not highest + SLACK >= bottom:
         return np.empty(0)
+    # Candidates up from the bottom and down from the top, an eighth of a row apart.
     count = 2 * (int((highest - bottom + SLACK) / pitch * 8) + 1)
     starts = np.empty(count + 8 * len(boxes))
     starts[:count:2] = bottom + pitch / 8 * np.arange(count // 2)
     starts[1:count:2] = highest - pitch / 8 * np.arange(count // 2)
+    # Rows that touch a blocked box from above or below, and the next three.
     for box in boxes:
         for number in range(4):
             for start in (box[3] + number * pitch, box[1] - height - number * pitch):

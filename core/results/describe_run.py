@@ -112,6 +112,7 @@ def describe_assumptions(summary):
     light = settings | (traced.get("request") or {})
     years, away = weather.get("years") or 1, weather.get("distance_km") or 0
     inverter = settings["inverter"]
+    # What comes behind the modules: losses, and an inverter if there is one.
     behind = f"{settings['losses']:g} % of the DC energy, " + (
         f"inverter {inverter}" if inverter else "no inverter"
     )
@@ -224,12 +225,14 @@ def describe_left_out(summary):
     ]
     if told:
         lines.append(f"Walls and roofs without modules: {'; '.join(told)}.")
+    # Courts and shafts that count although they get no light.
     if (dark := totals["dark"])["count"]:
         number = count_of(dark["count"], "surface")
         lines.append(
             f"Area that counts but gets next to no light all year: {dark['area']:,.0f} m² "
             f"({number})."
         )
+    # Level of detail, and buildings that the files name but do not draw.
     lines += describe_detail(report)
     missing = sum(
         len(ids) for why, ids in (report.get("skipped") or {}).items() if why.startswith(SHAPELESS)

@@ -167,6 +167,7 @@ def draw_cost_curve(curve, path):
     with plain_style():
         figure = make_figure(8, 5)
         axes = figure.subplots()
+        # A line for each family of settings, such as numbers of rays or ways of choosing suns.
         for start, (label, colour, mark) in FAMILIES.items():
             points = sorted(
                 (prediction.seconds, prediction.error)
@@ -176,6 +177,7 @@ def draw_cost_curve(curve, path):
             axes.plot(
                 *zip(*points, strict=True), color=colour, marker=mark, label=label
             ) if points else None
+        # Presets (draft, standard, …) are stars with their names.
         for prediction in curve.prices:
             if not prediction.name.startswith("--") and not prediction.name.endswith("rounds"):
                 axes.plot(prediction.seconds, prediction.error, "k*", markersize=13, zorder=5)
@@ -185,6 +187,7 @@ def draw_cost_curve(curve, path):
                     (6, 6),
                     textcoords="offset points",
                 )
+        # Both axes are logarithmic; written whole or not at all.
         make_logarithmic(axes)
         words = "Error of full load hours on 95 % of the area with modules [%]"
         axes.set(xlabel="Seconds of the whole run (predicted)", ylabel=words)

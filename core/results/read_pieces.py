@@ -122,6 +122,8 @@ def read_pieces(folder, frame):
     # Of faces.csv, 20,000 rows are read at a time.
     rows = {"dtype": dict.fromkeys(FACE_TEXTS, str), "keep_default_na": False, "chunksize": 20_000}
     try:
+        # surfaces.nc has the shapes in the order of the rows: names and numbers of both files must
+        # agree.
         with open_surfaces(folder) as file, pd.read_csv(path, **rows) as tables:
             if "outline_points" not in file:
                 raise InputError(folder / NAME, "has no shapes of the surfaces", AGAIN)

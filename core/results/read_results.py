@@ -98,6 +98,7 @@ def read_results(folder):
     InputError
         A file is missing, cannot be read, or belongs to another run than the others.
     """
+    # All files of a run must be there.
     folder = Path(folder)
     if not folder.is_dir():
         raise InputError(
@@ -106,6 +107,7 @@ def read_results(folder):
     for name in ("summary.json", "faces.csv", "groups.csv", "timeseries.nc"):
         if not (folder / name).is_file():
             raise InputError(folder / name, "there is no such file", GIVE_RESULTS)
+    # Tables, with columns and types checked; each group has one row a period.
     summary = read_summary(folder / "summary.json")
     path = folder / "faces.csv"
     faces = count_faces(path, read_table(path, FACE_TEXTS, FACE_NUMBERS), summary)
@@ -118,6 +120,7 @@ def read_results(folder):
         raise InputError(
             folder / "groups.csv", "has two rows for one period of a group", GIVE_RESULTS
         )
+    # Times of the series; shapes, suns and months, which must be of the same surfaces as faces.csv.
     axis = _read_times(folder / "timeseries.nc")
     with open_surfaces(folder) as file:
         outlines = Outlines(**found) if (found := read_fields(file, "outlines")) else None

@@ -28,6 +28,7 @@ def write_surfaces(path, transfer, energy):
     transfer : Transfer
     energy : Energy
     """
+    # Names, suns, months of hours, and the outlines of the surfaces.
     hours = energy.full_load_hours_by_month.astype(np.float32)
     meaning = {
         "units": "h",

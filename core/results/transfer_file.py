@@ -279,6 +279,7 @@ def _describe_state(transfer):
     hold the format, the way of choosing suns and the ground's albedo, and as JSON texts the site,
     the albedos that were given, and the record of the trace.
     """
+    # Groups of variables by the object whose fields they are; None leaves a group out.
     owners = {
         name: getattr(transfer, name)
         for name in ("surfaces", "suns", "error_parts", "outlines", "terrain")
@@ -289,10 +290,12 @@ def _describe_state(transfer):
     known = transfer.surfaces.height_source is not None
     owners["heights"] = transfer.surfaces if known else None
     owners["room"] = None if transfer.no_room is None else transfer
+    # Polygons of what is taken are written as rings.
     known = transfer.taken_parts is not None
     owners["taken"] = rings_of_parts(transfer.taken_parts) if known else None
     owners["strings"] = None if transfer.string_loss is None else transfer
     owners["left_out"] = None if transfer.left_out is None else transfer
+    # Numbers and short words as attributes; what has structure as JSON.
     attributes = {
         "title": FORMAT,
         "way": transfer.suns.sampling,

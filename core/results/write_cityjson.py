@@ -239,7 +239,8 @@ def _list_boundaries(city, index):
 
 
 def _describe_surfaces(city, transfer, energy):
-    """Semantic surface of each polygon: list of dict."""
+    """Semantic surface of each polygon, with its class, id and results: list of dict."""
+    # Class of each: the file's own, else ground for a footprint, else by its kind.
     floors = find_footprints(transfer.surfaces, city, city.points)
     types = [
         own if own in SEMANTICS else "GroundSurface" if floor else BY_KIND.get(kind, "RoofSurface")
@@ -247,6 +248,7 @@ def _describe_surfaces(city, transfer, energy):
             transfer.surfaces.thematic, transfer.surfaces.kind, floors, strict=True
         )
     ]
+    # Columns of faces.csv as attributes; what is empty or unknown is left out.
     table = pd.DataFrame({"type": types, "id": transfer.surfaces.surface_id})
     for column in TABLED:
         if column.name not in ("surface_id", "building_id"):
@@ -259,6 +261,7 @@ def _describe_surfaces(city, transfer, energy):
         }
         for row in table.astype(object).where(table.notna(), None).to_dict("records")
     ]
+    # Months as lists, where they are known.
     for semantic_surface, by_month in zip(
         semantic_surfaces, energy.full_load_hours_by_month, strict=True
     ):

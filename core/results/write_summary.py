@@ -108,6 +108,7 @@ def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
         "years": describe_years(energy),
         "versions": versions(),
     }
+    # What only some runs have: strings, given albedos, the distance to the edge of the model.
     strings = summary["totals"]["string_shade"]
     summary["error_budget"]["string_shade"] = strings and strings["percent"]
     if transfer.albedos is not None:

@@ -37,6 +37,7 @@ def check_goal(scene, weather, request, log):
     if request.estimator == "forward":
         return
     request = replace(request, shadow_samples=max(request.shadow_samples, CELLS))
+    # A pilot with few rays predicts errors and seconds of the run.
     prepared = prepare_scene(scene, request, weather=weather).build_tree(request)
     city = predict_city(CityYear(scene, prepared, weather, request), (request.suns,), log.progress)
     errors = city.predict_errors(request)
@@ -53,6 +54,7 @@ def check_goal(scene, weather, request, log):
         )
     if request.time_budget is None:
         return
+    # The first round, with electricity before and after it, must end within the time.
     tracing, _, writing = city.predict_seconds(request)
     first = tracing + writing + city.checking + 2 * city.pilot.electricity + MOMENT
     spent = time.monotonic() - log.started

@@ -179,6 +179,8 @@ def _ask(question, altitude):
     }
     try:
         data, place, columns = ask[question.asked.service.key](question)
+    # A refusal by our own checks, a network that cannot be reached, a service that refuses, an
+    # answer that is no weather.
     except InputError as error:
         raise InputError(option, f"{where}: {error.problem}", error.cure) from error
     except (

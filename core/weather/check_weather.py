@@ -269,11 +269,14 @@ def check_years(record, interval, position):
     dict
         Year, as a string -> SunTimes.
     """
+    # Small negative values at night count as zero.
     raw = record.data[[name for name in IRRADIANCES if name in record.data]]
     given, checks = raw.clip(lower=0.0), {}
     usual = climate_of_place(record.latitude, record.longitude)
     for year, rows in cut_years(record, interval).items():
         source = f"{record.source} (year {year})"
+        # Each year by itself, with the Sun's position: limits of single values and sums, then
+        # times.
         complete = add_sun(
             replace(record, data=record.data.iloc[rows]), interval, position=position.iloc[rows]
         )
@@ -288,6 +291,7 @@ def check_years(record, interval, position):
         if abs(times.daylight_shift or 0) <= 90:
             check_summer_time(days, source)
         check_shift(times, source)
+        # The year's sum against the climate of the place, where that is known.
         share = None if usual is None else compare_with_climate(complete, days, usual)
         if share is not None:
             notes += check_against_climate(complete, share, usual, source)
@@ -300,6 +304,7 @@ def check_years(record, interval, position):
         check_closure(times, source)
         times.unlikely = notes + check_faults(complete, days, source)
         times.unlikely += _check_extraterrestrial(given, complete, source)
+        # What was not given but follows must be within limits, too.
         derived = complete.data[[name for name in IRRADIANCES if name not in raw]]
         check_values(derived, complete.columns, source, cure="check these columns at that time")
         checks[year] = times

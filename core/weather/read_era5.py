@@ -95,6 +95,7 @@ def read_era5(paths, latitude, longitude, altitude, point):
     """
     if point not in ("nearest", "bilinear"):
         raise InputError("--weather-point", f"{point!r} is unknown", "give nearest or bilinear")
+    # Grid points around the place and their weights, along rows and columns.
     paths = [Path(path) for path in (paths if isinstance(paths, list | tuple) else [paths])]
     with ExitStack() as stack:
         grid = open_era5_grid(paths, stack, ("ssrd", "t2m"))
@@ -108,6 +109,7 @@ def read_era5(paths, latitude, longitude, altitude, point):
             problem += f" {grid.longitude[0]:g} to {grid.longitude[-1]:g}° E)"
             raise InputError(grid.source, problem, "give weather of the city's own place")
         block = read_block(grid, np.flatnonzero(rows), np.flatnonzero(columns))
+    # Mean of the one or four points by the product of their weights.
     corners = product(enumerate(rows[rows > 0]), enumerate(columns[columns > 0]))
     table = sum(
         a * b * block.isel(latitude=row, longitude=column) for (row, a), (column, b) in corners

@@ -152,6 +152,7 @@ def _read_hourly(path, text, file_format):
     """
     with parsing(path, f"cannot be read as pvgis-{file_format}", DAMAGED):
         table, meta = pvlib.iotools.read_pvgis_hourly(io.StringIO(text), pvgis_format=file_format)
+    # Place, and slope of the plane: from the JSON's inputs or the csv's head.
     if file_format == "json":
         latitude, longitude, altitude, _ = place_of_inputs(path, meta["inputs"])
         slope = meta["inputs"]
@@ -172,6 +173,7 @@ def _read_hourly(path, text, file_format):
         )
     if not {"temp_air", "wind_speed"} <= set(table):
         raise InputError(path, "temperature and wind, T2m and WS10m, are missing", GIVE_PVGIS)
+    # On the level plane GHI is beam plus diffuse, and DHI the diffuse part.
     data, columns = convert_hourly(table)
     label = f"PVGIS {path.name} (hourly series)"
     return Record(

@@ -329,12 +329,14 @@ def _parse_open_meteo_csv(path, text):
     Returns values of the place by name, the table of numbers, NaN where one is missing, and units
     by name: km/h of wind and hPa of pressure where none are given.
     """
+    # The hourly table begins at the row whose first word is time.
     rows = list(csv.reader(io.StringIO(text)))
     start = next(
         (number for number, row in enumerate(rows) if row and row[0].strip() == "time"), None
     )
     if start is None or len(rows[start:]) < 2:
         raise InputError(path, "no hourly table", AGAIN)
+    # One place, in the rows before.
     places = [row for row in rows[1:start] if any(field.strip() for field in row)]
     if len(places) != 1:
         raise InputError(path, f"has {len(places)} places", "ask for one place")
@@ -343,6 +345,7 @@ def _parse_open_meteo_csv(path, text):
     end = next(
         (number for number, row in enumerate(rows) if number > start and not any(row)), len(rows)
     )
+    # Names of columns, and units in brackets behind them.
     parts = [re.fullmatch(r"(.*?)(?:\s+\((.*)\))?", name.strip()) for name in rows[start]]
     names, units = [part[1] for part in parts], {part[1]: part[2] for part in parts}
     table = (

@@ -210,6 +210,7 @@ def read_environments(texts, system, sky="isotropic"):
     """
     cure = "give NAME=transfer.nc, a result folder, or unshaded"
     transfers = []
+    # NAME=PATH, or a path alone that gives the name; "unshaded" is the closed form.
     for text in texts:
         name, equals, path = text.partition("=")
         if equals and not (name and path):
@@ -224,9 +225,11 @@ def read_environments(texts, system, sky="isotropic"):
             transfers.append((name, str(file), read_transfer(file)))
         else:
             raise InputError(file, "there is no such file", cure)
+    # The sky: the best model that all Transfers were traced for.
     if sky == "auto":
         sky = model_traced(set.intersection(*(set(one.sources) for *_, one in transfers)))
     environments = [build_environment(*transfer, system, sky) for transfer in transfers]
+    # Names tell environments apart in the file.
     names = [environment.name for environment in environments]
     double = sorted({name for name in names if names.count(name) > 1})
     if double:

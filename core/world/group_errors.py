@@ -267,6 +267,7 @@ def add_mix(world, weights):
     gain = np.divide(hours, plain, out=np.full_like(plain, np.nan), where=plain > 0).astype(
         np.float32
     )
+    # The mix comes last along the axis of environments.
     return replace(
         world,
         environments=[*world.environments, NAME],

@@ -108,7 +108,10 @@ def _dataset_of_world(world):
 
 
 def coordinates(world, grid):
-    """Coordinates of the dataset."""
+    """Coordinates of world.nc, with units and names of the CF conventions: dict.
+
+    Places (a grid's axes or stations), environments, groups, months and hours.
+    """
     # Degrees along the axes of a grid, or for each station.
     places = world.places
     where = {}

@@ -219,6 +219,7 @@ def _note_arranged(city, parts, before, now):
     """Note on the parts of a city which objects came, went, were renamed, hidden or shown: whether
     that was enough.
     """
+    # Objects that are told differently than before, or are gone.
     changed = {uid for uid, told in now.items() if before.get(uid) != told}
     there, place = {uid: bpy.data.objects.get(now[uid][0]) for uid in changed}, _place_of(city)
     changed |= before.keys() - now.keys()
@@ -245,6 +246,8 @@ def _note_arranged(city, parts, before, now):
             parts.beside.discard(name)
             _note_part(city, parts, key, None)
             continue
+        # An object that came or changed: does it belong to the city, is it seen, or does it stand
+        # beside?
         item = there[uid]
         if uid not in parts.taken and any(item in group.all_objects.values() for group in groups):
             join_city(city, item)

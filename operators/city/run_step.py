@@ -167,6 +167,7 @@ class Step:
 
     def modal(self, context, event):
         """Show progress, and what was found so far, until the work is done or cancelled."""
+        # Esc cancels; all events but the timer's go on to Blender.
         if event.type == "ESC" and event.value == "PRESS":
             self._job.cancel()
             return {"RUNNING_MODAL"}
@@ -178,6 +179,8 @@ class Step:
             context.workspace.status_text_set(f"CityPV   {self._job.text}   (Esc cancels)")
             redraw_panels(context)
         try:
+            # Results so far are shown while the step's city is there and wanted; else the work is
+            # dropped.
             with _in_scene(context, self._scene):
                 if is_held() and self.is_wanted(context):
                     self.refine(context)

@@ -97,6 +97,7 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
                 "needs the geometry, which is not in this file",
                 "import and trace again",
             )
+        # Comparisons need an earlier state with results.
         before = find_before(context.scene, city)
         earlier = Session.of(before)
         if self.format in COMPARED and (
@@ -114,6 +115,7 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
         path = Path(bpy.path.abspath(self.filepath or str(Path(folder, FILES[self.format][0]))))
         if not path.parent.is_dir():
             raise InputError(path.parent, "there is no such folder", "choose another")
+        # Names of both states, for the comparison's title.
         names = [
             str(item.get(Key.VARIANT, item.name)) for item in (before, city) if item is not None
         ]
