@@ -239,7 +239,7 @@ def _run_plot(options):
     """`citypv plot`."""
     from .show import plot_results
 
-    words = {"title": options.title, "attribution": options.attribution}
+    words = {name: getattr(options, name) for name in ("title", "attribution", "language")}
     options.log.write(f"Written to {', '.join(map(str, plot_results(options.folder, **words)))}")
 
 
@@ -248,7 +248,8 @@ def _run_site(options):
     from ..results.write_site import NO_LICENCE, write_site
 
     named = {
-        name: getattr(options, name) for name in ("title", "attribution", "private", "overwrite")
+        name: getattr(options, name)
+        for name in ("title", "attribution", "private", "language", "overwrite")
     }
     site, log = write_site(options.folder, options.out, **named), options.log
     log.write("{buildings:,} buildings, {surfaces:,} surfaces: {files:,} files".format(**site))

@@ -2,6 +2,7 @@
 asked for.
 """
 
+from ..results.words import list_languages
 from .add_options import (
     NOT_FOR_WORLDS,
     add_change,
@@ -112,4 +113,10 @@ def _add_words(parser, title):
         default="",
         metavar="TEXT",
         help="source and licence of the city model; default: as its files say",
+    )
+    parser.add_argument(
+        "--language",
+        default="en",
+        choices=list_languages(),
+        help="language of texts and numbers on the page: %(choices)s; default: %(default)s",
     )

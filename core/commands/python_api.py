@@ -154,7 +154,7 @@ class Result:
             )
             return Result(folder, temporary=out is None)
 
-    def plot(self, *, title="", attribution=""):
+    def plot(self, *, title="", attribution="", language="en"):
         """Write report.html into the folder: its path.
 
         Parameters
@@ -163,10 +163,13 @@ class Result:
             Heading of the page; by default with the name of the folder.
         attribution : str
             Source and licence of the city model; by default as its files say.
+        language : str
+            Of texts and numbers: "en" or "de".
         """
         from .show import plot_results
 
-        return plot_results(self.folder, title=title, attribution=attribution)[0]
+        words = {"title": title, "attribution": attribution, "language": language}
+        return plot_results(self.folder, **words)[0]
 
     def _read(self, name):
         from ..results.read_results import FACE_TEXTS, GROUP_TEXTS, read_table

@@ -68,6 +68,7 @@ DOORS = (
     "read_results.read_table",
     "transfer_file.read_transfer",
     "transfer_file.write_transfer",
+    "words.list_languages",
     "write_buildings.sum_buildings",
     "write_report.compose_city",
     "write_report.fill_page",

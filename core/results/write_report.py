@@ -36,6 +36,7 @@ from .describe_run import (
 from .output_folder import write_whole
 from .pack_city import pack_city
 from .read_results import MONTHS, kind_title, tabulate_periods
+from .words import WEB, read_html, speaking, spoken, words_as_data
 
 HOURS = (
     "Full load hours are the hours in which modules at nominal power would generate the energy of "
@@ -79,7 +80,7 @@ SECTIONS = {
     "How the hours are spread over the area": ("histograms",),
 }
 SCRIPTS = ("viewer.js", "supply.js", "report.js")
-WEB, NONE = Path(__file__).parent / "web", "'none'"
+NONE = "'none'"
 MOST_DATA = 15_000_000  # characters that the 3D view may add to the page
 TOO_LARGE = (
     "The city is too large to be shown in 3D on this page: its {count:,} surfaces would take "
@@ -89,7 +90,7 @@ TOO_LARGE = (
 )
 
 
-def write_report(folder, results, *, title="", attribution=""):
+def write_report(folder, results, *, title="", attribution="", language="en"):
     """Write report.html into a folder, whole or not at all.
 
     Parameters
@@ -100,6 +101,8 @@ def write_report(folder, results, *, title="", attribution=""):
         By default with the name of the folder.
     attribution : str
         Source and licence of the city model; "": as its files say.
+    language : str
+        Of `words.list_languages`.
 
     Returns
     -------
@@ -107,11 +110,12 @@ def write_report(folder, results, *, title="", attribution=""):
         Of the page.
     """
     path = Path(folder) / "report.html"
-    city, data = compose_city(results)
-    sources = attribution or "; ".join(attributions_of(results.summary))
-    written = datetime.fromtimestamp((Path(folder) / "summary.json").stat().st_mtime, UTC)
-    body = "\n".join([describe_origin(written, sources), compose_body(results, city)])
-    page = fill_page(title or f"Solar potential: {results.name}", body, data)
+    with speaking(language):
+        city, data = compose_city(results)
+        sources = attribution or "; ".join(attributions_of(results.summary))
+        written = datetime.fromtimestamp((Path(folder) / "summary.json").stat().st_mtime, UTC)
+        body = "\n".join([describe_origin(written, sources), compose_body(results, city)])
+        page = fill_page(title or f"Solar potential: {results.name}", body, data)
     write_whole(path, lambda file: file.write_text(page, encoding="utf-8", newline="\n"))
     return path
 
@@ -130,7 +134,7 @@ def compose_city(results, change=None):
     if len(data) > MOST_DATA:  # the modules are what a reader misses least
         data = pack_city(results, change, with_modules=False)
     if len(data) <= MOST_DATA:
-        return read_web("viewer.html"), data
+        return read_html("viewer.html"), data
     words = TOO_LARGE.format(count=len(results.faces), size=len(data) / 1e6, most=MOST_DATA / 1e6)
     return paragraph(words, "warning"), ""
 
@@ -157,10 +161,11 @@ def fill_template(title, body, scripts, allowed):
             f"default-src {NONE}; {allowed}; style-src {_hash_source(style)}; base-uri {NONE}; "
             f"form-action {NONE}"
         ),
+        language=spoken()[0],
         title=escape(title),
         style=style,
         body=body,
-        scripts="\n".join(scripts),
+        scripts="\n".join([words_as_data(), *scripts]),
     )
 
 

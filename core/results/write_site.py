@@ -29,13 +29,12 @@ from .site_store import Store
 from .surfaces_file import GIVE_RESULTS
 from .tile_tree import SIDE, bound, join_squares, write_square, write_tileset
 from .viewer_columns import describe_view, list_layers, measure_faces, sum_counting
+from .words import WEB, read_html, speaking
 from .write_report import (
-    WEB,
     compose_errors,
     fill_template,
     list_warnings,
     paragraph,
-    read_web,
     section,
     table,
 )
@@ -46,7 +45,16 @@ NO_LICENCE = (
 )
 
 
-def write_site(folders, out, *, title="Solar map", attribution="", private=False, overwrite=False):
+def write_site(
+    folders,
+    out,
+    *,
+    title="Solar map",
+    attribution="",
+    private=False,
+    language="en",
+    overwrite=False,
+):
     """Write a solar map of one or more result folders.
 
     Parameters
@@ -60,6 +68,8 @@ def write_site(folders, out, *, title="Solar map", attribution="", private=False
         Licence and source of the city model; "": as its files say.
     private : bool
         Leave out the ids of surfaces and buildings, and the search.
+    language : str
+        Of `words.list_languages`.
     overwrite : bool
         Replace a site in a folder that is not empty.
 
@@ -93,6 +103,7 @@ def write_site(folders, out, *, title="Solar map", attribution="", private=False
     # Surfaces of all folders are sorted by place in a database on disk, so that no city is too
     # large.
     with whole_folder(out, overwrite, SITE_NAMES) as work, ExitStack() as stack:
+        stack.enter_context(speaking(language))
         scratch = stack.enter_context(tempfile.TemporaryDirectory(dir=work))
         store = Store(Path(scratch) / "city.sqlite")
         stack.callback(store.base.close)
@@ -319,7 +330,7 @@ def _write_page(work, summary, title, attribution):
     # The map's controls, then what its numbers mean, and how far they hold.
     totals, date = summary["totals"], datetime.fromtimestamp(summary["date"], UTC)
     body = [
-        read_web("viewer.html").replace(
+        read_html("viewer.html").replace(
             ", which are those of faces.csv for the area that counts", ""
         ),
         *(paragraph(text, "warning") for text in list_warnings(summary)),

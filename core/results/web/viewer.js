@@ -5,6 +5,7 @@
 // rowOf, partsOf and findRows. Texts of the data become part of the page by textContent alone. THREE is the bundle of three.js.
 "use strict";
 
+const WORDS = JSON.parse(document.getElementById("words").textContent); // English to the language of the page
 const PAGE_OF_ROWS = 25;
 const MARK = 0xd5007f; // of the chosen surface
 const FADED = [236, 236, 232]; // towards which colours of other buildings go
@@ -48,12 +49,19 @@ function button(text, act) {
   return element;
 }
 
-// Commas between thousands, a true minus, never −0; "+" above zero only if asked for.
+// A text in the language of the page, whose table core/results/words.py brings along; values replace names in braces.
+function say(text, values = {}) {
+  return (WORDS[text] ?? text).replace(/\{(\w+)\}/g, (_, name) => values[name]);
+}
+
+// Numbers as the language writes them, a true minus, never −0; "+" above zero only if asked for.
 function format(value, digits, plus = "") {
   if (!Number.isFinite(value)) return "–";
   const rounded = Number(value.toFixed(digits)) || 0;
   const text = rounded.toLocaleString("en-US", { minimumFractionDigits: digits, maximumFractionDigits: digits });
-  return (rounded > 0 ? plus : "") + text.replace("-", "−");
+  const signs = say("1,234.5");
+  const written = { ",": signs[1], ".": signs.at(-2), "-": "−" };
+  return (rounded > 0 ? plus : "") + text.replace(/[,.-]/g, (sign) => written[sign]);
 }
 
 function tableRow(tag, texts, firstNumber = 1) {
