@@ -34,17 +34,17 @@ def draw_comparison(layout, city, seeing, *, per_page=12):
     # Sums by what happened to buildings.
     column = layout.box().column(align=True)
     column.label(text="MWh per year: before → after, change")
-    for one in tables["sums"]:
+    for row_of_table in tables["sums"]:
         _draw_change(
             column,
-            one,
+            row_of_table,
             {
                 "existing": "Existing",
                 "changed": "Changed",
                 "new": "New",
                 "gone": "Gone",
                 "all": "All",
-            }[one["state"]],
+            }[row_of_table["state"]],
         )
     # One page of the sorted buildings, with buttons to sort and to turn pages.
     buildings = _sort_buildings(tables["buildings"], seeing)
@@ -58,8 +58,8 @@ def draw_comparison(layout, city, seeing, *, per_page=12):
         row.prop(seeing, "page", text="Page")
         row.label(text=f"of {pages}")
     column = layout.box().column(align=True)
-    for one in buildings[(page - 1) * per_page : page * per_page]:
-        _draw_change(column, one)
+    for row_of_table in buildings[(page - 1) * per_page : page * per_page]:
+        _draw_change(column, row_of_table)
 
 
 def _draw_change(column, row, title=""):

@@ -125,7 +125,9 @@ class PredictedCity:
         rays, points = request.samples / run.samples, request.shadow_samples / run.shadow_samples
         more = {"rays": rays, "shadows": points, "passed_on": np.sqrt(rays * points)}
         # Uneven light inside elements: its square falls with their number.
-        elements = [count_elements(points_above(one.shadow_samples)) for one in (request, run)]
+        elements = [
+            count_elements(points_above(settings.shadow_samples)) for settings in (request, run)
+        ]
         variance = {
             name: errors.variance[name] / (more[name] ** SAMPLED[name] * rounds) for name in SAMPLED
         }

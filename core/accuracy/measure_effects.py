@@ -302,7 +302,7 @@ def share_of_sky(transfer, weather, system, threads=None):
     )
     groups = [np.where(names == name, weight, 0) for name in np.unique(names)]
     best, isotropic = np.nan_to_num(of_sky)
-    sums = ((one @ best, one @ (best - isotropic)) for one in (weight, *groups))
+    sums = ((weights @ best, weights @ (best - isotropic)) for weights in (weight, *groups))
     share, *of_groups = (float(change / whole) if whole > 0 else 0.0 for whole, change in sums)
     return share, max(map(abs, of_groups))
 
@@ -315,6 +315,6 @@ def _with_sources(transfer):
     normal = np.asarray(transfer.surfaces.normal, float)
     # openness  share of the sky visible of what the surface faces [–].
     openness = np.clip(transfer.sky_view_factor / np.maximum((1 + normal[:, 2]) / 2, 1e-9), 0, 1)
-    views = {one.name: one.unshaded(normal) * openness for one in sources_of(BEST_SKY)}
+    views = {source.name: source.unshaded(normal) * openness for source in sources_of(BEST_SKY)}
     estimated = {name: SourceLight(view, view, np.zeros(len(view))) for name, view in views.items()}
     return replace(transfer, bare=bare, sources=estimated | transfer.sources)

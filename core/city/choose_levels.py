@@ -234,7 +234,9 @@ def _find_redrawn(together, units, levels, taken):
     for place, unit in enumerate(order):
         own = drawn[unit]
         others = [
-            drawn[one] for one in order[:place] if one not in again and taken[one] != taken[unit]
+            drawn[earlier]
+            for earlier in order[:place]
+            if earlier not in again and taken[earlier] != taken[unit]
         ]
         if not others or not own.plan.area:
             continue

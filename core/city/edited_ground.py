@@ -81,7 +81,9 @@ def _plan_of(scene, rows):
 def _parts(shape):
     """Polygons of a geometry, without slivers of less than 1 cm²: list."""
     return [
-        one for one in shapely.get_parts(shape) if one.geom_type == "Polygon" and one.area > 1e-4
+        part
+        for part in shapely.get_parts(shape)
+        if part.geom_type == "Polygon" and part.area > 1e-4
     ]
 
 

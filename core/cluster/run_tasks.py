@@ -171,11 +171,11 @@ def open_workers(word):
         "distributed.logging.distributed": "error",
     }
     with dask.config.set(settings), ExitStack() as stack:
-        for one in map(
+        for logger in map(
             logging.getLogger, ("distributed", "distributed.nanny", "distributed.worker", "tornado")
         ):  # a worker that is replaced is told by our own lines
-            stack.callback(one.setLevel, one.level)
-            one.setLevel(logging.CRITICAL)
+            stack.callback(logger.setLevel, logger.level)
+            logger.setLevel(logging.CRITICAL)
         page = ""
         # Processes on this machine, or a scheduler somewhere else.
         if kind == "local":  # processes of one thread, and a page at any free port

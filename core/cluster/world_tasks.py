@@ -110,7 +110,7 @@ def stamp_files(weather):
     """Size and time of change of weather files, so that results with other contents are not taken
     for theirs: bytes.
     """
-    paths = [Path(one) for one in (weather if isinstance(weather, list) else [weather])]
+    paths = [Path(source) for source in (weather if isinstance(weather, list) else [weather])]
     files = [
         file for path in paths for file in (sorted(path.iterdir()) if path.is_dir() else [path])
     ]

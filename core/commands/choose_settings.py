@@ -103,7 +103,9 @@ def _take_names(value):
 
 
 def _take_texts(value):
-    texts = [os.fspath(one) for one in ([value] if isinstance(value, str | os.PathLike) else value)]
+    texts = [
+        os.fspath(text) for text in ([value] if isinstance(value, str | os.PathLike) else value)
+    ]
     return texts[0] if len(texts) == 1 else texts
 
 

@@ -69,13 +69,13 @@ def inspect_city(paths, request, progress=silent):
         "trees": trees,
         "findings": [
             {
-                "heading": one.heading,
-                "reason": one.reason,
-                "count": len(one.names),
-                "area": one.area,
-                "ids": one.names,
+                "heading": finding.heading,
+                "reason": finding.reason,
+                "count": len(finding.names),
+                "area": finding.area,
+                "ids": finding.names,
             }
-            for one in list_findings(scene)
+            for finding in list_findings(scene)
         ],
     }
 

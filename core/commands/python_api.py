@@ -186,9 +186,9 @@ class Result:
 
         totals = self.summary["totals"]
         kinds = (
-            f"{kind_title(kind).lower()} {one['full_load_hours']:.0f} h"
-            for kind, one in totals["kinds"].items()
-            if one["kwp"] > 0
+            f"{kind_title(kind).lower()} {total['full_load_hours']:.0f} h"
+            for kind, total in totals["kinds"].items()
+            if total["kwp"] > 0
         )
         return (
             f"<citypv.Result {self.folder}: {totals['kwp']:,.0f} kWp, "
@@ -323,7 +323,9 @@ def compare(before, after, *, out=None, overwrite=False):
     from ..results.compare_runs import compare_folders
     from ..run.compare import compare as write_comparison
 
-    folders = [one.folder if isinstance(one, Result) else one for one in (before, after)]
+    folders = [
+        folder.folder if isinstance(folder, Result) else folder for folder in (before, after)
+    ]
     if out is not None:
         return write_comparison(*folders, out, overwrite=overwrite)
     return compare_folders(*folders)

@@ -185,8 +185,8 @@ def _prepare_task(transfer, weather, system, electric, sky):
     # Few surface-hours by pvlib in double precision, many by tables in single.
     plain = electric.sum() * len(hours) < PLAIN_LIMIT
     single = {
-        name: one.astype(np.float32) if one.dtype.kind == "f" else one
-        for name, one in vars(hours).items()
+        name: values.astype(np.float32) if values.dtype.kind == "f" else values
+        for name, values in vars(hours).items()
     }
     return _Task(
         transfer,

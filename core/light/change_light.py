@@ -217,17 +217,19 @@ def _trace_rows(old, context, change, scene, progress):
     lost = todo.copy()
     lost[dead] = True
     traced = []
-    for one in before:
+    for traced_state in before:
         new = Traced.empty(context)
-        _copy_rows(new, one, first)
+        _copy_rows(new, traced_state, first)
         new.ray_count = dict.fromkeys(new.first, 0)
         if context.reflections:
-            kept = [leave_rows(rows, ~lost[rows.chosen]) for rows in one.form_factors.rows]
+            kept = [leave_rows(rows, ~lost[rows.chosen]) for rows in traced_state.form_factors.rows]
             kept = [rows for rows in kept if len(rows.chosen)]
             new.form_factors = FormFactors(
                 [kept], count, context.elements, np.zeros(count, np.int32), context.start_elements
             )
-            new.form_factors.rays[:first] = np.where(lost[:first], 0, one.form_factors.rays)
+            new.form_factors.rays[:first] = np.where(
+                lost[:first], 0, traced_state.form_factors.rays
+            )
         new.samples[todo] = samples[todo]
         for light in new.first.values():
             light.put(dead, no_light(len(dead), context.elements))
@@ -238,13 +240,13 @@ def _trace_rows(old, context, change, scene, progress):
     for number in np.unique(samples[todo & (samples > 0)]):
         rows = np.flatnonzero(todo & (samples == number))
         for parts in trace_rows(replace(context, covered=covered), rows, int(number)):
-            for one, part in zip(traced, parts, strict=True):
-                one.put(part)
+            for traced_state, part in zip(traced, parts, strict=True):
+                traced_state.put(part)
     # What a closed form gives is filled in, as in any run.
-    for one in traced:
-        fill_closed_forms(context, one)
+    for traced_state in traced:
+        fill_closed_forms(context, traced_state)
         if context.reflections:
-            one.factor = element_factors(context, one)
+            traced_state.factor = element_factors(context, traced_state)
     progress(STAGE, 2, 3, "steps")
     return Edit(old, context, traced, todo, cramped=cramped)
 

@@ -175,11 +175,15 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
     states = [
         TracedState(**state, transfer=own) for state, own in zip(states, transfers, strict=True)
     ]
-    for one in states:
-        one.direct.visible_share, one.direct.reflected, one.direct.string_loss = (
-            one.transfer.visible_share,
-            one.transfer.direct_reflected,
-            one.transfer.string_loss,
+    for state_of_trees in states:
+        (
+            state_of_trees.direct.visible_share,
+            state_of_trees.direct.reflected,
+            state_of_trees.direct.string_loss,
+        ) = (
+            state_of_trees.transfer.visible_share,
+            state_of_trees.transfer.direct_reflected,
+            state_of_trees.transfer.string_loss,
         )
     city = TracedCity(prepared, context, task, states, kept["cramped"])
     return EditableCity(

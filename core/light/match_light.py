@@ -56,10 +56,14 @@ def with_reflections(base, bounces, progress=silent):
         old.task, progress=SunProgress(progress, len(old.task.suns), int(context.reflections))
     )
     # Sky and suns are solved again from what rays met; none is traced.
-    traced, specular = [one.traced for one in old.states], base.specular(prepared)
-    hooks = [specular and specular(context, one, state) for state, one in enumerate(traced)]
+    traced, specular = [state_traced.traced for state_traced in old.states], base.specular(prepared)
+    hooks = [
+        specular and specular(context, state_traced, state)
+        for state, state_traced in enumerate(traced)
+    ]
     lights = [
-        solve_skies(context, one, hook, clock) for one, hook in zip(traced, hooks, strict=True)
+        solve_skies(context, state_traced, hook, clock)
+        for state_traced, hook in zip(traced, hooks, strict=True)
     ]
     direct = solve_known_suns(context, traced, task, hooks)
     for light, state in zip(direct, old.states, strict=True):

@@ -111,13 +111,13 @@ def _append_rays(context, traced, size, before):
     for after in range(before, before + size):
         # The next points of the sequences, for as many rays as each patch had in the first round.
         more = _continue_points(context, after)
-        for one in traced:
-            if one.form_factors is not None:
-                one.form_factors.rounds.append([])
+        for state in traced:
+            if state.form_factors is not None:
+                state.form_factors.rounds.append([])
         for samples in np.unique(asked[sends]).tolist():
             for parts in trace_rows(more, np.flatnonzero(sends & (asked == samples)), samples):
-                for one, part in zip(traced, parts, strict=True):
-                    one.append(part, samples)
+                for state, part in zip(traced, parts, strict=True):
+                    state.append(part, samples)
                 done += samples * (len(parts[0].rows) + len(parts[0].enclosed_rows))
                 context.progress(STAGE, done, most, "rays")
 

@@ -259,7 +259,7 @@ def _take_fields(part, rows):
     """
     if part is None:
         return None
-    values = {one.name: getattr(part, one.name) for one in fields(part)}
+    values = {part_field.name: getattr(part, part_field.name) for part_field in fields(part)}
     lists = {
         name: [value[k] for k in rows] for name, value in values.items() if isinstance(value, list)
     }

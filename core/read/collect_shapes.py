@@ -241,14 +241,15 @@ class Templates:
             }
             place["installation"] = owner.installation
             drawn = [
-                replace(one, thematic=one.thematic or owner.thematic, **place) for one in drawn
+                replace(polygon, thematic=polygon.thematic or owner.thematic, **place)
+                for polygon in drawn
             ]
             # Placed by its matrix, unless that takes it out of this world.
             placed = place_prototype(drawn, matrix)
             if all(
                 np.abs(ring).max(initial=0) <= LARGEST_COORDINATE
-                for one in placed
-                for ring in one.rings
+                for polygon in placed
+                for ring in polygon.rings
             ):
                 return placed
             fault = NO_PLACE

@@ -131,7 +131,7 @@ def finish_trees(content):
     plants.polygons, plants.prototypes = [], {}
 
 
-def collect_json_tree(one, name, shapes, line):
+def collect_json_tree(city_object, name, shapes, line):
     """Append one tree to the content of its file, and its polygons to the file's plants.
 
     Parameters
@@ -144,9 +144,9 @@ def collect_json_tree(one, name, shapes, line):
     line : int
     """
     # A tree or a wood, with its measures: plain numbers, or numbers with a unit.
-    content, cover = shapes.content, one["type"] == "PlantCover"
+    content, cover = shapes.content, city_object["type"] == "PlantCover"
     tree = Tree(clean_name(name), content.path, line, cover)
-    attributes = one.get("attributes")
+    attributes = city_object.get("attributes")
     attributes = attributes if isinstance(attributes, dict) else {}
     given = {}
     for word, found in attributes.items():
@@ -155,7 +155,7 @@ def collect_json_tree(one, name, shapes, line):
         given[word] = measure.get("value"), unit if isinstance(unit, str) else None
     _set_attributes(tree, given)
     # Where it stands: the first point of its geometries.
-    geometries = one.get("geometry")
+    geometries = city_object.get("geometry")
     geometries = (
         [part for part in geometries if isinstance(part, dict)]
         if isinstance(geometries, list)

@@ -198,21 +198,23 @@ class _Reading:
             {place: _attributes(objects[name]) for name, place in own.items()}, content
         )
         # Then shapes of each object: of buildings, trees, terrain.
-        for number, (name, one) in enumerate(objects.items()):
+        for number, (name, city_object) in enumerate(objects.items()):
             if number % 64 == 0:
                 # At 0.8 of the time the last object of one text is read.
                 report_share(READ + (0.8 - READ) * number / len(objects))
             if name in families:
                 top, own = families[name]
-                kind = one["type"] if one["type"] in INSTALLATIONS else ""
+                kind = city_object["type"] if city_object["type"] in INSTALLATIONS else ""
                 place = building[top], part[own]
-                collect_shapes(one, Owner(clean_name(name), *place, kind, line, bool(kind)), shapes)
+                collect_shapes(
+                    city_object, Owner(clean_name(name), *place, kind, line, bool(kind)), shapes
+                )
             elif kinds[name] == "plant" and name not in gone:
-                collect_json_tree(one, name, shapes, line)
+                collect_json_tree(city_object, name, shapes, line)
             elif kinds[name] == "relief":
-                collect_json_relief(one, name, shapes.vertices, content)
-            if isinstance(one, dict):
-                one.pop("geometry", None)  # frees memory
+                collect_json_relief(city_object, name, shapes.vertices, content)
+            if isinstance(city_object, dict):
+                city_object.pop("geometry", None)  # frees memory
 
     def finish(self, *, most_named=5, most_types=30):
         """Write the notes, and raise an error if the file has no usable buildings."""
@@ -295,7 +297,10 @@ def _find_families(objects):
         Name of each building, part and installation -> name of its building, and of the part that
         it is or belongs to, or None.
     """
-    kinds, families = {name: _classify_object(one) for name, one in objects.items()}, {}
+    kinds, families = (
+        {name: _classify_object(city_object) for name, city_object in objects.items()},
+        {},
+    )
     above = {
         name: [parent for parent in _names(objects[name], "parents") if kinds.get(parent) in FAMILY]
         for name, kind in kinds.items()
@@ -308,9 +313,9 @@ def _find_families(objects):
             if child in lost and child != name:
                 above[child].append(name)
     for name in [name for name, kind in kinds.items() if kind in FAMILY]:
-        one = objects[name]
-        if kinds[name] == "extension" and not above[name] and not _names(one, "parents"):
-            alone = one.get("geometry") or _names(one, "children")
+        city_object = objects[name]
+        if kinds[name] == "extension" and not above[name] and not _names(city_object, "parents"):
+            alone = city_object.get("geometry") or _names(city_object, "children")
             kinds[name] = "extended building" if alone else "other"
         if kinds[name] in ("building", "extended building"):
             families[name] = name, None
@@ -319,9 +324,9 @@ def _find_families(objects):
     return kinds, families
 
 
-def _classify_object(one):
+def _classify_object(city_object):
     """building, member, extension, relief, plant, other or no object."""
-    kind = one.get("type") if isinstance(one, dict) else None
+    kind = city_object.get("type") if isinstance(city_object, dict) else None
     if not isinstance(kind, str):
         return "no object"
     if kind in KINDS or not EXTENSION.fullmatch(kind) or INSIDE.search(kind):
@@ -329,8 +334,8 @@ def _classify_object(one):
     return "extension"
 
 
-def _attributes(one):
-    attributes = one.get("attributes") if isinstance(one, dict) else None
+def _attributes(city_object):
+    attributes = city_object.get("attributes") if isinstance(city_object, dict) else None
     return attributes if isinstance(attributes, dict) else {}
 
 
@@ -345,8 +350,8 @@ def _part_from_gone(objects, kinds, families):
     return {name: both for name, both in families.items() if ended.isdisjoint((name, *both))}, gone
 
 
-def _names(one, key):
-    names = one.get(key)
+def _names(city_object, key):
+    names = city_object.get(key)
     return [name for name in names if isinstance(name, str)] if isinstance(names, list) else []
 
 

@@ -84,12 +84,12 @@ def read_footprints(contents, hints):
     """
     flat = [_Features(content, hints) for content in contents if content.flat_map is not None]
     _link_parts(flat)
-    for one in flat:
-        _replace_outlines(one, flat)
-    for one in flat:
-        _fill_heights(one, hints)
-        one.content.footprints = _make_footprints(one)
-        one.content.flat_map = None
+    for features in flat:
+        _replace_outlines(features, flat)
+    for features in flat:
+        _fill_heights(features, hints)
+        features.content.footprints = _make_footprints(features)
+        features.content.flat_map = None
 
 
 def _text(value):
@@ -207,35 +207,39 @@ def _link_parts(flat):
     they lie in.
     """
     whole = {}  # id of a building, also without what stands before its last colon -> (file, row)
-    for number, one in enumerate(flat):
-        for row in np.flatnonzero(one.kept & ~one.part):
-            for name in {one.names[row], one.names[row].rpartition(":")[2]} - {""}:
+    for number, features in enumerate(flat):
+        for row in np.flatnonzero(features.kept & ~features.part):
+            for name in {features.names[row], features.names[row].rpartition(":")[2]} - {""}:
                 whole.setdefault(name, (number, int(row)))
-    uses = Counter(name for one in flat for name in one.link)
-    for number, one in enumerate(flat):
-        one.outline = {}  # row of a part -> (file, row) of its outline
-        for row, name in enumerate(one.link):
-            if name and one.kept[row] and name != one.names[row]:
+    uses = Counter(name for features in flat for name in features.link)
+    for number, features in enumerate(flat):
+        features.outline = {}  # row of a part -> (file, row) of its outline
+        for row, name in enumerate(features.link):
+            if name and features.kept[row] and name != features.names[row]:
                 found = whole.get(name) or whole.get(name.rpartition(":")[2])
                 # A building that nothing else belongs to is whole.
-                one.part[row] |= uses[name] > 1 or found is not None
-                one.building[row] = name
+                features.part[row] |= uses[name] > 1 or found is not None
+                features.building[row] = name
                 if found is not None and found != (number, row):
-                    one.outline[row] = found
-                    one.building[row] = flat[found[0]].names[found[1]]
-        _link_by_place(number, one)
+                    features.outline[row] = found
+                    features.building[row] = flat[found[0]].names[found[1]]
+        _link_by_place(number, features)
 
 
-def _link_by_place(number, one):
+def _link_by_place(number, features):
     """Parts that name no building belong to the outline in which they lie."""
-    loose = one.kept & one.part & np.array([row not in one.outline for row in range(one.count)])
-    tagged = one.column("building")
-    whole = one.kept & np.array(
-        [not part or _says_yes(value) for part, value in zip(one.part, tagged, strict=True)]
+    loose = (
+        features.kept
+        & features.part
+        & np.array([row not in features.outline for row in range(features.count)])
+    )
+    tagged = features.column("building")
+    whole = features.kept & np.array(
+        [not part or _says_yes(value) for part, value in zip(features.part, tagged, strict=True)]
     )
     if not loose.any() or not whole.any():
         return
-    shapes, owner = one.map.polygons(), one.map.owner
+    shapes, owner = features.map.polygons(), features.map.owner
     outlines, places = np.flatnonzero(whole[owner]), np.flatnonzero(loose[owner])
     # A point inside each loose part, and all outlines of buildings around it.
     tree = shapely.STRtree(shapes[outlines])
@@ -246,26 +250,26 @@ def _link_by_place(number, one):
             around[int(part)].append(
                 (float(shapely.area(shapes[around_it])), int(owner[around_it]))
             )
-    sizes = np.bincount(owner, shapely.area(shapes), one.count)
+    sizes = np.bincount(owner, shapely.area(shapes), features.count)
     # The smallest of them is the part's building.
     for part, found in around.items():
         # An outline that is no larger than the part is not around it.
         area, row = min(found)
-        if area >= 0.99 * sizes[part] and row not in one.outline:
-            one.outline[part] = (number, row)
-            one.building[part] = one.names[row]
+        if area >= 0.99 * sizes[part] and row not in features.outline:
+            features.outline[part] = (number, row)
+            features.building[part] = features.names[row]
     # What is tagged as a building and lies in no other is one, whatever else it is called.
     for row in np.flatnonzero(loose & whole):
-        if int(row) not in one.outline:
-            one.outline[int(row)] = (number, int(row))
+        if int(row) not in features.outline:
+            features.outline[int(row)] = (number, int(row))
 
 
-def _replace_outlines(one, flat):
+def _replace_outlines(features, flat):
     """Leave out the outlines whose parts are drawn; parts without a height take their outline's."""
-    for row, (file, outline) in one.outline.items():
+    for row, (file, outline) in features.outline.items():
         other = flat[file]
-        heights, own = other.heights, one.heights
-        if (file, outline) == (flat.index(one), row):
+        heights, own = other.heights, features.heights
+        if (file, outline) == (flat.index(features), row):
             continue
         if math.isnan(own.top[row]) and not math.isnan(heights.top[outline]):
             own.top[row], own.source[row] = heights.top[outline], OUTLINE
@@ -273,39 +277,41 @@ def _replace_outlines(one, flat):
             own.ground[row] = heights.ground[outline]
         if not math.isnan(own.top[row]) and not other.part[outline]:
             other.kept[outline] = False
-    replaced = [one.names[row] or f"outline {row + 1}" for row in _outlines_with_parts(one, flat)]
+    replaced = [
+        features.names[row] or f"outline {row + 1}" for row in _outlines_with_parts(features, flat)
+    ]
     if replaced:
-        one.content.notes.append(
+        features.content.notes.append(
             f"{len(replaced):,} buildings are drawn by their parts: {list_some(replaced)}"
         )
 
 
-def _outlines_with_parts(one, flat):
-    number = flat.index(one)
+def _outlines_with_parts(features, flat):
+    number = flat.index(features)
     rows = {row for other in flat for file, row in other.outline.values() if file == number}
-    return sorted(row for row in rows if not one.kept[row])
+    return sorted(row for row in rows if not features.kept[row])
 
 
-def _fill_heights(one, hints):
+def _fill_heights(features, hints):
     """Heights of outlines without any: the user's, or they are left out if they are few."""
-    top, path = one.heights.top, one.content.path
-    missing = np.flatnonzero(one.kept & np.isnan(top))
+    top, path = features.heights.top, features.content.path
+    missing = np.flatnonzero(features.kept & np.isnan(top))
     if not len(missing):
         return
     # With --default-height all of them get it above their bottom, and a note tells how many.
     if hints.default:
-        top[missing] = hints.default + one.heights.bottom[missing]
+        top[missing] = hints.default + features.heights.bottom[missing]
         # Fewer are left out and reported.
         for row in missing:
-            one.heights.source[row] = DEFAULT
-        one.content.notes.append(
+            features.heights.source[row] = DEFAULT
+        features.content.notes.append(
             f"{path}: {len(missing):,} outlines without a height were given {hints.default:g} m (--default-height)."
         )
         return
-    count = int(one.kept.sum())
+    count = int(features.kept.sum())
     # A tenth of the outlines may be without a height.
     if len(missing) > 0.1 * count:
-        known = ", ".join(clean_name(name) for name in list(one.columns)[:12]) or "none"
+        known = ", ".join(clean_name(name) for name in list(features.columns)[:12]) or "none"
         problem = (
             f"{len(missing):,} of {count:,} outlines ({100 * len(missing) / count:.0f} %) have neither "
             f"a height nor floors (attributes: {known})"
@@ -314,38 +320,40 @@ def _fill_heights(one, hints):
             path, problem, "give --default-height M, or name an attribute with --height NAME"
         )
     for row in missing:
-        one.content.skip(
-            "outline without a height or floors", one.names[row] or f"outline {row + 1}"
+        features.content.skip(
+            "outline without a height or floors", features.names[row] or f"outline {row + 1}"
         )
-    one.kept[missing] = False
+    features.kept[missing] = False
 
 
-def _make_footprints(one):
+def _make_footprints(features):
     """Footprints of the features that are left."""
-    heights, flat_map = one.heights, one.map
+    heights, flat_map = features.heights, features.map
     # What begins above its own top is no solid.
-    upside = one.kept & ~((heights.top > heights.bottom) | heights.above_sea)
+    upside = features.kept & ~((heights.top > heights.bottom) | heights.above_sea)
     for row in np.flatnonzero(upside):
-        one.content.skip("begins above its own height", one.names[row] or f"outline {row + 1}")
-    rows = np.flatnonzero(one.kept & ~upside)
+        features.content.skip(
+            "begins above its own height", features.names[row] or f"outline {row + 1}"
+        )
+    rows = np.flatnonzero(features.kept & ~upside)
     if not len(rows):
-        raise InputError(one.content.path, "no outline is left", "correct its heights")
+        raise InputError(features.content.path, "no outline is left", "correct its heights")
     # Features that stay get new numbers; their polygons and rings are copied without the others'.
-    number = np.full(one.count, -1)
+    number = np.full(features.count, -1)
     number[rows] = np.arange(len(rows))
     chosen = number[flat_map.owner] >= 0
     rings = np.repeat(chosen, np.diff(flat_map.polygon_start))
     sizes = np.diff(flat_map.ring_start)
     # Names of parts, shapes of roofs, and whom to name as the source.
-    parts = [_name_part(one, row) for row in rows.tolist()]
-    roofs = _read_roofs(one)
-    _note_attribution(one)
+    parts = [_name_part(features, row) for row in rows.tolist()]
+    roofs = _read_roofs(features)
+    _note_attribution(features)
     return Footprints(
         flat_map.points[np.repeat(rings, sizes)],
         np.concatenate([[0], np.cumsum(sizes[rings])]),
         np.concatenate([[0], np.cumsum(np.diff(flat_map.polygon_start)[chosen])]),
         number[flat_map.owner[chosen]],
-        [one.building[row] for row in rows],
+        [features.building[row] for row in rows],
         parts,
         heights.bottom[rows],
         heights.top[rows],
@@ -356,24 +364,27 @@ def _make_footprints(one):
     )
 
 
-def _name_part(one, row):
+def _name_part(features, row):
     """Name of a part within its building, "" for a whole building."""
-    if not one.part[row]:
+    if not features.part[row]:
         return ""
-    return one.names[row] or f"outline {row + 1}"
+    return features.names[row] or f"outline {row + 1}"
 
 
-def _read_roofs(one):
+def _read_roofs(features):
     """Roofs of a shape whose height and direction are given: dict of row to Roof."""
-    shapes = one.column(*names.ROOF_SHAPES)
-    directions, sides = one.column(*names.ROOF_DIRECTIONS), one.column(*names.ROOF_ORIENTATIONS)
-    levels = one.column("roof:levels")
+    shapes = features.column(*names.ROOF_SHAPES)
+    directions, sides = (
+        features.column(*names.ROOF_DIRECTIONS),
+        features.column(*names.ROOF_ORIENTATIONS),
+    )
+    levels = features.column("roof:levels")
     roofs = {}
     for row, value in enumerate(shapes):
         shape = SHAPES.get(_text(value).lower())
-        if shape is None or not one.kept[row]:
+        if shape is None or not features.kept[row]:
             continue
-        height = one.heights.roof[row]
+        height = features.heights.roof[row]
         if math.isnan(height) and re.fullmatch(r"\d+(\.\d+)?", _text(levels[row])):
             height = STOREY * float(_text(levels[row]))
         azimuth, side = _read_direction(directions[row]), _text(sides[row]).lower()
@@ -400,13 +411,19 @@ def _read_direction(value):
     return degrees % 360 if math.isfinite(degrees) else None
 
 
-def _note_attribution(one):
+def _note_attribution(features):
     """Name those who made the data, where the attributes tell."""
-    sources = one.column("sources")
+    sources = features.column("sources")
     texts = " ".join(str(value) for value in sources if value)[:10_000_000]
-    speaks = any(name.startswith(("building:", "@id", "addr:", "osm_")) for name in one.columns)
+    speaks = any(
+        name.startswith(("building:", "@id", "addr:", "osm_")) for name in features.columns
+    )
     ids = re.compile(r"(?:node|way|relation)/\d+")
-    if speaks or "OpenStreetMap" in texts or any(ids.fullmatch(name) for name in one.names[:50]):
-        one.content.attributions.append(OPENSTREETMAP)
+    if (
+        speaks
+        or "OpenStreetMap" in texts
+        or any(ids.fullmatch(name) for name in features.names[:50])
+    ):
+        features.content.attributions.append(OPENSTREETMAP)
     if "microsoft" in texts.lower():
-        one.content.attributions.append("Microsoft building footprints, ODbL")
+        features.content.attributions.append("Microsoft building footprints, ODbL")

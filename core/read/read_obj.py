@@ -189,7 +189,7 @@ def _note_others(parts, building, content):
     others = {number: names for number, names in called.items() if all(map(OTHERS.match, names))}
     if not others or len(others) == len(called):
         return
-    named = list_some(list(dict.fromkeys(name for one in others.values() for name in one)), 5)
+    named = list_some(list(dict.fromkeys(name for other in others.values() for name in other)), 5)
     words = (
         f"{len(others)} of {len(called)} objects of {content.path} are no buildings by their names "
         f"({named})"

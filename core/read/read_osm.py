@@ -80,28 +80,28 @@ def read_osm(path, report_share=silent):
 
 def _read_xml(path, report_share):
     elements = _Elements()
-    for one in iterate_elements(path, ("node", "way", "relation"), report_share=report_share):
-        if one.get("visible") == "false" or one.get("action") == "delete":
+    for element in iterate_elements(path, ("node", "way", "relation"), report_share=report_share):
+        if element.get("visible") == "false" or element.get("action") == "delete":
             continue
-        kind = one.tag.rpartition("}")[2]
+        kind = element.tag.rpartition("}")[2]
         try:
-            number = int(one.get("id"))
+            number = int(element.get("id"))
             if kind == "node":
-                elements.add_node(number, float(one.get("lon")), float(one.get("lat")))
+                elements.add_node(number, float(element.get("lon")), float(element.get("lat")))
                 continue
-            tags = {tag.get("k"): tag.get("v") for tag in one.iterchildren("{*}tag")}
+            tags = {tag.get("k"): tag.get("v") for tag in element.iterchildren("{*}tag")}
             if kind == "way":
-                nodes = array("q", [int(node.get("ref")) for node in one.iterchildren("{*}nd")])
+                nodes = array("q", [int(node.get("ref")) for node in element.iterchildren("{*}nd")])
                 elements.ways[number] = nodes, tags
             else:
                 members = [
                     (member.get("type"), int(member.get("ref")), member.get("role"))
-                    for member in one.iterchildren("{*}member")
+                    for member in element.iterchildren("{*}member")
                 ]
                 elements.relations.append((number, members, tags))
         except (TypeError, ValueError, OverflowError) as error:
             raise InputError(
-                path, f"line {one.sourceline}: {kind} without numbers ({error})", CUT
+                path, f"line {element.sourceline}: {kind} without numbers ({error})", CUT
             ) from error
     return elements
 
@@ -122,16 +122,16 @@ def _read_json(path, content, report_share):
     return elements
 
 
-def _add_json(one, elements):
-    kind, number, tags = one["type"], int(one["id"]), one.get("tags") or {}
+def _add_json(element, elements):
+    kind, number, tags = element["type"], int(element["id"]), element.get("tags") or {}
     if kind == "node":
-        elements.add_node(number, float(one["lon"]), float(one["lat"]))
+        elements.add_node(number, float(element["lon"]), float(element["lat"]))
     elif kind == "way":
-        shape = [[float(at["lon"]), float(at["lat"])] for at in one.get("geometry") or [] if at]
-        elements.ways[number] = shape or array("q", map(int, one.get("nodes", []))), tags
+        shape = [[float(at["lon"]), float(at["lat"])] for at in element.get("geometry") or [] if at]
+        elements.ways[number] = shape or array("q", map(int, element.get("nodes", []))), tags
     elif kind == "relation":
         members = []
-        for member in one.get("members", []):
+        for member in element.get("members", []):
             members.append((member["type"], int(member["ref"]), member.get("role", "")))
             shape = [
                 [float(at["lon"]), float(at["lat"])] for at in member.get("geometry") or [] if at
@@ -147,16 +147,18 @@ def _read_pbf(path):
 
     elements = _Elements()
     with parsing(path, "cannot be read as PBF", CUT):
-        for one in osmium.FileProcessor(str(path)):
-            tags = {tag.k: tag.v for tag in one.tags}
-            if one.is_node():
-                elements.add_node(one.id, one.lon, one.lat)
-            elif one.is_way():
-                elements.ways[one.id] = [node.ref for node in one.nodes], tags
-            elif one.is_relation():
+        for element in osmium.FileProcessor(str(path)):
+            tags = {tag.k: tag.v for tag in element.tags}
+            if element.is_node():
+                elements.add_node(element.id, element.lon, element.lat)
+            elif element.is_way():
+                elements.ways[element.id] = [node.ref for node in element.nodes], tags
+            elif element.is_relation():
                 kinds = {"n": "node", "w": "way", "r": "relation"}
-                members = [(kinds[member.type], member.ref, member.role) for member in one.members]
-                elements.relations.append((one.id, members, tags))
+                members = [
+                    (kinds[member.type], member.ref, member.role) for member in element.members
+                ]
+                elements.relations.append((element.id, members, tags))
     return elements
 
 

@@ -51,7 +51,7 @@ class GmlRelief:
         return None
 
 
-def collect_json_relief(one, name, vertices, content):
+def collect_json_relief(city_object, name, vertices, content):
     """Add the surfaces of a TINRelief of CityJSON, cut into triangles where they are none.
 
     Parameters
@@ -64,7 +64,7 @@ def collect_json_relief(one, name, vertices, content):
     content : FileContent
         Its relief grows.
     """
-    geometries, name = one.get("geometry"), clean_name(name)
+    geometries, name = city_object.get("geometry"), clean_name(name)
     for geometry in geometries if isinstance(geometries, list) else []:
         problem = find_fault(geometry)
         if problem or DEPTHS.get(geometry["type"]) != 0:

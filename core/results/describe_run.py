@@ -180,8 +180,8 @@ def describe_windows(summary):
     )
     if varied := summary["error_budget"].get("windows"):
         bands = ", ".join(
-            f"{show_number(one['percent'], 1, plus=True)} % with {one['window_band']:g} m"
-            for one in varied
+            f"{show_number(variant['percent'], 1, plus=True)} % with {variant['window_band']:g} m"
+            for variant in varied
         )
         words += f" Windows that are not drawn are assumed; energy changes by {bands} of a storey."
     return words + left

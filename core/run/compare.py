@@ -222,8 +222,8 @@ def _compose_page(comparison):
     )
 
 
-def _numbers_of(one):
+def _numbers_of(sums):
     """Sums as text, in the order of HEAD."""
     names = ("before", "after", "change", "change_standard_error", "change_roofs", "change_facades")
     signed = ("change", "change_roofs", "change_facades")
-    return [show_number(one[f"mwh_{name}"], 2, plus=name in signed) for name in names]
+    return [show_number(sums[f"mwh_{name}"], 2, plus=name in signed) for name in names]

@@ -390,9 +390,9 @@ def write_options(values):
             continue
         words.append(option_of(name))
         if isinstance(value, dict):
-            words += [f"{key}={_show_switch(one)}" for key, one in value.items()]
+            words += [f"{key}={_show_switch(entry)}" for key, entry in value.items()]
         elif isinstance(value, list | tuple):
-            words += [str(one) for one in value]
+            words += [str(entry) for entry in value]
         elif details.kind != "flag":
             words.append(_show_switch(details.none if value is None else value))
     return " ".join(map(shlex.quote, words))

@@ -153,12 +153,12 @@ def check_sources(source):
     ------
     InputError
     """
-    sources = [str(one) for one in (source if isinstance(source, list | tuple) else [source])]
+    sources = [str(file) for file in (source if isinstance(source, list | tuple) else [source])]
     if len(sources) == 1 and is_source(sources[0]):
         parse_asked(sources[0])
     else:
-        for one in sources:
-            recognise_weather(Path(one))
+        for file in sources:
+            recognise_weather(Path(file))
 
 
 def read_files(paths, own, reading):

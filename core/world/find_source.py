@@ -30,8 +30,8 @@ def find_source(request, settings, stack):
         )
     # Files: a grid of ERA5 has its own points; some of them may be picked.
     paths = [
-        Path(one)
-        for one in (request.weather if isinstance(request.weather, list) else [request.weather])
+        Path(file)
+        for file in (request.weather if isinstance(request.weather, list) else [request.weather])
     ]
     kinds = {recognise_weather(path).key for path in paths}
     if kinds == {"era5"}:

@@ -372,8 +372,8 @@ def forget_edited(touched=None):
         _known.clear()
         _parts.clear()
         return
-    uids = {one.session_uid for one in touched}
-    data = {one.session_uid for one in touched if one.id_type == "MESH"}
+    uids = {touched_item.session_uid for touched_item in touched}
+    data = {touched_item.session_uid for touched_item in touched if touched_item.id_type == "MESH"}
     if data:
         uids |= {
             item.session_uid

@@ -178,8 +178,8 @@ def _read_shader(material):
         parts = NODES.get(node.type, ()) if node is not None else ()
         inputs = [node.inputs[part] if isinstance(part, str) else part for part in parts]
         inputs = [
-            one if isinstance(one, float) else None if one.is_linked else one.default_value
-            for one in inputs
+            given if isinstance(given, float) else None if given.is_linked else given.default_value
+            for given in inputs
         ]
     colour, *rest = inputs or (None,) * 4
     if colour is not None:

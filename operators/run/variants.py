@@ -36,7 +36,9 @@ class NewVariant(OfCity, Action, bpy.types.Operator):
         copy = _copy_variant(city, ground)
         for item in (copy,) if Key.VARIANT in city else (city, copy):
             used = {
-                one.get(Key.VARIANT) for one in find_variants(context.scene, item) if one != item
+                variant.get(Key.VARIANT)
+                for variant in find_variants(context.scene, item)
+                if variant != item
             }
             item[Key.VARIANT] = next(
                 (letter for letter in ascii_uppercase if letter not in used), f"{len(used) + 1}"
