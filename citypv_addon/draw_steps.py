@@ -8,7 +8,7 @@ from ..operators.city.declare_settings import AUTO
 from ..operators.city.keys import Key
 from ..operators.city.run_step import Step
 from ..operators.city.session import find_city, list_cities
-from ..operators.show.compare_results import find_variants
+from ..operators.run.compare_results import find_variants
 from ..operators.show.keep_report import describe_row, read_rows
 
 TITLES = {

@@ -6,9 +6,8 @@ from math import inf, isfinite, isnan
 
 from ..operators.city.declare_settings import name_switch
 from ..operators.city.keys import Key
-from ..operators.run import plan_trace
+from ..operators.run import compare_results, plan_trace
 from ..operators.run.plan_trace import ITEMS
-from ..operators.show import compare_results
 from .draw_steps import draw_numbers, draw_sentence
 
 

@@ -3,17 +3,17 @@
 import bpy
 
 from ..operators.city.check_libraries import FAILURES
-from ..operators.city.city_design import describe_edit, is_from_file
 from ..operators.city.declare_settings import ELECTRIC, OF_LIGHT, settings_of_panel
+from ..operators.city.edit_marks import describe_edit, is_from_file
 from ..operators.city.keep_transfer import describe_missing
 from ..operators.city.keys import Key
 from ..operators.city.read_materials import describe_material
 from ..operators.city.read_settings import ASKED_BY_KEY, STEPS, state_of_step
 from ..operators.city.run_step import Step
 from ..operators.city.session import find_city
-from ..operators.run.compute_energy import read_best
-from ..operators.show.compare_results import show_end
+from ..operators.run.compare_results import show_end
 from ..operators.show.probe_faces import read_charts
+from ..operators.show.show_building import read_best
 from ..operators.show.show_result import find_before, has_result
 from ..operators.show.timeline import FRAMES
 from .draw_steps import FOUND as FINDINGS

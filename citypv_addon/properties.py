@@ -17,8 +17,9 @@ from ..operators.city.attributes import TITLES, VIEWS
 from ..operators.city.declare_settings import build_properties
 from ..operators.city.read_materials import MATERIALS
 from ..operators.city.read_settings import ADDON, ASKED_BY_KEY, FILES_WORDS, use_cache_folder
+from ..operators.run import choose_faces
 from ..operators.run.plan_trace import DAYS
-from ..operators.show import choose_faces, show_modules, show_result
+from ..operators.show import show_modules, show_result
 from ..operators.show.timeline import TIMED, follow_timeline_show
 
 LODS = [

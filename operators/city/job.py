@@ -14,6 +14,7 @@ NICENESS, LARGEST = (
     10,
     19,
 )
+COMPILING = "compiling for this computer, only once"  # name of the stage
 
 
 class Job(threading.Thread):
@@ -140,28 +141,3 @@ def threads_beside_window(windowed, platform=sys.platform):
         As `sys.platform` names it.
     """
     return max(1, usable_threads() - 1) if windowed and platform != "linux" else None
-
-
-COMPILING = "compiling for this computer, only once"
-
-
-def compile_loops(progress):
-    """Compile the loops of a run if they are not kept on this computer yet; returns at once if they
-    are.
-
-    Parameters
-    ----------
-    progress : callable
-        See `core.settings.progress`.
-    """
-    from ...core.rays.hemisphere_rays import is_compiled
-
-    if is_compiled():
-        return
-    from ...core.rays.compile_ahead import compile_loop, read_loops
-
-    loops = read_loops()
-    for number, loop in enumerate(loops):
-        progress(COMPILING, number, len(loops), "loops")
-        compile_loop(loop)
-    progress(COMPILING, len(loops), len(loops), "loops")

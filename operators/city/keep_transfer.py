@@ -11,7 +11,7 @@ from bpy.app.handlers import persistent
 
 from ...core.settings.errors import InputError
 from ...core.settings.progress import silent
-from .city_design import check_unedited
+from .edit_marks import check_unedited
 from .keys import Key
 from .read_settings import folder_of_answers, read_settings, state_of_step
 from .session import Session, find_city, list_cities

@@ -15,8 +15,8 @@ from ...core.settings.errors import InputError
 from ...core.settings.request import Request
 from ...core.weather.formats import FORMATS, suffixes_of_weather
 from ...core.weather.sources import ASKED_BY_KEY
-from .city_design import describe_edit
 from .declare_settings import ELECTRIC, OF_LIGHT, name_switch, read_properties, settings_of_panel
+from .edit_marks import describe_edit
 from .job import threads_beside_window
 from .keys import Key
 from .source_objects import is_in_place

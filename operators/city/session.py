@@ -92,40 +92,12 @@ class Session:
                 setattr(self, name, getattr(weighed, name))
 
 
-def part_sessions(cities):
-    """Give cities that were duplicated or appended keys of their own: results of one are not those
-    of the other.
-
-    Parameters
-    ----------
-    cities : list of bpy.types.Object
-        In the order in which they came; two do not share a file with traced light either.
-    """
-    for key in (Key.SESSION, Key.TRANSFER_FILE):
-        seen = set()
-        for city in cities:
-            if city.get(key) and city[key] in seen:
-                del city[key]
-            seen.add(city.get(key))
-
-
 @persistent
 def close_sessions(*_):
     """Discard all sessions: when the add-on is disabled, or another file opened, which may have the
     same keys.
     """
     _sessions.clear()
-
-
-def find_objects(uids):
-    """Objects of the open file by their `session_uid`, which undo keeps: dict; those that are gone
-    are left out.
-
-    Work that goes on between two calls of Blender keeps these numbers: undo, deleting and opening a
-    file free objects.
-    """
-    wanted = set(uids)
-    return {item.session_uid: item for item in bpy.data.objects if item.session_uid in wanted}
 
 
 def find_city(scene):

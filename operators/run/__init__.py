@@ -1,12 +1,18 @@
 """Run: the steps that a user takes, from files or own meshes to full load hours: import, classify,
-trace, weigh, edit, update, export.
+trace, weigh, edit, update, compare, export; and what an edit of a city is.
 
 In: files, objects, a Request. Out: a Session with all that was found, results on the faces, files.
-Read first: `solar_city`, `import_city`, `trace_city`.
+Read first: `solar_city`, `import_city`, `trace_city`, `city_design`.
 """
 
 DOORS = (
-    "compute_energy.read_best",
+    "choose_faces.follow_least_hours",
+    "compare_results.find_variants",
+    "compare_results.percent_of",
+    "compare_results.read_comparison",
+    "compare_results.show_end",
+    "compare_results.write_energy",
+    "compare_results.write_row",
     "import_city.IMPORT_LABEL",
     "plan_trace.DAYS",
     "plan_trace.ITEMS",

@@ -7,26 +7,25 @@ import numpy as np
 
 from ...core.settings.errors import InputError, count_of
 from ...core.settings.progress import report_polygons
-from ..city import city_design
+from ..city import edit_marks
 from ..city.attributes import write_classes
 from ..city.build_meshes import build_meshes, remove_objects, show_objects
-from ..city.city_design import OF_CITY
-from ..city.job import COMPILING, compile_loops
+from ..city.job import COMPILING
 from ..city.keys import Key
 from ..city.read_materials import remember_materials
 from ..city.read_settings import STEPS, read_settings, remember_step
 from ..city.run_step import OfCity, Step, leave_edit_mode
-from ..city.session import (
-    Session,
-    find_city,
-    find_objects,
-)
+from ..city.session import Session, find_city
 from ..city.source_objects import is_in_place, put_in_place
-from ..city.worn_faces import remember_wearers, write_sources
 from ..show.colour_user_meshes import uncolour_user_meshes
 from ..show.keep_report import keep_report
 from ..show.show_result import show_result
+from . import city_design
+from .city_design import OF_CITY
+from .compile_loops import compile_loops
 from .edited_city import read_edited_city
+from .members import find_objects
+from .worn_faces import remember_wearers, write_sources
 
 CLASSIFYING = "classifying"  # name of the stage
 
@@ -43,7 +42,7 @@ class ClassifyCity(OfCity, Step, bpy.types.Operator):
         """Take the city as it is seen, and the settings."""
         city, ground = find_city(context.scene)
         if city.get(Key.ADDED):
-            city_design.check_unedited(city)
+            edit_marks.check_unedited(city)
         session, request = Session.of(city), read_settings(context.scene.citypv)
         leave_edit_mode(context)
         remember_materials(city, ground, session)

@@ -7,17 +7,18 @@ import numpy as np
 from mathutils.geometry import tessellate_polygon
 
 from ...core.settings.errors import InputError
-from ..city import city_design
 from ..city.attributes import read_face_attribute, write_face_attribute
 from ..city.build_meshes import suggest_buildings
 from ..city.keys import Key
 from ..city.run_step import Action, OfCity, leave_edit_mode
 from ..city.session import Session, find_city
-from ..city.shapes import describe_object
-from ..city.source_objects import is_in_place, list_members, list_taken
-from ..city.worn_faces import POLYGON, remember_wearers, write_sources
+from ..city.source_objects import is_in_place, list_taken
 from ..show.colour_user_meshes import colour_user_meshes
 from ..show.select_faces import read_selection
+from . import city_design
+from .members import list_members
+from .shapes import describe_object
+from .worn_faces import POLYGON, remember_wearers, write_sources
 
 
 class EditAction(OfCity, Action):

@@ -11,11 +11,13 @@ from mathutils import Matrix
 
 from ...core.city.city import FileContent, Polygon, whole_of_cell
 from ...core.settings.errors import InputError
-from ..city import attributes, city_design
+from ..city import attributes
 from ..city.build_meshes import site_of
 from ..city.keys import Key
-from ..city.shapes import own_modifiers
-from ..city.source_objects import is_in_place, list_seen
+from ..city.source_objects import is_in_place
+from . import city_design
+from .members import list_seen
+from .shapes import own_modifiers
 from .take_meshes import read_meshes
 
 

@@ -13,7 +13,6 @@ from ...core.read.formats import READ, SUFFIXES
 from ...core.settings.progress import report_polygons
 from ..city import source_objects
 from ..city.build_meshes import build_meshes, remove_objects, show_objects
-from ..city.city_design import begin_design
 from ..city.keys import Key
 from ..city.read_settings import (
     choose_weather,
@@ -24,11 +23,13 @@ from ..city.read_settings import (
 )
 from ..city.run_step import Step
 from ..city.session import Session, list_cities
-from ..city.worn_faces import remember_wearers, write_sources
 from ..show.colour_user_meshes import uncolour_user_meshes
 from ..show.keep_report import keep_report
 from ..show.show_city import show_city
+from . import members
+from .city_design import begin_design
 from .switch_city import show_objects_of
+from .worn_faces import remember_wearers, write_sources
 
 IMPORT_LABEL = f"City for CityPV ({', '.join(suffixes[0] for _, suffixes, *_ in READ)})"
 
@@ -199,7 +200,7 @@ def show_import(context, city, scene, findings, taken=()):
     begin_design(item, earlier)
     # what comes later beside it is an edit
     item[Key.BESIDE], item[Key.ADDED] = (
-        source_objects.list_beside(item),
+        members.list_beside(item),
         "",
     )
     if not taken:

@@ -11,13 +11,13 @@ from ...core.settings.errors import InputError, show_number
 from ...core.settings.presets import PRESET_WORDS, PRESETS
 from ...core.settings.progress import describe_duration
 from ...core.settings.request import Request
-from ..city.city_design import check_unedited
 from ..city.declare_settings import UNSET
-from ..city.job import compile_loops
+from ..city.edit_marks import check_unedited
 from ..city.keys import Key
 from ..city.read_settings import folder_of_answers, read_settings
 from ..city.run_step import Action, OfCity, Step
 from ..city.session import Session, find_city
+from .compile_loops import compile_loops
 
 # way -> property with its number
 NUMBERS = {

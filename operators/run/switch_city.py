@@ -12,11 +12,12 @@ from ..city.keys import Key
 from ..city.read_settings import STEPS
 from ..city.run_step import Action, OfCity, leave_edit_mode
 from ..city.session import find_city, list_cities
-from ..city.source_objects import is_in_place, list_members, list_taken
+from ..city.source_objects import is_in_place, list_taken
 from ..show.colour_faces import read_scale
 from ..show.colour_user_meshes import colour_user_meshes, uncolour_user_meshes
 from ..show.show_city import match_view
 from ..show.show_modules import show_modules
+from .members import list_members
 
 
 class SwitchCity(OfCity, Action, bpy.types.Operator):

@@ -12,11 +12,11 @@ from ..city.keys import Key
 from ..city.read_materials import name_face_materials
 from ..city.read_settings import read_settings
 from ..city.run_step import Step, leave_edit_mode
-from ..city.session import find_objects
 from ..city.source_objects import WORN_COLOURS, is_single
-from ..city.worn_faces import name_faces
 from .ask_place import ask_place
 from .import_city import show_import, triangulate_import
+from .members import find_objects
+from .worn_faces import name_faces
 
 LARGEST_COORDINATE = 1e8  # [m] larger than any coordinate on Earth
 OTHER_SHAPES = ("CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD", "VOLUME")

@@ -19,8 +19,8 @@ from ..city.run_step import Step, leave_edit_mode
 from ..city.session import Session, find_city
 from ..show.keep_report import keep_report
 from ..show.show_result import show_result
-from ..show.summarise import OF_ENERGY, summarise_albedo
 from .plan_trace import OfScene, keep_plan, prepare_weather
+from .summarise import OF_ENERGY, summarise_albedo
 
 
 class TraceCity(OfScene, Step, bpy.types.Operator):

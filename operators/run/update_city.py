@@ -8,15 +8,16 @@ from queue import SimpleQueue
 import bpy
 import numpy as np
 
-from ..city import city_design
+from ..city import edit_marks
 from ..city.attributes import CHANGE, write_results, write_surface_values
 from ..city.keys import Key
 from ..city.read_settings import read_settings
 from ..city.run_step import OfCity, Step, leave_edit_mode, redraw_panels
 from ..city.session import Session, find_city, list_cities
-from ..show.compare_results import KeepBefore, values_of_surfaces
 from ..show.show_result import BEFORE, find_before, show_result
+from . import city_design
 from .classify_city import show_kinds
+from .compare_results import KeepBefore, values_of_surfaces
 from .compute_energy import WeighEnergy
 from .edited_city import read_edited_city
 from .trace_city import keep_light
@@ -47,14 +48,14 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         """There is an edit, and light to start from."""
         city, _ = find_city(context.scene)
         cls.poll_message_set("Trace the light of a city first; then edit it")
-        return city_design.can_update(city) and city_design.has_edits(city)
+        return edit_marks.can_update(city) and city_design.has_edits(city)
 
     def prepare(self, context):
         """Read the city as it is seen."""
         city, _ = find_city(context.scene)
         session = Session.of(city)
         if city_design.hinders_update(city):
-            city_design.check_unedited(city)
+            edit_marks.check_unedited(city)
         leave_edit_mode(context)
         seen, request = (
             read_edited_city(context, city, session),

@@ -15,12 +15,13 @@ from ..city.keys import Key
 from ..city.read_settings import read_settings
 from ..city.run_step import Action, OfCity, leave_edit_mode
 from ..city.session import Session
-from ..city.source_objects import list_members, list_seen, list_taken
-from ..city.worn_faces import remember_wearers
-from ..show.compare_results import compare_with_before, find_variants
+from ..city.source_objects import list_taken
 from ..show.show_result import find_before, show_result
+from .compare_results import compare_with_before, find_variants
+from .members import list_members, list_seen
 from .switch_city import find_named, show_objects_of
 from .update_city import tell_errors
+from .worn_faces import remember_wearers
 
 
 class NewVariant(OfCity, Action, bpy.types.Operator):

@@ -8,17 +8,18 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ...core.settings.errors import InputError
-from ..city import city_design, session, source_objects
+from ..city import edit_marks, session, source_objects
 from ..city.build_meshes import remove_objects, renew_holders
 from ..city.keep_transfer import keep_transfers
 from ..city.keys import Key
 from ..city.read_settings import read_settings
 from ..city.run_step import Step
-from ..show.choose_faces import renew_choice
 from ..show.colour_user_meshes import draw_as_before
 from ..show.show_city import match_view
 from ..show.show_modules import find_modules
 from ..show.timeline import follow_frame
+from . import city_design, members
+from .choose_faces import renew_choice
 from .update_city import UpdateCity, is_editing
 
 TICK = 0.1  # [s]
@@ -66,7 +67,7 @@ def _follow_edits(scene, graph):
     if graph.id_type_updated("OBJECT"):
         # A copy of a whole scene has copies of its cities, too.
         every = {city for one in bpy.data.scenes for city in session.list_cities(one)}
-        session.part_sessions(sorted(every, key=lambda city: city.session_uid))
+        members.part_sessions(sorted(every, key=lambda city: city.session_uid))
     cities = session.list_cities(scene)
     for city in cities:
         ground = city.get(Key.GROUND)
@@ -79,7 +80,7 @@ def _follow_edits(scene, graph):
 
 def _arrange(scene, cities):
     """`arrangement_of` a scene, by what is known of its cities: dict."""
-    return source_objects.arrangement_of(scene, cities, city_design.taken_parts(cities))
+    return members.arrangement_of(scene, cities, city_design.taken_parts(cities))
 
 
 def remove_left_grounds():
@@ -91,7 +92,7 @@ def remove_left_grounds():
     }
     grounds = {uid: city.get(Key.GROUND) for uid, city in cities.items()}
     if gone := _grounds.keys() - cities.keys():
-        left_grounds = session.find_objects(_grounds[city] for city in gone)
+        left_grounds = members.find_objects(_grounds[city] for city in gone)
         left = set(left_grounds.values()) - set(grounds.values())
         # Of a city that is gone its modules have no parent any more.
         left |= {item for item in find_modules(bpy.context.scene) if item.parent is None}
@@ -118,7 +119,7 @@ def _find_work():
             or not source_objects.is_seen(city)
             or not city_design.has_edits(city)
             or city_design.hinders_update(city)
-            or not city_design.can_update(city)
+            or not edit_marks.can_update(city)
         ):
             continue
         with bpy.context.temp_override(window=window):

@@ -1,35 +1,23 @@
-"""Show: the colours of a result, its legend, views and pictures, the timeline, tables, what single
-faces yield, and the comparison of two cities.
+"""Show: the colours of a result, its legend, views and pictures, the timeline, the report, and what
+single faces and buildings yield.
 
 In: face attributes of a city, a Session with Energy. Out: materials, colour attributes, 3D views,
 city.blend and preview.png, tables of the panel. Read first: `show_result`.
 """
 
 DOORS = (
-    "choose_faces.follow_least_hours",
-    "choose_faces.renew_choice",
     "colour_faces.read_scale",
     "colour_user_meshes.colour_user_meshes",
     "colour_user_meshes.draw_as_before",
     "colour_user_meshes.uncolour_user_meshes",
-    "compare_results.KeepBefore",
-    "compare_results.compare_with_before",
-    "compare_results.find_variants",
-    "compare_results.percent_of",
-    "compare_results.read_comparison",
-    "compare_results.show_end",
-    "compare_results.values_of_surfaces",
-    "compare_results.write_energy",
-    "compare_results.write_row",
     "draw_results.draw_results",
     "draw_view.DRAWN",
     "keep_report.describe_row",
-    "keep_report.find_faces",
     "keep_report.keep_report",
     "keep_report.read_rows",
     "probe_faces.read_charts",
     "select_faces.read_selection",
-    "select_faces.select_faces",
+    "show_building.read_best",
     "show_city.match_view",
     "show_city.show_city",
     "show_modules.find_modules",
@@ -41,11 +29,8 @@ DOORS = (
     "show_result.follow_side_by_side",
     "show_result.follow_switch",
     "show_result.has_result",
+    "show_result.show_before",
     "show_result.show_result",
-    "summarise.OF_ENERGY",
-    "summarise.sum_energy",
-    "summarise.summarise_albedo",
-    "summarise.summarise_energy",
     "timeline.FRAMES",
     "timeline.TIMED",
     "timeline.follow_frame",

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..city.attributes import CHANGE, RESULTS
 from ..city.build_meshes import remove_objects
-from ..city.city_design import describe_edit
+from ..city.edit_marks import describe_edit
 from ..city.keys import Key
 from .colour_faces import MATERIAL, colours_of_values, linear_colour, start_emission, write_colours
 

@@ -12,9 +12,9 @@ import bpy
 import numpy as np
 
 from ..city import attributes, source_objects
-from ..city.attributes import PREFIX
+from ..city.attributes import PREFIX, read_face_attribute
 from ..city.keys import Key
-from ..city.source_objects import MASK, WORN_COLOURS
+from ..city.source_objects import MASK, SOURCE, WORN_COLOURS, list_taken
 from .colour_faces import MATERIAL, write_colours
 
 
@@ -31,7 +31,7 @@ def colour_user_meshes(city, *, shown=3):
     values, colours = _read_results(city.data)
     # An object of one mesh that has all faces of its surfaces wears the colours; others are
     # outlines around the copy.
-    for item, building, triangles, faces in source_objects.list_worn(city):
+    for item, building, triangles, faces in list_worn(city):
         whole = len(faces) and len(np.unique(faces)) == len(np.unique(surface[triangles]))
         if (
             building
@@ -167,3 +167,16 @@ def _mask_faces(city, own):
         mask = city.modifiers.new(MASK, "MASK")
         mask.vertex_group, mask.invert_vertex_group = MASK, True
     mask.show_viewport = mask.show_render = bool(inside.any())
+
+
+def list_worn(city):
+    """Which faces of a city objects show: list of (object, building, (k,) int of the city, (k,) int
+    of the object).
+    """
+    numbers, shown = (read_face_attribute(city.data, name) for name in SOURCE)
+    order, worn = np.argsort(numbers, kind="stable"), []
+    for number, item, building in list_taken(city):
+        first, end = np.searchsorted(numbers, [number, number + 1], sorter=order)
+        faces = order[first:end]
+        worn.append((item, building, faces, shown[faces]))
+    return worn

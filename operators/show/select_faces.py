@@ -11,6 +11,7 @@ from ..city.attributes import read_array, read_face_attribute
 from ..city.keys import Key
 from ..city.run_step import Action, OfCity, leave_edit_mode
 from ..city.session import find_city
+from . import colour_user_meshes
 from .keep_report import describe_row, find_faces, read_rows
 
 
@@ -40,7 +41,7 @@ def select_faces(context, item, chosen):
     if source_objects.is_in_place(item):
         parts = [
             (own, np.isin(np.arange(len(own.data.polygons)), faces[chosen[rows]]))
-            for own, building, rows, faces in source_objects.list_worn(item)
+            for own, building, rows, faces in colour_user_meshes.list_worn(item)
             if building
         ]
     for own, faces in parts:
@@ -64,7 +65,7 @@ def gather_selection(context, item):
     if not source_objects.is_in_place(item) or (item.get(Key.HIGHLIGHT) and not edited):
         return read_selection(item.data)
     chosen = np.zeros(len(item.data.polygons), bool)
-    for own, building, rows, faces in source_objects.list_worn(item):
+    for own, building, rows, faces in colour_user_meshes.list_worn(item):
         if building and (own in edited if edited else own.select_get()):
             chosen[rows] = read_selection(own.data)[faces] if edited else True
     return chosen

@@ -10,8 +10,8 @@ from street import describe_house
 from citypv.core.results.colour_map import DIVERGING, MISSING, srgb_colour
 from citypv.operators.city.attributes import read_face_attribute, write_face_attribute
 from citypv.operators.city.session import Session, find_city, list_cities
+from citypv.operators.run.compare_results import percent_of, read_comparison
 from citypv.operators.show.colour_faces import colour_faces, colours_of_values, read_scale
-from citypv.operators.show.compare_results import percent_of, read_comparison
 from citypv.operators.show.show_result import find_before
 
 HOURS, CHANGE = "full_load_hours", "change_of_full_load_hours"

@@ -12,8 +12,8 @@ from citypv.core.read.read_city import read_city
 from citypv.operators.city.attributes import read_face_attribute
 from citypv.operators.city.read_materials import read_finish
 from citypv.operators.city.session import Session, find_city
+from citypv.operators.run.summarise import summarise_albedo
 from citypv.operators.show.keep_report import find_row
-from citypv.operators.show.summarise import summarise_albedo
 
 
 def give(item, material, chosen):

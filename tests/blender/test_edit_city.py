@@ -29,10 +29,10 @@ from citypv.core.light.match_light import match_light
 from citypv.core.settings.progress import silent
 from citypv.core.study import change_scene, compute_energy
 from citypv.operators.city.attributes import CHANGE, read_corners, read_face_attribute
-from citypv.operators.city.city_design import describe_edit
+from citypv.operators.city.edit_marks import describe_edit
 from citypv.operators.city.session import Session, list_cities
-from citypv.operators.city.source_objects import list_members
 from citypv.operators.run import update_city
+from citypv.operators.run.members import list_members
 from citypv.operators.run.update_city import UpdateCity, estimate_hours
 from citypv.operators.show.build_legend import note_of
 from citypv.operators.show.show_result import find_before

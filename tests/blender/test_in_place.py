@@ -9,7 +9,7 @@ from steps import add_box, colours_of, here, refuse, run
 
 from citypv.operators.city.attributes import read_face_attribute
 from citypv.operators.city.build_meshes import read_vertices
-from citypv.operators.city.city_design import describe_edit
+from citypv.operators.city.edit_marks import describe_edit
 from citypv.operators.city.read_settings import state_of_step
 from citypv.operators.city.session import Session, list_cities
 from citypv.operators.city.source_objects import is_seen, list_taken

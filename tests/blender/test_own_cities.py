@@ -7,13 +7,9 @@ import pytest
 from steps import add_box, here, run
 
 from citypv.citypv_addon import CLASSES
-from citypv.operators.city import shapes
-from citypv.operators.city.city_design import (
-    describe_edit,
-    describe_edited,
-    forget_edited,
-    note_edits,
-)
+from citypv.operators.city.edit_marks import describe_edit
+from citypv.operators.run import shapes
+from citypv.operators.run.city_design import describe_edited, forget_edited, note_edits
 from citypv.operators.run.take_meshes import read_meshes
 from citypv.operators.run.watch_edits import remove_left_grounds
 
@@ -58,7 +54,7 @@ def test_of_a_city_only_the_object_that_was_moved_is_read_again(town, monkeypatc
         read.append(item.name)
         return describe(city, item)
 
-    monkeypatch.setattr("citypv.operators.city.city_design.describe_object", note)
+    monkeypatch.setattr("citypv.operators.run.city_design.describe_object", note)
     for step, edited in ((5, True), (-5, False)):
         town[7].location.x += step
         bpy.context.view_layer.update()
@@ -140,8 +136,8 @@ def test_a_change_looks_at_the_object_that_was_changed_only(town, monkeypatch):
     for name, change in CHANGES.items():
         with monkeypatch.context() as patch:
             for other in ("note_edits", "describe_design", "_digest_parts", "list_seen"):
-                patch.setattr(f"citypv.operators.city.city_design.{other}", None)
-            patch.setattr("citypv.operators.city.city_design.describe_object", note)
+                patch.setattr(f"citypv.operators.run.city_design.{other}", None)
+            patch.setattr("citypv.operators.run.city_design.describe_object", note)
             read.clear()
             change(town)
             bpy.context.view_layer.update()

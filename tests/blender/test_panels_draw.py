@@ -12,7 +12,7 @@ from steps import here, run
 
 from citypv.citypv_addon.menus import CityMenu, draw_city_menu
 from citypv.citypv_addon.panels import PANELS
-from citypv.operators.show.compare_results import write_row
+from citypv.operators.run.compare_results import write_row
 from citypv.operators.show.draw_view import LETTERS_OF_NOTE, describe_amount
 
 ICONS = set(bpy.types.UILayout.bl_rna.functions["label"].parameters["icon"].enum_items.keys())

@@ -9,8 +9,8 @@ from citypv.core.modules.module_shapes import draw_modules
 from citypv.core.results.colour_map import MISSING, srgb_colour
 from citypv.operators.city.attributes import read_face_attribute
 from citypv.operators.city.read_settings import state_of_step
+from citypv.operators.run.compare_results import read_comparison
 from citypv.operators.show.colour_faces import colours_of_values, read_scale
-from citypv.operators.show.compare_results import read_comparison
 from citypv.operators.show.probe_faces import hit_face
 from citypv.operators.show.show_modules import find_modules
 

@@ -15,10 +15,10 @@ from steps import forget_module, refuse, run
 
 from citypv.operators.city.attributes import read_face_attribute
 from citypv.operators.city.session import Session
-from citypv.operators.run.compute_energy import read_best
 from citypv.operators.run.export_results import FILES, FORMATS
 from citypv.operators.show.probe_faces import read_charts
 from citypv.operators.show.select_faces import read_selection
+from citypv.operators.show.show_building import read_best
 
 
 @pytest.mark.slow

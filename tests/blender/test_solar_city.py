@@ -19,10 +19,10 @@ from citypv.operators.city.attributes import read_face_attribute
 from citypv.operators.city.read_settings import STEPS, read_settings, state_of_step
 from citypv.operators.city.run_step import Step
 from citypv.operators.city.session import Session, find_city
-from citypv.operators.run.compute_energy import read_best
 from citypv.operators.run.solar_city import TOLD, SolarCity, settings_of_look
+from citypv.operators.run.summarise import summarise_energy
 from citypv.operators.show.probe_faces import describe_surfaces
-from citypv.operators.show.summarise import summarise_energy
+from citypv.operators.show.show_building import read_best
 
 WEATHER = Path(__file__).parents[1] / "data" / "weather"
 

@@ -10,9 +10,9 @@ import pytest
 from steps import add_tower, assert_full_run, here, refuse, run, session_here
 
 from citypv.operators.city.attributes import read_face_attribute
-from citypv.operators.city.city_design import describe_edit
-from citypv.operators.run.compute_energy import read_best
+from citypv.operators.city.edit_marks import describe_edit
 from citypv.operators.show.build_legend import note_of
+from citypv.operators.show.show_building import read_best
 
 
 @pytest.mark.slow

@@ -7,9 +7,9 @@ from collections import Counter
 import numpy as np
 
 from ...core.city.city import whole_of_cell
-from .attributes import read_face_attribute, write_face_attribute
-from .keys import Key
-from .source_objects import FACE, OBJECT, is_in_place, list_taken
+from ..city.attributes import read_face_attribute, write_face_attribute
+from ..city.keys import Key
+from ..city.source_objects import SOURCE, is_in_place, list_taken
 
 POLYGON = "polygon"
 
@@ -59,5 +59,5 @@ def write_sources(city, surface_id):
         [place.get(whole_of_cell(name), (-1, -1)) for name in surface_id], np.int32
     ).reshape(-1, 2)
     own = sources[read_face_attribute(city.data, "surface")]
-    write_face_attribute(city.data, OBJECT, own[:, 0])
-    write_face_attribute(city.data, FACE, own[:, 1])
+    for name, numbers in zip(SOURCE, own.T, strict=True):
+        write_face_attribute(city.data, name, numbers)

@@ -11,23 +11,19 @@ from dataclasses import dataclass
 
 import bpy
 
-from ...core.settings.errors import InputError
-from .keys import Key
-from .run_step import redraw_panels
-from .session import Session
-from .shapes import describe_ground, describe_mesh, describe_object
-from .source_objects import (
+from ..city.keys import Key
+from ..city.run_step import redraw_panels
+from ..city.source_objects import is_in_place, is_seen, list_taken
+from .members import (
     OF_OBJECTS,
     groups_of,
-    is_in_place,
-    is_seen,
     is_solid,
     join_city,
     list_beside,
     list_members,
     list_seen,
-    list_taken,
 )
+from .shapes import describe_ground, describe_mesh, describe_object
 
 # Of a city.
 OF_CITY = (
@@ -408,52 +404,8 @@ def next_lineage(city):
     return hashlib.sha256((city.get(Key.LINEAGE, "") + describe_mesh(city)).encode()).hexdigest()
 
 
-def describe_edit(city):
-    """What makes a city another one than what is seen, and the cure, in words: (str, str); "" if
-    nothing.
-    """
-    if city.get(Key.ADDED):
-        return city[Key.ADDED], "add it to the city, or hide it"
-    if city.get(Key.GROUND_EDITED):
-        return (
-            "its ground was edited",
-            "undo that, or classify again, which lays it anew (other terrain: a file)",
-        )
-    cure = "press Update" if can_update(city) else "classify and trace the city again"
-    if is_from_file(city):
-        cure = "press Import and trace again, which goes on from its files"
-    if city.get(Key.EDITED):
-        return "its mesh was edited", cure
-    return ("objects of it were edited", cure) if city.get(Key.REDESIGNED) else ("", "")
-
-
-def can_update(city):
-    """Whether a city has light that can be edited, so that only the edit has to be traced."""
-    return getattr(Session.of(city), "base", None) is not None
-
-
-def is_from_file(city):
-    """Whether the .blend was opened since the city was read: its buildings are known from its files
-    again.
-    """
-    return getattr(Session.of(city), "city", None) is None
-
-
 def hinders_update(city):
     """Whether something has to be done about a city before it can be updated: to what is beside it,
     or its ground.
     """
     return bool(city.get(Key.ADDED) or city.get(Key.GROUND_EDITED))
-
-
-def check_unedited(city):
-    """Refuse to compute on another geometry than what is seen.
-
-    Raises
-    ------
-    InputError
-        The city was edited, or an object came beside it.
-    """
-    problem, cure = describe_edit(city)
-    if problem:
-        raise InputError(city.name, problem, cure)

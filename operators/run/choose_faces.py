@@ -10,8 +10,8 @@ from ..city.attributes import write_results
 from ..city.declare_settings import read_properties
 from ..city.read_settings import remember_choice
 from ..city.session import Session, find_city
+from ..show.show_result import show_result
 from .compare_results import compare_with_before
-from .show_result import show_result
 from .summarise import sum_energy, summarise_energy
 
 

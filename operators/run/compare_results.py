@@ -10,11 +10,11 @@ import numpy as np
 from ...core.settings.errors import count_of, show_end, show_number
 from ..city import attributes, build_meshes
 from ..city.attributes import CHANGE, CHANGE_ERROR, COMPARED, KIND_CODES
-from ..city.city_design import check_unedited
+from ..city.edit_marks import check_unedited
 from ..city.keys import Key
 from ..city.run_step import Action, OfCity
 from ..city.session import Session, list_cities
-from .show_result import BEFORE, find_before, has_result, show_before, show_result
+from ..show.show_result import BEFORE, find_before, has_result, show_before, show_result
 
 HOURS = "full_load_hours"
 

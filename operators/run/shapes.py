@@ -4,9 +4,9 @@ import hashlib
 
 import numpy as np
 
-from .attributes import read_array, read_corners
-from .keys import Key
-from .source_objects import MASK, WORN_COLOURS, is_in_place
+from ..city.attributes import read_array, read_corners
+from ..city.keys import Key
+from ..city.source_objects import MASK, WORN_COLOURS, is_in_place
 
 
 def describe_object(city, item):

@@ -1,0 +1,49 @@
+"""What the marks on a city say of its edits, and which cure the panel names."""
+
+from ...core.settings.errors import InputError
+from .keys import Key
+from .session import Session
+
+
+def describe_edit(city):
+    """What makes a city another one than what is seen, and the cure, in words: (str, str); "" if
+    nothing.
+    """
+    if city.get(Key.ADDED):
+        return city[Key.ADDED], "add it to the city, or hide it"
+    if city.get(Key.GROUND_EDITED):
+        return (
+            "its ground was edited",
+            "undo that, or classify again, which lays it anew (other terrain: a file)",
+        )
+    cure = "press Update" if can_update(city) else "classify and trace the city again"
+    if is_from_file(city):
+        cure = "press Import and trace again, which goes on from its files"
+    if city.get(Key.EDITED):
+        return "its mesh was edited", cure
+    return ("objects of it were edited", cure) if city.get(Key.REDESIGNED) else ("", "")
+
+
+def can_update(city):
+    """Whether a city has light that can be edited, so that only the edit has to be traced."""
+    return getattr(Session.of(city), "base", None) is not None
+
+
+def is_from_file(city):
+    """Whether the .blend was opened since the city was read: its buildings are known from its files
+    again.
+    """
+    return getattr(Session.of(city), "city", None) is None
+
+
+def check_unedited(city):
+    """Refuse to compute on another geometry than what is seen.
+
+    Raises
+    ------
+    InputError
+        The city was edited, or an object came beside it.
+    """
+    problem, cure = describe_edit(city)
+    if problem:
+        raise InputError(city.name, problem, cure)

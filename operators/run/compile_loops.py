@@ -1,0 +1,25 @@
+"""Compile the loops of a run for this computer, before it begins."""
+
+from ..city.job import COMPILING
+
+
+def compile_loops(progress):
+    """Compile the loops of a run if they are not kept on this computer yet; returns at once if they
+    are.
+
+    Parameters
+    ----------
+    progress : callable
+        See `core.settings.progress`.
+    """
+    from ...core.rays.hemisphere_rays import is_compiled
+
+    if is_compiled():
+        return
+    from ...core.rays.compile_ahead import compile_loop, read_loops
+
+    loops = read_loops()
+    for number, loop in enumerate(loops):
+        progress(COMPILING, number, len(loops), "loops")
+        compile_loop(loop)
+    progress(COMPILING, len(loops), len(loops), "loops")

@@ -1,0 +1,55 @@
+"""The buildings with the most energy: select one, and look at it."""
+
+import bpy
+import numpy as np
+from mathutils import Vector
+
+from ...core.settings.errors import InputError
+from ..city.attributes import read_corners
+from ..city.build_meshes import read_vertices, suggest_buildings
+from ..city.keys import Key
+from ..city.run_step import Action, OfCity, list_views
+from .keep_report import find_faces
+from .select_faces import select_faces
+
+
+class ShowBuilding(OfCity, Action, bpy.types.Operator):
+    """Select a building, and move the 3D view to it"""
+
+    bl_idname, bl_label = "citypv.show_building", "Show building"
+
+    building: bpy.props.StringProperty(
+        name="Building",
+        description="Its id; empty: the one with the most energy",
+        search=suggest_buildings,
+    )
+
+    def act(self, context, city, ground):
+        """Select, and look."""
+        best = read_best(city)
+        name = self.building or (best[0][0] if best else "")
+        if not name:
+            raise InputError(
+                city.name,
+                "its buildings have no energy yet",
+                "give an id, or compute the energy first",
+            )
+        chosen = find_faces(city, f"building/{name}")
+        select_faces(context, city, chosen)
+        triangles = np.flatnonzero(chosen)
+        points = read_vertices(city)[np.unique(read_corners(city.data).reshape(-1, 3)[triangles])]
+        low, high = points.min(axis=0), points.max(axis=0)
+        for region in (area.spaces.active.region_3d for area in list_views(context)):
+            region.view_location = Vector(((low + high) / 2).tolist())
+            region.view_distance = 2.0 * float(np.linalg.norm(high - low))
+        told = next(
+            (f": {mwh} MWh per year, {kwp} kWp" for one, kwp, mwh, *_ in best if one == name), ""
+        )
+        return f"{name}{told}"
+
+
+def read_best(city):
+    """Best buildings of a city, as `summarise_energy` stores them: list of tuple of str; empty
+    before the energy.
+    """
+    return [tuple(row.split("|")) for row in city.get(Key.BEST, ())]
