@@ -97,6 +97,7 @@ class Result:
         facades: StrPath | None = None,
         series: str | Sequence[str] = (),
         monthly: bool = False,
+        districts: StrPath | None = None,
         time_shift: float = 0.0,
         weather_place: tuple[float, float] | None = None,
         weather_without: Literal["none", "ghi", "dhi", "dni"] = "none",
@@ -177,6 +178,8 @@ class Result:
             in timeseries.nc
         monthly : bool, default False
             add monthly full load hours to faces.csv and buildings.csv
+        districts : str, optional
+            polygons with a name, for sums by district: FILE, or FILE:COLUMN with the names
         time_shift : float, default 0.0
             [min] added to the times of weather files
         weather_place : (float, float), optional
@@ -241,6 +244,7 @@ class Result:
         *,
         title: str = ...,
         attribution: str = ...,
+        language: str = ...,
     ) -> Path:
         """Write report.html into the folder: its path.
 
@@ -250,6 +254,8 @@ class Result:
             Heading of the page; by default with the name of the folder.
         attribution : str
             Source and licence of the city model; by default as its files say.
+        language : str
+            Of texts and numbers: "en" or "de".
         """
         ...
 
@@ -294,6 +300,7 @@ def simulate(
     facades: StrPath | None = None,
     series: str | Sequence[str] = (),
     monthly: bool = False,
+    districts: StrPath | None = None,
     lod: str | None = None,
     unit: Literal["auto", "m", "ft", "us-ft", "mm", "cm", "in"] = "auto",
     height: str | None = None,
@@ -431,6 +438,8 @@ def simulate(
         in timeseries.nc
     monthly : bool, default False
         add monthly full load hours to faces.csv and buildings.csv
+    districts : str, optional
+        polygons with a name, for sums by district: FILE, or FILE:COLUMN with the names
     lod : str, optional
         level of detail; default: the best 2.x of each building
     unit : {'auto', 'm', 'ft', 'us-ft', 'mm', 'cm', 'in'}, default 'auto'
@@ -666,6 +675,7 @@ def world(
     facades: StrPath | None = None,
     series: str | Sequence[str] = (),
     monthly: bool = False,
+    districts: StrPath | None = None,
     weather: StrPath = "climate",
     time_shift: float = 0.0,
     weather_place: tuple[float, float] | None = None,
@@ -757,6 +767,8 @@ def world(
         in timeseries.nc
     monthly : bool, default False
         add monthly full load hours to faces.csv and buildings.csv
+    districts : str, optional
+        polygons with a name, for sums by district: FILE, or FILE:COLUMN with the names
     weather : path-like or list, default 'climate'
         weather files; climate; clear-sky; pvgis, a typical year; or a service with years:
         pvgis:2005-2023, nasa-power:2015-2023, era5:2019, open-meteo:2019

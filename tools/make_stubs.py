@@ -62,6 +62,7 @@ TYPES = {
     "overwrite": "bool",
     "temporary": "bool",
     "title": "str",
+    "language": "str",
     "attribution": "str",
     "exports": "str | Sequence[str]",
     "cluster": "str | None",

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import pyproj
 
-from .transform_crs import Grid, find_globe_places, plane_of
+from .transform_crs import Grid, find_globe_places, plane_of, transform_crs
 
 
 @dataclass
@@ -60,12 +60,9 @@ class Site:
         """
         if self.latitude is None or self.longitude is None:
             return np.full((2, len(points)), np.nan)
-        if self.crs is not None:
-            plane, _ = plane_of(self.plane or self.crs)
-            own = np.array(find_globe_places(np.array([self.origin])[:, :2], plane))
-            if np.allclose(own[:, 0], [self.latitude, self.longitude], rtol=0, atol=1e-6):
-                globe_places = np.array(find_globe_places(self.to_files(points)[:, :2], plane))
-                return np.where(np.isfinite(globe_places), globe_places, np.nan)
+        if (plane := self._plane_of_place()) is not None:
+            globe_places = np.array(find_globe_places(self.to_files(points)[:, :2], plane))
+            return np.where(np.isfinite(globe_places), globe_places, np.nan)
         ways = np.full((4, len(points)), [[self.longitude], [self.latitude], [0.0], [0.0]])
         ways[2:] = (
             np.degrees(np.arctan2(points[:, 0], points[:, 1])),
@@ -75,6 +72,39 @@ class Site:
         # of it.
         longitude, latitude, _ = pyproj.Geod(ellps="WGS84").fwd(*ways.tolist())
         return np.array([latitude, longitude])
+
+    def from_system(self, places, crs):
+        """Places of any reference system in the plan of the scene's frame, as `find_on_earth` has it.
+
+        Parameters
+        ----------
+        places : array, (k, 2) float64
+            East or longitude first, in the units of the system.
+        crs : str
+
+        Returns
+        -------
+        array, (k, 2) float64 [m]
+            Not finite where either system ends.
+        """
+        if (plane := self._plane_of_place()) is not None:
+            there = transform_crs(places, crs, plane)
+            return self.from_files(np.column_stack([there, np.zeros(len(there))]))[:, :2]
+        # Distance and azimuth from the city's own place.
+        return transform_crs(
+            places,
+            crs,
+            f"+proj=aeqd +lat_0={self.latitude} +lon_0={self.longitude} +datum=WGS84",
+        )
+
+    def _plane_of_place(self):
+        """Plane of the reference system; None where the city has none, or was set up elsewhere."""
+        if self.crs is None:
+            return None
+        plane, _ = plane_of(self.plane or self.crs)
+        own = np.array(find_globe_places(np.array([self.origin])[:, :2], plane))
+        at_place = np.allclose(own[:, 0], [self.latitude, self.longitude], rtol=0, atol=1e-6)
+        return plane if at_place else None
 
     @property
     def grid(self):

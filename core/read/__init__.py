@@ -26,6 +26,8 @@ DOORS = (
     "open_input.suffix_of",
     "parse_json.speaks_of_cityjson",
     "read_city.read_city",
+    "read_districts.OUTSIDE",
+    "read_districts.read_districts",
     "read_heights.open_placed",
     "read_heights.read_heights",
     "read_terrain.RASTERS",

@@ -128,7 +128,7 @@ class FeatureList:
         path = self._content.path
         if not len(owner):
             kinds = ", ".join(f"{count:,} {kind}" for kind, count in self._others.most_common(5))
-            problem = "contains no outlines of buildings" + (f" (but {kinds})" if kinds else "")
+            problem = "contains no outlines" + (f" (but {kinds})" if kinds else "")
             raise InputError(path, problem, "give a file with polygons")
         for kind, count in self._others.most_common():
             self._content.notes.append(f"{count:,} {kind} of {path} left out: no outline.")
@@ -222,7 +222,7 @@ def map_of_wkb(geometries, ids, columns, content):
     # There must be polygons, with coordinates that are numbers.
     if not flat.any():
         kinds = ", ".join(f"{count:,} {kind}" for kind, count in others.most_common(5))
-        problem = "contains no outlines of buildings" + (f" (but {kinds})" if kinds else "")
+        problem = "contains no outlines" + (f" (but {kinds})" if kinds else "")
         raise InputError(content.path, problem, "give a file with polygons")
     _, points, (ring_start, polygon_start) = shapely.to_ragged_array(parts[flat])
     if not (np.abs(points) <= LARGEST_COORDINATE).all():

@@ -30,7 +30,7 @@ def need_package(path, name, what):
         )
 
 
-def read_vector(path, report_share=silent):
+def read_vector(path, report_share=silent, *, choose=choose_layer):
     """Read the outlines of a shapefile or a FlatGeobuf, without compression.
 
     Parameters
@@ -38,6 +38,8 @@ def read_vector(path, report_share=silent):
     path : path-like
     report_share : callable, optional
         As in `open_input`.
+    choose : callable, optional
+        Name of the layer, as `choose_layer`.
 
     Returns
     -------
@@ -63,7 +65,7 @@ def read_vector(path, report_share=silent):
             for name, kind in listed.tolist()
             if kind is not None
         }
-    name = choose_layer(layers, content)
+    name = choose(layers, content)
     with parsing(path, "cannot be read", CUT):
         meta, _, geometries, values = pyogrio.raw.read(path, layer=name, datetime_as_string=True)
     if meta["crs"] and (system := name_of_definition(meta["crs"])):
@@ -76,7 +78,7 @@ def read_vector(path, report_share=silent):
 def read_geoparquet(path, report_share=silent):
     """Read the outlines of a GeoParquet file.
 
-    Parameters and errors as of `read_vector`, with pyarrow.
+    Parameters and errors as of `read_vector`, with pyarrow, and without layers.
 
     Returns
     -------

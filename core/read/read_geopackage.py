@@ -16,14 +16,18 @@ from .open_input import CUT, Budget, open_input
 ENVELOPES = (0, 32, 48, 48, 64)  # bytes of the envelope in a header, by its kind
 
 
-def read_geopackage(path, report_share=silent):
-    """Read the outlines of the layer of a GeoPackage that has buildings.
+def read_geopackage(path, report_share=silent, *, choose=choose_layer, useful=names.is_useful):
+    """Read the outlines of the layer of a GeoPackage that has buildings, or of another one.
 
     Parameters
     ----------
     path : path-like
     report_share : callable, optional
         As in `open_input`.
+    choose : callable, optional
+        Name of the layer, as `choose_layer`.
+    useful : callable, optional
+        Whether an attribute of that name is read; all are where none is useful.
 
     Returns
     -------
@@ -46,10 +50,11 @@ def read_geopackage(path, report_share=silent):
                 )
             }
             columns = {name: _list_columns(file, name, layers[name][0]) for name in layers}
-        name = choose_layer(columns, content)
+        name = choose(columns, content)
+        kept = list(filter(useful, columns[name])) or columns[name]
         with parsing(path, "cannot be read as a GeoPackage", CUT):
             _note_system(file, layers[name][1], content)
-            geometries, attributes = _read_layer(file, (name, layers[name][0]), columns[name], path)
+            geometries, attributes = _read_layer(file, (name, layers[name][0]), kept, path)
     report_share(0.5)
     content.flat_map = map_of_wkb(geometries, [""] * len(geometries), attributes, content)
     report_share(0.9)
@@ -116,10 +121,10 @@ def _read_layer(file, layer, columns, path):
     layer : tuple of str
         Its table, and the column of geometries.
     columns : list of str
+        Those that are read.
     path : path-like
     """
-    kept = [name for name in columns if names.is_useful(name)] or columns
-    chosen = ", ".join(map(_quote, (layer[1], *kept)))
+    chosen = ", ".join(map(_quote, (layer[1], *columns)))
     budget = Budget(path, "holds a layer", "split it into tiles")
     geometries, rows = [], []
     try:
@@ -129,7 +134,7 @@ def _read_layer(file, layer, columns, path):
             rows.append(values)
     except sqlite3.Error as error:
         raise ValueError(str(error)) from error
-    return geometries, {name: [row[k] for row in rows] for k, name in enumerate(kept)}
+    return geometries, {name: [row[k] for row in rows] for k, name in enumerate(columns)}
 
 
 def _strip_header(data):

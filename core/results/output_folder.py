@@ -19,6 +19,8 @@ NAMES = (
     "faces.csv",
     "groups.csv",
     "buildings.csv",
+    "districts.csv",
+    "districts.geojson",
     "series.csv",
     "timeseries.nc",
     "surfaces.nc",

@@ -43,12 +43,41 @@ def sum_buildings(transfer, energy, weather, *, monthly=False):
     surfaces; columns of parts count modules that lie flat on flat roofs, too. Unknown values are
     NaN.
     """
-    # Surfaces by building, and kWp that full load hours are of.
-    surfaces, area = transfer.surfaces, np.asarray(transfer.surfaces.area, float)
+    surfaces = transfer.surfaces
     names, building = np.unique(
         np.array(surfaces.building_id, dtype=object).astype(str), return_inverse=True
     )
-    kwp = energy.kwp_of_hours(area)
+    # Where each building stands, then what its surfaces carry and yield.
+    table = {"building_id": names}
+    places = ("easting", "northing", "latitude", "longitude")
+    table |= dict(zip(places, _find_middles(transfer, building, len(names)).T, strict=True))
+    table |= sum_surfaces(transfer, energy, weather, building, len(names), monthly=monthly)
+    if surfaces.height_source is not None:
+        # All surfaces of a building have one source; of its parts the first one is told.
+        source = np.array(surfaces.height_source, dtype=object)
+        told = np.flatnonzero(source != "")
+        first = np.full(len(names), "", object)
+        first[building[told][::-1]] = source[told][::-1]
+        table["height_source"] = first
+    return pd.DataFrame(table)
+
+
+def sum_surfaces(transfer, energy, weather, label, count, *, monthly=False):
+    """Sums over the surfaces of each label, such as a building: dict of (count,) arrays.
+
+    Parameters
+    ----------
+    transfer : Transfer
+    energy : Energy
+    weather : Weather
+    label : (n,) int
+        Sum that each surface belongs to.
+    count : int
+    monthly : bool
+        As in `write_buildings`.
+    """
+    # kwp  of surfaces, that full load hours are of.
+    kwp = energy.kwp_of_hours(np.asarray(transfer.surfaces.area, float))
     eligible = energy.eligible & (kwp > 0)
     # Which surfaces belong to all, to roofs and to facades.
     parts = {"": eligible} | {
@@ -58,14 +87,10 @@ def sum_buildings(transfer, energy, weather, *, monthly=False):
 
     def add(values, chosen):
         # of none it has integers
-        return np.bincount(building[chosen], values[chosen], len(names)).astype(float)
+        return np.bincount(label[chosen], values[chosen], count).astype(float)
 
-    # Where the building stands, and how many surfaces it has.
-    table = {"building_id": names}
-    places = ("easting", "northing", "latitude", "longitude")
-    table |= dict(zip(places, _find_middles(transfer, building, len(names)).T, strict=True))
-    every = np.ones(len(building), bool)
-    table |= {
+    every = np.ones(len(label), bool)
+    table = {
         "surfaces": add(every, every).astype(int),
         "eligible": add(every, energy.eligible).astype(int),
     }
@@ -78,7 +103,7 @@ def sum_buildings(transfer, energy, weather, *, monthly=False):
         table[f"{part}kwp"] = add(energy.kwp, own)
         table[f"{part}mwh_per_year"] = add(kwp * energy.full_load_hours, own) / 1000
         table[f"{part}mwh_standard_error"] = (
-            add_errors(errors, rows, kwp[rows], building[rows], len(names)) / 1000
+            add_errors(errors, rows, kwp[rows], label[rows], count) / 1000
         )
     table["mwh_dc_per_year"] = add(kwp * energy.full_load_hours_dc, eligible) / 1000
     # Energy of each year tells what is exceeded in 9 of 10 and in half; hours are energy over
@@ -94,14 +119,7 @@ def sum_buildings(transfer, energy, weather, *, monthly=False):
         table |= {
             name: add(kwp * values, eligible) / table["kwp"] for name, values in hours.items()
         }
-    if surfaces.height_source is not None:
-        # All surfaces of a building have one source; of its parts the first one is told.
-        source = np.array(surfaces.height_source, dtype=object)
-        told = np.flatnonzero(source != "")
-        first = np.full(len(names), "", object)
-        first[building[told][::-1]] = source[told][::-1]
-        table["height_source"] = first
-    return pd.DataFrame(table)
+    return table
 
 
 def _find_middles(transfer, building, count):

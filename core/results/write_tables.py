@@ -15,6 +15,7 @@ from ..read.netcdf_file import netcdf_file, write_variables
 from ..settings.system_settings import BUILDINGS
 from ..sun.solar_position import local_middle
 from .columns import TABLED, name_months, write_table
+from .districts import write_districts
 from .surfaces_file import write_surfaces
 from .write_buildings import write_buildings
 
@@ -244,7 +245,7 @@ def write_timeseries(path, energy, weather, buildings=None):
 
 def write_tables(folder, transfer, energy, weather, request, *, progress):
     """Write faces.csv, groups.csv, buildings.csv, timeseries.nc, surfaces.nc and, if requested,
-    series.csv.
+    districts.csv and series.csv.
 
     Parameters
     ----------
@@ -269,6 +270,10 @@ def write_tables(folder, transfer, energy, weather, request, *, progress):
         ),
         "surfaces.nc": lambda path: write_surfaces(path, transfer, energy),
     }
+    if request.districts:
+        tables["districts.csv"] = lambda path: write_districts(
+            path, transfer, energy, weather, request.districts
+        )
     if energy.series is not None:
         tables["series.csv"] = lambda path: _write_series(path, transfer, energy)
     for number, (name, write) in enumerate(tables.items()):

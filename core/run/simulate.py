@@ -18,6 +18,7 @@ from ..light.rays_file import NAME as RAYS
 from ..light.rays_file import write_rays
 from ..modules.read_facades import check_facades
 from ..rays.hemisphere_rays import is_compiled
+from ..read.read_districts import read_districts
 from ..results.compare_runs import CHANGE
 from ..results.exports import RunResults, write_exports
 from ..results.output_folder import ASKED, whole_folder
@@ -93,10 +94,7 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
             log.write(f"  {line}")
         scene = study.make_located_scene(city, request)
         log.clock.lap("read city")
-        # refuses unknown names before anything takes long
-        study.find_surfaces(scene.surfaces.surface_id, request.series)
-        left_out.check_left_out(scene.surfaces, request.leave_out)
-        check_facades(scene.surfaces, request.facades)
+        _check_files(city, scene, request)
         log.write("\n".join(f"  {line}" for line in describe_scene(scene)))
         weather = study.read_year(scene.site, request, keep=(work / ASKED, Path(folder) / ASKED))
         log.write(describe_weather(weather, scene.site))
@@ -148,6 +146,15 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
     log.write("\n".join([more, *describe_overrun(request, log)]))
     tell_next(log, (f"plot {folder}", DRAWS))
     return describe_interruption(transfer.record)
+
+
+def _check_files(city, scene, request):
+    """Refuse files of the user that do not fit the city, before anything takes long."""
+    study.find_surfaces(scene.surfaces.surface_id, request.series)
+    left_out.check_left_out(scene.surfaces, request.leave_out)
+    check_facades(scene.surfaces, request.facades)
+    if request.districts:
+        read_districts(request.districts, scene.site, scene.site.from_files(city.points))
 
 
 def trace_city(scene, weather, request, log, folder=None, *, prepared, editable=False):

@@ -169,3 +169,8 @@ class SystemSettings:
     monthly: bool = of_electricity(
         False, "add monthly full load hours to faces.csv and buildings.csv", kind="flag"
     )
+    districts: str | None = of_electricity(
+        None,
+        "polygons with a name, for sums by district: FILE, or FILE:COLUMN with the names",
+        metavar="FILE",
+    )

@@ -355,11 +355,11 @@ def test_outlines_stand_on_terrain(tmp_path):
         ),
         (
             '{"type": "Feature", "properties": {}, "geometry": {"type": "Point", "coordinates": [0, 0]}}',
-            r"no outlines of buildings \(but 1 Point\)",
+            r"no outlines \(but 1 Point\)",
         ),
         (
             '{"type": "Polygon", "coordinates": [[[0, 0], [1, 0], ["x", 1], [0, 0]]]}',
-            "no outlines of buildings",
+            "no outlines",
         ),
         (
             '{"type": "Polygon", "coordinates": [[[0, 0], [1, 0], [NaN, 1], [0, 0]]]}',

@@ -97,7 +97,7 @@ def test_sizes_in_doubt_are_only_said(tmp_path, name, turn, words):
         (
             "map.json",
             b'{"type": "FeatureCollection", "features": []}',
-            "contains no outlines of buildings; give a file with polygons",
+            "contains no outlines; give a file with polygons",
         ),
         ("map.gpkg", b"SQLite format 3\0", "cannot be read as a GeoPackage"),
         ("map.data", b"SQLite format 3\0", "cannot be read as a GeoPackage"),

@@ -124,7 +124,7 @@ REFUSED = {
     **dict.fromkeys(
         ("sample.city.jsonl", "sample_late_attribute.city.jsonl"), "no building has usable geometry"
     ),
-    "cityparquet_metadata.json": "contains no outlines of buildings",  # a GeoJSON feature
+    "cityparquet_metadata.json": "contains no outlines",  # a GeoJSON feature
 }
 
 
