@@ -28,8 +28,8 @@ from scipy.stats import qmc
 
 from citypv.core.commands.plain_scenes import join_parts
 from citypv.core.rays.ray_scene import RayScene
+from citypv.core.run.study import read_scene, read_year
 from citypv.core.settings.request import Request
-from citypv.core.study import read_scene, read_year
 from citypv.core.sun.sun_sampling import choose_suns
 
 ROOT = Path(__file__).parents[1]

@@ -22,16 +22,16 @@ from town import WEATHER, write_town
 from citypv.core.accuracy.cost_curve import predict_costs
 from citypv.core.accuracy.yield_errors import split_errors
 from citypv.core.light.prepare_scene import prepare_scene
-from citypv.core.settings.presets import PRESETS
-from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request
-from citypv.core.study import (
+from citypv.core.run.study import (
     compute_energy,
     measure_sun_sampling,
     read_scene,
     read_year,
     trace_scene,
 )
+from citypv.core.settings.presets import PRESETS
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 
 ROOT = Path(__file__).parents[1]
 DATA = ROOT / "tests/data"

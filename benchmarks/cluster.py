@@ -24,12 +24,12 @@ import numpy as np
 
 from citypv.core.city import lay_ground
 from citypv.core.city.build_ground import build_ground
-from citypv.core.cluster.tiles import assign_tiles, prepare_whole
-from citypv.core.cluster.trace_part import trace_part
-from citypv.core.cluster.trace_tiles import ClusterSettings, make_tasks, plan_tiles, trace_tiles
 from citypv.core.results.write_summary import peak_memory
+from citypv.core.run.study import make_located_scene, read_buildings, read_year
+from citypv.core.run.tiles import assign_tiles, prepare_whole
+from citypv.core.run.trace_part import trace_part
+from citypv.core.run.trace_tiles import ClusterSettings, make_tasks, plan_tiles, trace_tiles
 from citypv.core.settings.request import Request
-from citypv.core.study import make_located_scene, read_buildings, read_year
 
 CITY = Path(__file__).parent.parent / "examples" / "berlin" / "berlin_3910_5817.gml"
 GAP = 10.0  # [m] between copies

@@ -22,8 +22,7 @@ from citypv.core.light.change_light import trace_change
 from citypv.core.light.editable_city import prepare_decided, trace_editable
 from citypv.core.light.rays_file import write_rays
 from citypv.core.photons.specular_light import specular_of
-from citypv.core.settings.request import Request
-from citypv.core.study import (
+from citypv.core.run.study import (
     change_scene,
     compute_energy,
     make_located_scene,
@@ -31,6 +30,7 @@ from citypv.core.study import (
     read_year,
     trace_base,
 )
+from citypv.core.settings.request import Request
 
 
 def read_clock():

@@ -23,8 +23,8 @@ import numpy as np
 
 from citypv.core.effects.table import TABLE
 from citypv.core.energy.pv_system import ELECTRIC
+from citypv.core.run.study import compute_energy, prepare_study, read_scene, read_year, trace_scene
 from citypv.core.settings.request import Request
-from citypv.core.study import compute_energy, prepare_study, read_scene, read_year, trace_scene
 
 BOUNCES = 8
 EVERYTHING = {"sky-rays": True, "receivers": False}  # the others are on where they are called for

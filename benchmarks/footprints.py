@@ -23,8 +23,8 @@ import shapely
 
 import citypv
 from citypv.core.city.polygons import measure_polygons
+from citypv.core.run.study import read_buildings
 from citypv.core.settings.request import Request
-from citypv.core.study import read_buildings
 
 HEIGHTS = ("highest point", "median of roofs")
 KINDS = {

@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from citypv.core.run.study import compute_energy, read_scene, read_year, trace_scene
 from citypv.core.settings.request import Request
-from citypv.core.study import compute_energy, read_scene, read_year, trace_scene
 
 MEASURED = Path(__file__).parent / "data" / "measured_yields.csv"
 MONTHS = [f"{month:02d}" for month in range(1, 13)]

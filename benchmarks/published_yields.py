@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 from measured_yields import write_shed
 
+from citypv.core.run.study import compute_energy, read_scene, read_year, trace_scene
 from citypv.core.settings.request import Request
-from citypv.core.study import compute_energy, read_scene, read_year, trace_scene
 
 NORWAY = {"Oslo": (59.91, 10.75), "Stavanger": (58.97, 5.73), "Bergen": (60.39, 5.32)}
 FACADE = 47.0, 8.5

@@ -25,9 +25,9 @@ import numpy as np
 
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.trace_gather import trace_gather
+from citypv.core.run.study import read_scene, read_year
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
-from citypv.core.study import read_scene, read_year
 from citypv.core.sun.sun_sampling import choose_suns
 
 SMALL = 20.0  # [m²]

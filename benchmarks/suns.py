@@ -30,10 +30,10 @@ from citypv.core.light.sun_visibility import SunWatch, sun_visibility
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.patches.read_albedo import albedo_of_triangles
 from citypv.core.rays.ray_scene import RayScene
+from citypv.core.run.study import read_scene, read_year, trace_scene
 from citypv.core.settings.request import Request
 from citypv.core.settings.threads import usable_threads
 from citypv.core.sky.sky_models import choose_sky
-from citypv.core.study import read_scene, read_year, trace_scene
 from citypv.core.sun.sun_sampling import choose_suns
 
 DATA = Path(__file__).parents[1] / "tests" / "data"

@@ -23,8 +23,8 @@ from scipy.stats import spearmanr
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "core"))
 from forest_stand import predict_light, read_stand, repeat_stand
 
+from citypv.core.run.study import compute_energy, read_scene, read_year, trace_scene
 from citypv.core.settings.request import Request
-from citypv.core.study import compute_energy, read_scene, read_year, trace_scene
 
 STOREY = 3.0  # [m]
 PARTS = ("total", "diffuse", "direct")

@@ -24,9 +24,9 @@ import xarray
 
 from citypv.core.commands.world import modules_alone
 from citypv.core.energy.pv_system import build_system, dc_system
+from citypv.core.run.study import read_scene, read_year, trace_scene
 from citypv.core.settings.presets import METHODS
 from citypv.core.settings.request import Request
-from citypv.core.study import read_scene, read_year, trace_scene
 from citypv.core.weather.read_era5 import open_era5_grid
 from citypv.core.world.compute_world import compute_world
 from citypv.core.world.environment import build_environment, read_environments

@@ -34,7 +34,7 @@ OPTIONAL = {
 }
 
 # The rooms of core in the order in which they build on each other: each imports from those before
-# it, never from those after it. study.py is a file and stands between rooms.
+# it, never from those after it.
 LAYERS = (
     *(
         "settings",
@@ -51,7 +51,7 @@ LAYERS = (
         "photons",
         "energy",
     ),
-    *("accuracy", "results", "world", "study", "cluster", "run", "commands"),
+    *("accuracy", "results", "world", "run", "commands"),
 )
 STEPS = ("city", "show", "run")  # the rooms of operators, likewise
 LONGEST_FILE = 480  # lines
@@ -181,7 +181,7 @@ def test_no_file_imports_itself_by_way_of_others():
 
 def test_a_room_of_core_says_what_it_is_for():
     folders = {path.parent for path in list_scripts("core")} - {Path("core")}
-    assert {folder.name for folder in folders} == {*LAYERS} - {"study"}
+    assert {folder.name for folder in folders} == {*LAYERS}
     for folder in folders:
         text = " ".join(ast.get_docstring(ast.parse(read_text(folder / "__init__.py"))).split())
         assert "In:" in text and "Out:" in text and "Read first:" in text, folder

@@ -165,6 +165,6 @@ def cluster_settings(cluster, tile=None):
                 "give --cluster local:N or --cluster serial too",
             )
         return None
-    from ..cluster.trace_tiles import ClusterSettings
+    from ..run.trace_tiles import ClusterSettings
 
     return ClusterSettings(cluster) if tile is None else ClusterSettings(cluster, tile)

@@ -9,9 +9,9 @@ from ..accuracy.sun_sampling import name_groups
 from ..city import transform_crs
 from ..patches.materials import MaterialSpec, describe_finish
 from ..results.list_findings import list_findings
+from ..run.study import make_scene, read_buildings
 from ..settings.errors import list_some, show_number
 from ..settings.progress import silent
-from ..study import make_scene, read_buildings
 
 AXES = {"xy": ", east first", "yx": ", north first"}
 NOTES = {"eligible": " (before tracing, which leaves out walls that neighbours cover)"}

@@ -6,11 +6,11 @@ import importlib.util
 import time
 from pathlib import Path
 
-from .. import study
 from ..accuracy.cost_curve import predict_costs
 from ..accuracy.measure_effects import measure_effects, shares_of_effects
 from ..accuracy.sun_sampling import CityYear
 from ..energy.pv_system import build_system
+from ..run import study
 from ..settings.errors import InputError
 from ..settings.progress import TerminalProgress
 from ..sky.sky_models import choose_sky

@@ -4,16 +4,16 @@ import importlib.util
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 
-from ..cluster import run_tasks
-from ..cluster.world_tasks import compute_in_tasks
 from ..energy.pv_system import build_system
 from ..results.output_folder import whole_folder
 from ..results.write_summary import peak_memory, versions, write_summary
+from ..run import run_tasks
 from ..run.run_log import RunLog
+from ..run.study import check_settings
+from ..run.world_tasks import compute_in_tasks
 from ..settings.errors import InputError
 from ..settings.presets import METHODS
 from ..settings.progress import describe_duration
-from ..study import check_settings
 from ..weather.sources import parse_asked
 from ..world.compute_world import compute_world
 from ..world.environment import read_environments

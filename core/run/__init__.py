@@ -1,8 +1,8 @@
-"""The application, for the command line, Python and Blender alike: runs, further rounds, variants,
-comparisons, and what a run writes.
+"""The application, for the command line, Python and Blender alike: the chain, runs of a whole city
+or of its tiles on many machines (Dask), further rounds, variants, and what a run writes.
 
 In: paths and a Request; a log. Out: results in a folder that is whole or not there. Read first:
-simulate.py.
+study.py, which is the chain, then simulate.py and trace_tiles.py.
 """
 
 DOORS = (
@@ -10,13 +10,26 @@ DOORS = (
     "compare.describe_comparison",
     "run_log.RunLog",
     "run_log.print_output",
+    "run_tasks.check_cluster",
+    "run_tasks.drop_kept",
+    "run_tasks.kept_beside",
     "simulate.recompute",
     "simulate.simulate",
     "simulate.trace_city",
+    "study.check_settings",
+    "study.check_tracing",
+    "study.compute_energy",
+    "study.make_scene",
+    "study.prepare_study",
+    "study.read_buildings",
+    "study.read_scene",
+    "study.read_year",
+    "trace_tiles.ClusterSettings",
     "variant.Change",
     "variant.errors_of_change",
     "variant.make_variant",
     "variant.trace_edit",
+    "world_tasks.compute_in_tasks",
     "write_run.Output",
     "write_run.draw_city",
 )

@@ -8,7 +8,7 @@ from ..accuracy.rounds_to_target import Goal
 from ..accuracy.trace_run import trace_round
 from ..accuracy.yield_errors import split_errors
 from ..settings.progress import TerminalProgress
-from ..study import compute_energy
+from .study import compute_energy
 
 MOMENT = 1.0  # [s] for the rest of writing
 

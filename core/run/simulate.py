@@ -5,12 +5,9 @@ Transfer.
 from dataclasses import replace
 from pathlib import Path
 
-from .. import study
 from ..accuracy.error_budget import suggest_more
 from ..accuracy.rounds_to_target import CELLS
 from ..accuracy.trace_run import trace_run, weigh_kept_suns
-from ..cluster import run_tasks
-from ..cluster.trace_tiles import check_cluster_settings, plan_tiles, trace_tiles
 from ..energy import left_out
 from ..energy.counted_area import classify_again, note_other_clearance, note_other_layout
 from ..energy.pv_system import ELECTRIC
@@ -26,6 +23,7 @@ from ..results.transfer_file import read_transfer
 from ..settings.errors import InputError
 from ..settings.presets import METHODS
 from ..settings.progress import CancelledError, Interruption
+from . import run_tasks, study
 from .check_goal import check_goal
 from .rounds import refine_run
 from .run_log import (
@@ -38,6 +36,7 @@ from .run_log import (
     report_outcome,
     tell_next,
 )
+from .trace_tiles import check_cluster_settings, plan_tiles, trace_tiles
 from .write_run import Output, write_energy, write_results, write_run
 
 DRAWS = "draws report.html: the city in 3D, tables, errors"

@@ -7,7 +7,6 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pandas as pd
 
-from .. import study
 from ..city.axis_order import PlaceHints
 from ..city.edge_distance import measure_edge_distance
 from ..city.edit_city import CityChange, edit_city, place_local
@@ -29,9 +28,10 @@ from ..results.output_folder import ASKED, whole_folder
 from ..results.transfer_file import read_transfer
 from ..settings.errors import InputError, id_of_cell
 from ..settings.progress import silent
-from ..study import ELSEWHERE
 from ..weather.climate_grid import is_land
+from . import study
 from .run_log import RunLog, describe_weather, report_outcome, tell_next
+from .study import ELSEWHERE
 from .write_run import Output, write_results, write_run
 
 

@@ -9,7 +9,6 @@ import pandas as pd
 from ..accuracy.measure_effects import state_effects
 from ..city.grid_cells import Outlines, split_into_cells
 from ..city.racks import city_with_racks
-from ..cluster.trace_part import bound_hours
 from ..effects.table import TABLE
 from ..energy.pv_system import build_system, note_windows
 from ..light.sun_matrix import is_on_disk
@@ -21,7 +20,8 @@ from ..results.transfer_file import write_transfer
 from ..results.write_summary import summarise, write_summary
 from ..results.write_tables import write_tables
 from ..settings.errors import show_number
-from ..study import compute_energy
+from .study import compute_energy
+from .trace_part import bound_hours
 
 
 @dataclass

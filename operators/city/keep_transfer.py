@@ -113,9 +113,9 @@ def weigh(session, path, request, progress=silent, *, weather=None):
     InputError
         The file with the light is missing or damaged, or the weather cannot be read.
     """
-    from ...core import study
     from ...core.city.grid_cells import Outlines
     from ...core.results.transfer_file import read_transfer
+    from ...core.run import study
     from ...core.run.write_run import draw_city
 
     study.check_settings(request)

@@ -58,7 +58,7 @@ class ClassifyCity(OfCity, Step, bpy.types.Operator):
         covered surfaces.
         """
         from ...core.results.list_findings import list_findings
-        from ...core.study import make_scene
+        from ...core.run.study import make_scene
 
         session, seen, request = task
         if session.city.crs is None and (request.latitude is None or request.longitude is None):

@@ -87,7 +87,7 @@ class ImportCity(CityFiles, Step, bpy.types.Operator):
     @staticmethod
     def work(task, progress):
         """Read the files, and triangulate them for display, without generated ground."""
-        from ...core.study import read_buildings
+        from ...core.run.study import read_buildings
 
         paths, request = task
         return triangulate_import(read_buildings(paths, request, progress), request, progress)

@@ -45,7 +45,7 @@ def prepare_weather(session, request, progress):
     """Weather of a session's place in a year, once settings are checked and loops are compiled:
     Weather.
     """
-    from ...core.study import check_settings, read_year
+    from ...core.run.study import check_settings, read_year
 
     check_settings(request)
     compile_loops(progress)
@@ -61,7 +61,7 @@ class PlanEffects(OfScene, Step, bpy.types.Operator):
     @staticmethod
     def work(task, progress):
         """Decide, with a pilot where a decision depends on it."""
-        from ...core.study import prepare_study
+        from ...core.run.study import prepare_study
 
         session, request = task
         weather = prepare_weather(session, request, progress)

@@ -48,7 +48,7 @@ class TraceCity(OfScene, Step, bpy.types.Operator):
         """
         from ...core.patches.read_albedo import describe_albedo
         from ...core.results.list_findings import list_findings
-        from ...core.study import check_tracing
+        from ...core.run.study import check_tracing
 
         session, request, unread, found = task
         check_tracing(request)
@@ -158,7 +158,7 @@ def _trace_rounds(session, weather, request, progress, rounds):
     """
     from ...core.run.run_log import RunLog
     from ...core.run.simulate import trace_city
-    from ...core.study import compute_energy, prepare_study
+    from ...core.run.study import compute_energy, prepare_study
 
     def show(transfer):
         # The matrices of the next rounds go into the same arrays: only means of surfaces are shown.

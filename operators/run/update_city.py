@@ -227,7 +227,7 @@ def _match_before(before, after, solved, progress):
     Session or None
     """
     from ...core.light.match_light import match_light
-    from ...core.study import compute_energy
+    from ...core.run.study import compute_energy
 
     if before.base is None or after.base is None:
         return None

@@ -192,7 +192,7 @@ def _chart_surfaces(session, rows):
     rows : (k,) int
         Surfaces. Of more than `MOST` there is no day curve (zeros).
     """
-    from ...core.study import compute_energy
+    from ...core.run.study import compute_energy
     from ...core.sun.solar_position import local_middle
 
     energy, curves = session.energy, np.zeros((len(CURVES), 24))

@@ -23,8 +23,8 @@ from street import STREET, describe_house
 import citypv
 from citypv.core.city.build_scene import build_scene
 from citypv.core.read.read_city import read_city
+from citypv.core.run.study import compute_energy, read_year, trace_scene
 from citypv.core.settings.request import Request
-from citypv.core.study import compute_energy, read_year, trace_scene
 from citypv.operators.city.attributes import write_classes, write_results
 from citypv.operators.city.build_meshes import build_meshes, show_objects
 

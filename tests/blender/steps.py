@@ -8,7 +8,7 @@ import pytest
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.light.editable_city import prepare_decided
-from citypv.core.study import trace_scene
+from citypv.core.run.study import trace_scene
 from citypv.operators.city.session import Session, find_city
 
 

@@ -21,13 +21,13 @@ from steps import (
     trace_anew,
 )
 
-from citypv.core import study
 from citypv.core.city.edit_city import CityChange, edit_city
 from citypv.core.city.written_scene import written_scene
 from citypv.core.light.change_light import trace_change
 from citypv.core.light.match_light import match_light
+from citypv.core.run import study
+from citypv.core.run.study import change_scene, compute_energy
 from citypv.core.settings.progress import silent
-from citypv.core.study import change_scene, compute_energy
 from citypv.operators.city.attributes import CHANGE, read_corners, read_face_attribute
 from citypv.operators.city.edit_marks import describe_edit
 from citypv.operators.city.session import Session, list_cities

@@ -11,7 +11,7 @@ from test_panels_draw import draw_all
 import citypv
 from citypv.operators.city import check_libraries
 
-AGAIN = ("lxml.", "citypv.core.read", "citypv.core.study")  # modules that a step imports anew
+AGAIN = ("lxml.", "citypv.core.read", "citypv.core.run.study")  # modules that a step imports anew
 ENDINGS = {
     (3, 11): "blender_4.5.zip",
     (3, 13): "blender_5.2.zip",

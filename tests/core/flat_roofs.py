@@ -3,8 +3,8 @@
 import numpy as np
 from cities import make_city
 
+from citypv.core.run.study import make_scene
 from citypv.core.settings.request import Request
-from citypv.core.study import make_scene
 
 BERLIN = 52.5, 13.4
 

@@ -17,8 +17,8 @@ from citypv.core.city.foliage import NORTHERN
 from citypv.core.city.scene import Crowns
 from citypv.core.city.site import Site
 from citypv.core.commands.plain_scenes import join_parts, rectangle
+from citypv.core.run.study import compute_energy, read_year, trace_scene
 from citypv.core.settings.request import Request
-from citypv.core.study import compute_energy, read_year, trace_scene
 
 REACH = 140.0  # [m] around the sensors, up to which the stand is repeated
 SENSOR = 0.05  # [m] its side

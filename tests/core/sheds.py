@@ -8,8 +8,8 @@ import pyproj
 import pytest
 from citygml_text import HEAD, building, members, polygon, surface
 
+from citypv.core.run.study import make_scene, read_buildings
 from citypv.core.settings.request import Request
-from citypv.core.study import make_scene, read_buildings
 
 SHED = {  # corners by name: east, north, up [m]; outwards
     "GroundSurface": [(0, 0, 0), (0, 8, 0), (10, 8, 0), (10, 0, 0)],

@@ -12,9 +12,9 @@ from pyproj.enums import PJType
 from sheds import CLOSED, check_shed, stand, write_shed
 
 from citypv.core.city.name_crs import name_crs
+from citypv.core.run.study import read_buildings
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
-from citypv.core.study import read_buildings
 
 pytestmark = pytest.mark.every_python
 

@@ -12,9 +12,8 @@ from small_city import TABLES
 from weathers import ERA5
 
 from citypv.__main__ import main
-from citypv.core import study
 from citypv.core.light import sun_blocks
-from citypv.core.run import write_run
+from citypv.core.run import study, write_run
 
 
 @pytest.fixture(autouse=True)

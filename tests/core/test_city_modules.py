@@ -22,9 +22,9 @@ from citypv.core.modules.lay_city import FacadeRow, LayoutRules, lay_city
 from citypv.core.modules.read_facades import check_facades, read_facades
 from citypv.core.read.read_city import read_city
 from citypv.core.results.transfer_file import read_transfer, write_transfer
+from citypv.core.run.study import make_located_scene
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
-from citypv.core.study import make_located_scene
 
 CITYGML = Path(__file__).parent.parent / "data" / "citygml"
 RULES = LayoutRules((1.6, 1.0))

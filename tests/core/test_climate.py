@@ -12,9 +12,9 @@ import pytest
 from thorough import mark_cases
 from weathers import BARROW, HOUR, PVGIS, TMY3
 
+from citypv.core.run.study import read_year
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
-from citypv.core.study import read_year
 from citypv.core.weather.climate import (
     cleanest_sky,
     climate,

@@ -23,21 +23,21 @@ from test_results import assert_same
 from weathers import ERA5
 
 from citypv.__main__ import main
-from citypv.core.cluster import run_tasks, trace_tiles
-from citypv.core.cluster.run_tasks import finish_task, read_task, read_told, write_task
-from citypv.core.cluster.tiles import assign_tiles, find_centres
-from citypv.core.cluster.trace_part import bound_hours
-from citypv.core.cluster.trace_tiles import ClusterSettings
-from citypv.core.run.write_run import describe_bound
-from citypv.core.settings.errors import InputError
-from citypv.core.settings.request import Request
-from citypv.core.study import (
+from citypv.core.run import run_tasks, trace_tiles
+from citypv.core.run.run_tasks import finish_task, read_task, read_told, write_task
+from citypv.core.run.study import (
     make_located_scene,
     prepare_study,
     read_buildings,
     read_year,
     trace_scene,
 )
+from citypv.core.run.tiles import assign_tiles, find_centres
+from citypv.core.run.trace_part import bound_hours
+from citypv.core.run.trace_tiles import ClusterSettings
+from citypv.core.run.write_run import describe_bound
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.request import Request
 
 SETTINGS = [
     "--weather",

@@ -14,10 +14,10 @@ from test_read_obj import house_statements
 from weathers import ERA5
 
 from citypv.__main__ import main
-from citypv.core import study
 from citypv.core.commands.command_line import COMMANDS, build_parser, read_request
 from citypv.core.effects.table import TABLE
 from citypv.core.results.describe_run import describe_left_out
+from citypv.core.run import study
 from citypv.core.settings.progress import describe_progress
 from citypv.core.settings.request import Request
 

@@ -15,8 +15,8 @@ from citypv.core.results.describe_run import describe_edge
 from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.results.write_summary import measure_edge
 from citypv.core.run import variant
+from citypv.core.run.study import make_located_scene, read_year, trace_base
 from citypv.core.settings.request import Request
-from citypv.core.study import make_located_scene, read_year, trace_base
 from citypv.core.sun.sky_grid import sky_grid_suns
 
 

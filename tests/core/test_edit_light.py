@@ -18,15 +18,15 @@ from citypv.core.light.editable_city import prepare_decided, trace_editable
 from citypv.core.light.errors_of_change import errors_of_difference
 from citypv.core.light.sun_visibility import projection_in_front
 from citypv.core.photons.specular_light import specular_of
-from citypv.core.settings.errors import InputError
-from citypv.core.settings.request import Request
-from citypv.core.study import (
+from citypv.core.run.study import (
     change_scene,
     compute_energy,
     make_located_scene,
     read_year,
     trace_base,
 )
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.request import Request
 
 REQUEST = Request(
     samples=64,

@@ -22,10 +22,10 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.trace_gather import trace_gather
+from citypv.core.run.study import prepare_study, read_scene, read_year, trace_scene
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
-from citypv.core.study import prepare_study, read_scene, read_year, trace_scene
 from citypv.core.sun.sun_sampling import choose_suns
 
 TILT, AZIMUTH = [90, 90, 90, 30, 0], [180, 90, 0, 180, 0]

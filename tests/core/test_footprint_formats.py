@@ -300,8 +300,8 @@ def test_a_town_of_two_formats_stands_in_one_system(tmp_path):
     # of pyproj: 51.3° N, 9.5° E is 534,857.97 m east and 5,683,305.58 m north there
     degrees = feature([[x + 9.5 / EAST, y + 51.3 / NORTH] for x, y in square(0, 0)], "d", height=6)
     second = write_map(tmp_path / "b.geojson", degrees)
+    from citypv.core.run.study import read_buildings
     from citypv.core.settings.request import Request
-    from citypv.core.study import read_buildings
 
     city = read_buildings([first, second], Request())
     assert city.crs == "EPSG:25832"

@@ -12,8 +12,8 @@ from test_footprints import volume
 
 from citypv.__main__ import main
 from citypv.core.results.read_results import read_results
+from citypv.core.run.study import read_buildings
 from citypv.core.settings.request import Request
-from citypv.core.study import read_buildings
 
 pytestmark = pytest.mark.slow
 

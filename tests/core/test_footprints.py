@@ -12,9 +12,9 @@ from citypv.core.city.check_geometry import check_city
 from citypv.core.city.orient_shells import orient_shells
 from citypv.core.city.polygons import measure_polygons
 from citypv.core.read.footprint_heights import parse_length
+from citypv.core.run.study import make_scene, read_buildings
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
-from citypv.core.study import make_scene, read_buildings
 
 pytestmark = pytest.mark.every_python
 

@@ -8,9 +8,9 @@ import pytest
 from sheds import CLOSED, check_shed, stand, write_shed
 
 from citypv.core.read.formats import READ
+from citypv.core.run.study import read_buildings
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
-from citypv.core.study import read_buildings
 
 pytestmark = pytest.mark.every_python
 

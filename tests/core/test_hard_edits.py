@@ -13,14 +13,14 @@ from thorough import mark_cases
 from citypv.core.city.edit_city import CityChange, edit_city
 from citypv.core.light.change_light import trace_change
 from citypv.core.light.errors_of_change import errors_of_difference
-from citypv.core.settings.progress import CancelledError
-from citypv.core.study import (
+from citypv.core.run.study import (
     change_scene,
     compute_energy,
     make_located_scene,
     read_year,
     trace_base,
 )
+from citypv.core.settings.progress import CancelledError
 
 
 def add(*args):

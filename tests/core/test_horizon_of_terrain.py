@@ -16,11 +16,11 @@ from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.read.read_heights import HeightGrid, read_heights
 from citypv.core.results.transfer_file import read_transfer, write_transfer
+from citypv.core.run.study import read_year
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.sky.horizon import STEPS, height_at, horizon_of_terrain
 from citypv.core.sky.read_horizon import read_horizon
-from citypv.core.study import read_year
 from citypv.core.sun.sun_sampling import hourly_suns
 
 DEM = Path(__file__).parents[1] / "data" / "terrain" / "dem_jacksboro_tn_wgs84.tif"

@@ -16,12 +16,12 @@ from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.read.read_heights import read_heights
 from citypv.core.read.read_terrain import read_terrain
+from citypv.core.run.study import read_year
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.sky.horizon import STEPS, horizon_of_terrain
 from citypv.core.sky.read_horizon import distance_to_end, read_horizon
-from citypv.core.study import read_year
 from citypv.core.sun.sun_sampling import hourly_suns
 
 LATITUDE, STEP = -17.0, 0.004

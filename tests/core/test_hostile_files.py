@@ -23,11 +23,11 @@ from citypv.core.read.open_raster import open_raster, read_posts
 from citypv.core.results.columns import write_table
 from citypv.core.results.read_results import read_table
 from citypv.core.run.run_log import print_output
+from citypv.core.run.study import read_buildings
 from citypv.core.settings import memory
 from citypv.core.settings.errors import InputError, cell_of_id, id_of_cell
 from citypv.core.settings.memory import check_memory, free_memory
 from citypv.core.settings.request import Request
-from citypv.core.study import read_buildings
 from citypv.core.weather.read_era5 import read_era5
 
 pytestmark = pytest.mark.every_python

@@ -20,8 +20,8 @@ from weathers import BERLIN, HOUR, direct_horizontal, plain_table, year_of
 
 from citypv.core.accuracy.measure_effects import compare_light, measure_effects
 from citypv.core.accuracy.sun_sampling import CityYear
+from citypv.core.run.study import compute_energy, prepare_study, read_scene, read_year, trace_scene
 from citypv.core.settings.request import Request
-from citypv.core.study import compute_energy, prepare_study, read_scene, read_year, trace_scene
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.add_sun import add_sun
 from citypv.core.weather.weather import Record

@@ -20,10 +20,10 @@ from citypv.core.light.rounds import add_round
 from citypv.core.light.trace_gather import trace_gather, trace_light
 from citypv.core.light.transfer import variance_of_mean
 from citypv.core.photons.trace_forward import trace_forward
+from citypv.core.run.study import read_year, trace_scene
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
-from citypv.core.study import read_year, trace_scene
 
 REQUEST = Request(samples=64, shadow_samples=4, max_bounces=2, threads=1)
 ROUNDS = 4

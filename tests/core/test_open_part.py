@@ -19,8 +19,8 @@ import citypv
 from citypv.core.energy import compute_energy as module_under_test
 from citypv.core.energy.compute_energy import compute_building_power, compute_energy
 from citypv.core.energy.pv_system import build_system, dc_system
+from citypv.core.run.study import make_located_scene
 from citypv.core.settings.request import Request
-from citypv.core.study import make_located_scene
 from citypv.core.sun.sky_grid import sky_grid_suns
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.world.environment import build_environment

@@ -9,8 +9,8 @@ from cities import box, make_city
 
 from citypv.core.city.outline_triangles import outline_triangles
 from citypv.core.light.taken_parts import _join_cells
+from citypv.core.run.study import make_scene
 from citypv.core.settings.request import Request
-from citypv.core.study import make_scene
 
 SIDE = 30.0
 HOLES = [  # in a roof of 30 × 30 m: apart, and two that touch in a corner

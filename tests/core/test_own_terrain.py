@@ -20,9 +20,9 @@ from citypv.core.city.build_scene import build_scene
 from citypv.core.city.terrain import measure_heights
 from citypv.core.read import parse_xml
 from citypv.core.read.read_city import read_city
+from citypv.core.run.study import make_scene
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
-from citypv.core.study import make_scene
 
 pytestmark = pytest.mark.every_python
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from small_city import house, surface, write_gml
 
-from citypv.core.cluster.part_of_city import BACKS, PartOfCity, keep_patches
 from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.patches.materials import MaterialSpec
 from citypv.core.photons.specular_light import trace_hybrid
+from citypv.core.run.part_of_city import BACKS, PartOfCity, keep_patches
+from citypv.core.run.study import read_scene, read_year
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
-from citypv.core.study import read_scene, read_year
 from citypv.core.sun.sun_sampling import choose_suns
 
 REQUEST = Request(

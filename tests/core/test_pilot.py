@@ -9,8 +9,8 @@ from citypv.core.accuracy.cost_curve import PredictedCity
 from citypv.core.accuracy.pilot import count_patches, run_pilot
 from citypv.core.accuracy.sun_sampling import CityYear
 from citypv.core.light.prepare_scene import prepare_scene
+from citypv.core.run.study import read_scene, read_year, trace_scene
 from citypv.core.settings.request import Request
-from citypv.core.study import read_scene, read_year, trace_scene
 
 
 @pytest.fixture(scope="module")

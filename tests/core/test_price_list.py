@@ -13,8 +13,7 @@ from small_city import house, write_gml
 from citypv.__main__ import main
 from citypv.core.accuracy.sun_sampling import compare_hours
 from citypv.core.accuracy.yield_errors import split_errors
-from citypv.core.settings.request import Request
-from citypv.core.study import (
+from citypv.core.run.study import (
     compute_energy,
     measure_sun_sampling,
     prepare_study,
@@ -22,6 +21,7 @@ from citypv.core.study import (
     read_year,
     trace_scene,
 )
+from citypv.core.settings.request import Request
 
 
 def trace_city(city, **settings):

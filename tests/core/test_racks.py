@@ -8,9 +8,9 @@ from test_triangulate import vectors
 
 from citypv.core.city.place_rows import THICKNESS
 from citypv.core.city.racks import Racks, city_with_racks, parse_racks
+from citypv.core.run.study import make_scene
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
-from citypv.core.study import make_scene
 
 # -- geometry --
 

@@ -10,8 +10,8 @@ from sheds import CLOSED, stand, write_shed
 from test_levels import box, faces
 
 from citypv.__main__ import main
+from citypv.core.run.study import read_buildings
 from citypv.core.settings.request import Request
-from citypv.core.study import read_buildings
 
 pytestmark = pytest.mark.every_python
 

@@ -28,10 +28,10 @@ from citypv.core.read.open_input import BUFFER
 from citypv.core.read.read_city import READING, read_city
 from citypv.core.results.exports import RunResults, write_exports
 from citypv.core.results.transfer_file import write_transfer
+from citypv.core.run.study import make_scene, prepare_study, read_year
 from citypv.core.settings import progress
 from citypv.core.settings.progress import CancelledError, TerminalProgress
 from citypv.core.settings.request import Request
-from citypv.core.study import make_scene, prepare_study, read_year
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 

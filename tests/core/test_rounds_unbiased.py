@@ -20,8 +20,8 @@ from citypv.core.city.build_scene import build_scene
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.energy.standard_errors import errors_of_energy, noise_of_mean
+from citypv.core.run.study import prepare_study, read_year
 from citypv.core.settings.request import Request
-from citypv.core.study import prepare_study, read_year
 
 REQUEST = Request(samples=64, shadow_samples=16, suns="days:2", threads=1, weather=["clear-sky"])
 SEEDS, SIZES = range(6), (1, 2, 4, 8)

@@ -15,9 +15,9 @@ from citypv.core.city.build_scene import build_scene
 from citypv.core.effects.beyond_scene import bound_change
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
+from citypv.core.run.study import prepare_study, read_year, trace_scene
 from citypv.core.settings.request import Request
 from citypv.core.sky.sky_models import SkyParts
-from citypv.core.study import prepare_study, read_year, trace_scene
 from citypv.core.sun.sun_sampling import choose_suns
 
 TILT, AZIMUTH = [90, 90, 90, 30], [180, 90, 0, 180]

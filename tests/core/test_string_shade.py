@@ -30,10 +30,7 @@ from citypv.core.modules.lay_modules import ModuleLayout
 from citypv.core.results.describe_run import describe_strings
 from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.results.write_summary import sum_totals
-from citypv.core.settings.errors import InputError
-from citypv.core.settings.progress import silent
-from citypv.core.settings.request import Request
-from citypv.core.study import (
+from citypv.core.run.study import (
     check_settings,
     compute_energy,
     make_located_scene,
@@ -41,6 +38,9 @@ from citypv.core.study import (
     read_year,
     trace_scene,
 )
+from citypv.core.settings.errors import InputError
+from citypv.core.settings.progress import silent
+from citypv.core.settings.request import Request
 
 EAST, UP = np.array([1.0, 0, 0]), np.array([0, 0, 1.0])
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from small_city import house, write_gml
 
-from citypv.core.cluster.thin_surroundings import draw_members, thin_surroundings
-from citypv.core.cluster.tiles import assign_tiles, box_pieces, prepare_whole, surround, take_part
 from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.rays.random_numbers import mix
+from citypv.core.run.study import read_scene, read_year, trace_scene
+from citypv.core.run.thin_surroundings import draw_members, thin_surroundings
+from citypv.core.run.tiles import assign_tiles, box_pieces, prepare_whole, surround, take_part
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
-from citypv.core.study import read_scene, read_year, trace_scene
 from citypv.core.sun.sun_sampling import choose_suns
 
 SIDE, STEP, TILE = 9, 28.0, 40.0

@@ -25,10 +25,10 @@ from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.sun_sampling_error import trace_sun_samples
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.results.transfer_file import read_transfer, write_transfer
+from citypv.core.run.study import compute_energy, read_year, trace_scene
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
-from citypv.core.study import compute_energy, read_year, trace_scene
 
 
 def canopy_of(shape, per_metre=0.0, per_crossing=0.0):

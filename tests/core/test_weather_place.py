@@ -11,7 +11,7 @@ from test_tracing import three_houses
 from weathers import BARROW, BERLIN, ERA5, TMY3
 
 from citypv.__main__ import main
-from citypv.core import study
+from citypv.core.run import study
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
 from citypv.core.sun.solar_position import sun_direction

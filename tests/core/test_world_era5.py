@@ -8,9 +8,9 @@ import pytest
 import xarray as xr
 from thorough import mark_cases
 
-from citypv.core.cluster.world_tasks import stamp_files
 from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.run.world_tasks import stamp_files
 from citypv.core.settings.errors import InputError
 from citypv.core.weather.climate import look_up_altitude
 from citypv.core.weather.read_era5 import open_era5_grid, read_era5

@@ -15,8 +15,8 @@ import citypv
 from citypv.core.city.terrain import Layer, Terrain
 from citypv.core.commands.command_line import main
 from citypv.core.results.cityjson_surroundings import list_objects, list_points
+from citypv.core.run.study import read_buildings
 from citypv.core.settings.request import Request
-from citypv.core.study import read_buildings
 
 FEW = {"preset": "draft", "suns": "days:2", "samples": 16, "shadow_samples": 1}
 

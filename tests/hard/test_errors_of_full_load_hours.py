@@ -11,8 +11,8 @@ from weathers import ERA5
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.energy.standard_errors import sun_sampling_share
+from citypv.core.run.study import compute_energy, measure_sun_sampling, read_year, trace_scene
 from citypv.core.settings.request import Request
-from citypv.core.study import compute_energy, measure_sun_sampling, read_year, trace_scene
 
 pytestmark = pytest.mark.slow
 

@@ -13,8 +13,8 @@ from towns import SIDES, box
 from citypv.core.city.build_scene import build_scene
 from citypv.core.city.polygons import measure_polygons
 from citypv.core.read.read_city import read_city
+from citypv.core.run.study import read_buildings
 from citypv.core.settings.request import Request
-from citypv.core.study import read_buildings
 
 DATA = Path(__file__).parents[1] / "data"
 

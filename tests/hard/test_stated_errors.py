@@ -14,8 +14,8 @@ from scenes import rms, run_gather
 from towns import boxes
 
 from citypv.core.energy.compute_energy import compute_energy
+from citypv.core.run.study import read_year
 from citypv.core.settings.request import Request
-from citypv.core.study import read_year
 from citypv.core.sun.sun_sampling import choose_suns
 
 SEEDS = 16

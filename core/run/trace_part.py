@@ -26,10 +26,10 @@ from ..settings.progress import silent
 from ..settings.request import Request
 from ..sky.horizon_band import SOURCES
 from ..sky.sky_models import split_sky
-from ..study import measure_sun_sampling, trace_scene
 from ..sun.suns import Suns
 from ..weather.weather import Weather
 from .run_tasks import finish_task, read_task, read_told
+from .study import measure_sun_sampling, trace_scene
 from .thin_surroundings import thin_surroundings
 from .tiles import RISE
 

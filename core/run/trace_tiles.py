@@ -28,9 +28,9 @@ from ..settings.errors import InputError
 from ..settings.progress import silent
 from ..settings.request import BEST_SKY, option_of
 from ..settings.version import __version__
-from ..study import prepare_study
 from .join_tiles import join_tiles
 from .run_tasks import SERIAL, check_cluster, open_workers, read_told, write_task
+from .study import prepare_study
 from .tiles import DEFAULT, assign_tiles, box_pieces, prepare_whole, surround, take_part
 from .trace_part import SHARES, Part, Run, trace_part
 

@@ -14,37 +14,37 @@ from pathlib import Path
 
 import numpy as np
 
-from .accuracy.sun_sampling import CityYear, measure_ways
-from .accuracy.trace_run import choose_year, trace_run
-from .city.axis_order import PlaceHints
-from .city.build_scene import SceneOptions, build_scene
-from .city.edge_distance import measure_edge_distance
-from .city.edited_scene import edit_scene
-from .city.foliage import parse_months
-from .city.racks import lay_racks, parse_racks
-from .city.terrain import ground_of_terrain
-from .effects.table import check_effects
-from .energy.check_inputs import check_string_settings, check_strings
-from .energy.compute_energy import compute_energy as compute_surface_energy
-from .energy.pv_system import build_system
-from .energy.time_axis import read_zone
-from .light.editable_city import trace_editable
-from .light.prepare_scene import prepare_scene
-from .patches.read_albedo import check_materials
-from .photons.specular_light import specular_of
-from .read.footprint_heights import HeightHints
-from .read.read_city import read_city
-from .read.read_terrain import read_terrain
-from .results.list_findings import rows_of_names
-from .results.read_results import place_of_results
-from .settings.errors import InputError
-from .settings.progress import silent
-from .settings.system_settings import BUILDINGS
-from .sky.read_horizon import check_horizon
-from .sky.sky_models import choose_sky
-from .sun.sun_sampling import parse_sampling
-from .weather.climate_grid import is_land
-from .weather.read_weather import check_sources, read_weather
+from ..accuracy.sun_sampling import CityYear, measure_ways
+from ..accuracy.trace_run import choose_year, trace_run
+from ..city.axis_order import PlaceHints
+from ..city.build_scene import SceneOptions, build_scene
+from ..city.edge_distance import measure_edge_distance
+from ..city.edited_scene import edit_scene
+from ..city.foliage import parse_months
+from ..city.racks import lay_racks, parse_racks
+from ..city.terrain import ground_of_terrain
+from ..effects.table import check_effects
+from ..energy.check_inputs import check_string_settings, check_strings
+from ..energy.compute_energy import compute_energy as compute_surface_energy
+from ..energy.pv_system import build_system
+from ..energy.time_axis import read_zone
+from ..light.editable_city import trace_editable
+from ..light.prepare_scene import prepare_scene
+from ..patches.read_albedo import check_materials
+from ..photons.specular_light import specular_of
+from ..read.footprint_heights import HeightHints
+from ..read.read_city import read_city
+from ..read.read_terrain import read_terrain
+from ..results.list_findings import rows_of_names
+from ..results.read_results import place_of_results
+from ..settings.errors import InputError
+from ..settings.progress import silent
+from ..settings.system_settings import BUILDINGS
+from ..sky.read_horizon import check_horizon
+from ..sky.sky_models import choose_sky
+from ..sun.sun_sampling import parse_sampling
+from ..weather.climate_grid import is_land
+from ..weather.read_weather import check_sources, read_weather
 
 # [m] from the middle of an earlier city, beyond which a city stands in another system
 ELSEWHERE = 50e3
