@@ -38,12 +38,12 @@ import numpy as np
 from accuracy_targets import refine_to
 from tracer import SETTINGS, TOWN
 
-from citypv.core.accuracy.trace_run import trace_round, trace_run
 from citypv.core.commands.plain_scenes import join_parts
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.prepare_scene import prepare_scene
+from citypv.core.light.trace_forward import trace_forward
 from citypv.core.light.trace_gather import trace_gather
-from citypv.core.photons.trace_forward import trace_forward
+from citypv.core.light.trace_run import trace_round, trace_run
 from citypv.core.results.picture import DOTS, make_figure, make_logarithmic, plain_style
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request

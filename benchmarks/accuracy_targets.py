@@ -13,10 +13,10 @@ from functools import partial
 import numpy as np
 
 from citypv.core.accuracy.rounds_to_target import Goal, largest_round, refine
-from citypv.core.accuracy.trace_run import trace_round, trace_run
 from citypv.core.accuracy.yield_errors import LEAST_HOURS, YieldErrors
 from citypv.core.energy.standard_errors import join_own
 from citypv.core.light.prepare_scene import prepare_scene
+from citypv.core.light.trace_run import trace_round, trace_run
 from citypv.core.light.transfer import variance_of_mean
 
 MOST_SECONDS = 300.0  # wall time of each target

@@ -21,7 +21,7 @@ from citypv.core.city.edit_city import CityChange, edit_city
 from citypv.core.light.change_light import trace_change
 from citypv.core.light.editable_city import prepare_decided, trace_editable
 from citypv.core.light.rays_file import write_rays
-from citypv.core.photons.specular_light import specular_of
+from citypv.core.light.specular_light import specular_of
 from citypv.core.run.study import (
     change_scene,
     compute_energy,

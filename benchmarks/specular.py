@@ -18,8 +18,8 @@ from pathlib import Path
 import numpy as np
 
 from citypv.core.city.build_scene import build_scene
-from citypv.core.photons.specular_light import trace_hybrid
-from citypv.core.photons.trace_forward import trace_forward
+from citypv.core.light.specular_light import trace_hybrid
+from citypv.core.light.trace_forward import trace_forward
 from citypv.core.read.read_city import read_city
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request

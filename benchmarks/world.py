@@ -27,11 +27,11 @@ from citypv.core.energy.pv_system import build_system, dc_system
 from citypv.core.run.study import read_scene, read_year, trace_scene
 from citypv.core.settings.presets import METHODS
 from citypv.core.settings.request import Request
+from citypv.core.weather.grid_sources import Places, grid_places, grid_source, model_source
 from citypv.core.weather.read_era5 import open_era5_grid
 from citypv.core.world.compute_world import compute_world
 from citypv.core.world.environment import build_environment, read_environments
 from citypv.core.world.merge_surfaces import merge_surfaces
-from citypv.core.world.sources import Places, grid_places, grid_source, model_source
 
 ERA5 = Path(__file__).parent.parent / "examples" / "berlin" / "era5_berlin_2017.nc"
 VARIABLES = ("ssrd", "fdir", "t2m", "u10", "v10", "sp")

@@ -48,7 +48,6 @@ LAYERS = (
         "sky",
         "effects",
         "light",
-        "photons",
         "energy",
     ),
     *("accuracy", "results", "world", "run", "commands"),

@@ -2,7 +2,7 @@
 a target or a time.
 
 In: Transfer, Energy, weather; a PreparedScene for the pilot. Out: YieldErrors, better Transfers,
-error budget, prices, shares of effects. Read first: yield_errors.py, pilot.py, refine.py.
+error budget, prices, shares of effects. Read first: yield_errors.py, pilot.py, rounds_to_target.py.
 """
 
 DOORS = (
@@ -24,10 +24,6 @@ DOORS = (
     "sun_sampling.CityYear",
     "sun_sampling.measure_ways",
     "sun_sampling.name_groups",
-    "trace_run.choose_year",
-    "trace_run.trace_round",
-    "trace_run.trace_run",
-    "trace_run.weigh_kept_suns",
     "yield_errors.CERTAIN",
     "yield_errors.SOURCES",
     "yield_errors.split_errors",

@@ -16,13 +16,13 @@ from ..effects.rays import RECEIVERS
 from ..effects.table import TABLE
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import ELECTRIC, build_system
+from ..light.trace_run import choose_year
 from ..light.transfer import SourceLight
 from ..settings.progress import silent
 from ..settings.request import BEST_SKY
 from ..settings.threads import usable_threads
 from ..sky.sky_models import choose_sky, sources_of
 from .pilot import LARGE, trace_few, traced_patches
-from .trace_run import choose_year
 
 # effects that change the light
 TRACED = tuple(key for key in TABLE if key not in (*ELECTRIC, "string-shade"))

@@ -21,11 +21,11 @@ from ..effects.rays import fewer_rays
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
 from ..light.solve_suns import COUNTING
+from ..light.specular_light import trace_hybrid
+from ..light.trace_run import choose_year
 from ..light.transfer import Transfer
-from ..photons.specular_light import trace_hybrid
 from ..settings.progress import silent
 from ..sky.sky_models import choose_sky
-from .trace_run import choose_year
 from .yield_errors import YieldErrors, split_errors
 
 LARGE = 32  # rays of a patch of a city that is not small

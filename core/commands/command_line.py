@@ -229,7 +229,7 @@ def _run_variant(options):
 
 def _run_compare(options):
     """`citypv compare`."""
-    from ..run.compare import compare, describe_comparison
+    from ..results.compare import compare, describe_comparison
 
     comparison = compare(options.before, options.after, options.out, overwrite=options.overwrite)
     options.log.write("\n".join([*describe_comparison(comparison), f"Written to {options.out}"]))

@@ -320,8 +320,8 @@ def compare(before, after, *, out=None, overwrite=False):
         Folder for tables and a page with maps.
     overwrite : bool
     """
+    from ..results.compare import compare as write_comparison
     from ..results.compare_runs import compare_folders
-    from ..run.compare import compare as write_comparison
 
     folders = [
         folder.folder if isinstance(folder, Result) else folder for folder in (before, after)

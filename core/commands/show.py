@@ -14,7 +14,7 @@ from ..run import study
 from ..settings.errors import InputError
 from ..settings.progress import TerminalProgress
 from ..sky.sky_models import choose_sky
-from ..world.find_source import refuse_settings
+from ..weather.find_source import refuse_settings
 
 
 def list_effects(paths, request, progress):

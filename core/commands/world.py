@@ -14,10 +14,10 @@ from ..run.world_tasks import compute_in_tasks
 from ..settings.errors import InputError
 from ..settings.presets import METHODS
 from ..settings.progress import describe_duration
+from ..weather.find_source import MODELS, STATIONS_ONLY, find_source, refuse_settings
 from ..weather.sources import parse_asked
 from ..world.compute_world import compute_world
 from ..world.environment import read_environments
-from ..world.find_source import MODELS, STATIONS_ONLY, find_source, refuse_settings
 from ..world.group_errors import add_mix, parse_mix
 from ..world.merge_surfaces import merge_surfaces
 from ..world.write_world import write_world

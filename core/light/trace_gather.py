@@ -95,7 +95,7 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
         Of the scene, where it is known already.
     specular : callable, optional
         `specular(context, traced, state)` gives the light by way of mirrors, glossy faces and
-        glass: `of_sky` and `of_suns`, see `photons.specular_light`. Needed if the plan has such
+        glass: `of_sky` and `of_suns`, see `light.specular_light`. Needed if the plan has such
         light.
 
     Returns

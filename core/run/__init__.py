@@ -6,8 +6,6 @@ study.py, which is the chain, then simulate.py and trace_tiles.py.
 """
 
 DOORS = (
-    "compare.compare",
-    "compare.describe_comparison",
     "run_log.RunLog",
     "run_log.print_output",
     "run_tasks.check_cluster",

@@ -5,8 +5,8 @@ import time
 from ..accuracy import rounds_to_target
 from ..accuracy.cost_curve import WRITING
 from ..accuracy.rounds_to_target import Goal
-from ..accuracy.trace_run import trace_round
 from ..accuracy.yield_errors import split_errors
+from ..light.trace_run import trace_round
 from ..settings.progress import TerminalProgress
 from .study import compute_energy
 

@@ -7,12 +7,12 @@ from pathlib import Path
 
 from ..accuracy.error_budget import suggest_more
 from ..accuracy.rounds_to_target import CELLS
-from ..accuracy.trace_run import trace_run, weigh_kept_suns
 from ..energy import left_out
 from ..energy.counted_area import classify_again, note_other_clearance, note_other_layout
 from ..energy.pv_system import ELECTRIC
 from ..light.rays_file import NAME as RAYS
 from ..light.rays_file import write_rays
+from ..light.trace_run import trace_run, weigh_kept_suns
 from ..modules.read_facades import check_facades
 from ..rays.hemisphere_rays import is_compiled
 from ..read.read_districts import read_districts

@@ -15,7 +15,6 @@ from pathlib import Path
 import numpy as np
 
 from ..accuracy.sun_sampling import CityYear, measure_ways
-from ..accuracy.trace_run import choose_year, trace_run
 from ..city.axis_order import PlaceHints
 from ..city.build_scene import SceneOptions, build_scene
 from ..city.edge_distance import measure_edge_distance
@@ -30,8 +29,9 @@ from ..energy.pv_system import build_system
 from ..energy.time_axis import read_zone
 from ..light.editable_city import trace_editable
 from ..light.prepare_scene import prepare_scene
+from ..light.specular_light import specular_of
+from ..light.trace_run import choose_year, trace_run
 from ..patches.read_albedo import check_materials
-from ..photons.specular_light import specular_of
 from ..read.footprint_heights import HeightHints
 from ..read.read_city import read_city
 from ..read.read_terrain import read_terrain

@@ -18,7 +18,7 @@ from ..light.change_light import trace_change
 from ..light.editable_city import restore_editable
 from ..light.errors_of_change import errors_of_difference
 from ..light.rays_file import NAME, read_rays, write_rays
-from ..photons.specular_light import specular_of
+from ..light.specular_light import specular_of
 from ..read.footprint_heights import HeightHints
 from ..read.read_city import read_city
 from ..results.columns import write_table

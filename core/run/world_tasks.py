@@ -17,8 +17,8 @@ import numpy as np
 
 from ..energy.pv_system import build_system
 from ..settings.version import __version__
+from ..weather.find_source import find_source
 from ..world.compute_world import compute_world, empty_world
-from ..world.find_source import find_source
 from .run_tasks import (
     SERIAL,
     finish_task,

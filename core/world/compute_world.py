@@ -19,9 +19,9 @@ from ..energy.counted_area import rank_group
 from ..energy.power import tabulate_power
 from ..settings.progress import silent
 from ..settings.threads import map_in_order, usable_threads
+from ..weather.grid_sources import Places
 from .group_errors import carry_to_place
 from .place_hours import HOURS, MONTHS, match_hours, match_shifted, prepare_place
-from .sources import Places
 from .sum_groups import sum_groups
 
 # annual, months, hours of the day by UTC and by local mean solar time
@@ -45,7 +45,7 @@ class World:
     standard_error: np.ndarray
     gain_error: np.ndarray  # (p, e, g) float32, standard error of the year's gain by reflections
     without_reflections: np.ndarray  # (p, e, g, 13) float32 [h]: annual and months
-    weather: np.ndarray  # (p,) int8, a key of sources.MEANINGS
+    weather: np.ndarray  # (p,) int8, a key of grid_sources.MEANINGS
     label: str  # of the weather
     way: str  # exact or paper
     sky: str  # model of the diffuse sky

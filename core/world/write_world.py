@@ -6,8 +6,8 @@ import xarray
 from ..energy.counted_area import name_group
 from ..read.netcdf_file import ENGINE, netcdf_file
 from ..settings.version import __version__
+from ..weather.grid_sources import MEANINGS
 from .place_hours import HOURS, MONTHS
-from .sources import MEANINGS
 
 BY_MONTH = slice(1, 1 + MONTHS)
 BY_HOUR, BY_SOLAR_HOUR = (

@@ -215,8 +215,8 @@ def _write_comparison(session, earlier, names, file, path):
         As `citypv compare` calls it.
     path : Path
     """
+    from ...core.results.compare import compare
     from ...core.results.compare_runs import CHANGE, CHANGE_ERROR, mark_of
-    from ...core.run.compare import compare
 
     with tempfile.TemporaryDirectory() as folder:
         before, after = (Path(folder, f"{number}", name) for number, name in enumerate(names))

@@ -6,11 +6,11 @@ from citypv.core.city.classify import classify
 from citypv.core.city.scene import Scene, Surfaces
 from citypv.core.city.site import Site
 from citypv.core.commands.plain_scenes import rectangle
+from citypv.core.light.specular_light import trace_hybrid
+from citypv.core.light.trace_forward import trace_forward
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.light.trace_hemisphere import trace_rows
 from citypv.core.light.traced import RayCity, Traced
-from citypv.core.photons.specular_light import trace_hybrid
-from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.sun.suns import Suns

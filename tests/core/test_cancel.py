@@ -18,8 +18,8 @@ from weathers import BERLIN, HOUR, year_of
 
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light import sun_blocks, sun_matrix
+from citypv.core.light.trace_forward import trace_forward
 from citypv.core.light.trace_gather import trace_gather
-from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.run import study
 from citypv.core.settings.progress import CancelledError, Interruption, silent
 from citypv.core.settings.request import Request

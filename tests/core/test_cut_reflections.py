@@ -12,10 +12,10 @@ from thorough import mark_cases
 
 from citypv.core.accuracy.error_budget import bound_cut_reflections
 from citypv.core.accuracy.sun_sampling import name_groups
-from citypv.core.accuracy.trace_run import trace_round, trace_run
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.light.solve_radiosity import bound_further
+from citypv.core.light.trace_run import trace_round, trace_run
 from citypv.core.run.join_tiles import _largest_of_groups
 from citypv.core.run.study import prepare_study
 from citypv.core.sky.sky_models import choose_sky

@@ -16,8 +16,8 @@ from citypv.core.city.terrain import Layer, Terrain
 from citypv.core.light.change_light import trace_change
 from citypv.core.light.editable_city import prepare_decided, trace_editable
 from citypv.core.light.errors_of_change import errors_of_difference
+from citypv.core.light.specular_light import specular_of
 from citypv.core.light.sun_visibility import projection_in_front
-from citypv.core.photons.specular_light import specular_of
 from citypv.core.run.study import (
     change_scene,
     compute_energy,

@@ -11,18 +11,18 @@ from test_tracing import three_houses
 from thorough import mark_cases
 
 from citypv.core.commands.plain_scenes import room
-from citypv.core.patches.brdfs import Mirror
-from citypv.core.patches.patches import patches_of_scene
-from citypv.core.patches.read_albedo import TriangleBrdfs
-from citypv.core.photons.emit_photons import FROM_ABOVE, box_of_scene, make_source
-from citypv.core.photons.follow_photons import (
+from citypv.core.light.emit_photons import FROM_ABOVE, box_of_scene, make_source
+from citypv.core.light.follow_photons import (
     Photons,
     Target,
     meet_fronts,
     reflect_photons,
 )
-from citypv.core.photons.light_of_photons import Tally
-from citypv.core.photons.trace_sources import PHOTON_REPLICATES
+from citypv.core.light.light_of_photons import Tally
+from citypv.core.light.trace_sources import PHOTON_REPLICATES
+from citypv.core.patches.brdfs import Mirror
+from citypv.core.patches.patches import patches_of_scene
+from citypv.core.patches.read_albedo import TriangleBrdfs
 from citypv.core.rays.faces import leave_faces
 from citypv.core.rays.ray_scene import HitPlaces, RayScene
 from citypv.core.rays.sample_points import barycentric_of_square, cosine_direction

@@ -11,6 +11,7 @@ from mirror_street import finish, light_of_strips, street, trace_street
 from scenes import run_gather, suns_towards
 
 from citypv.core.light.sun_sampling_error import trace_sun_samples
+from citypv.core.light.trace_forward import trace_forward
 from citypv.core.patches.brdfs import Mirror, reflect_interfaces
 from citypv.core.patches.materials import (
     CLEAR,
@@ -25,7 +26,6 @@ from citypv.core.patches.read_albedo import (
     describe_albedo,
     read_albedo,
 )
-from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request

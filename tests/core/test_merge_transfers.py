@@ -13,13 +13,13 @@ from test_tracing import three_houses
 from test_trees import wall_and_tree
 from transfers import merge_all
 
-from citypv.core.accuracy.trace_run import trace_round, trace_run
 from citypv.core.light.merge_transfers import MOST_REPLICATES, merge_replicates, seed_of_round
 from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.rounds import add_round
+from citypv.core.light.trace_forward import trace_forward
 from citypv.core.light.trace_gather import trace_gather, trace_light
+from citypv.core.light.trace_run import trace_round, trace_run
 from citypv.core.light.transfer import variance_of_mean
-from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.run.study import read_year, trace_scene
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent

@@ -7,8 +7,8 @@ import pytest
 from small_city import house, surface, write_gml
 
 from citypv.core.light.prepare_scene import prepare_scene
+from citypv.core.light.specular_light import trace_hybrid
 from citypv.core.patches.materials import MaterialSpec
-from citypv.core.photons.specular_light import trace_hybrid
 from citypv.core.run.part_of_city import BACKS, PartOfCity, keep_patches
 from citypv.core.run.study import read_scene, read_year
 from citypv.core.settings.progress import silent

@@ -15,11 +15,11 @@ from cities import box, make_city
 from scipy import stats
 from thorough import mark_cases
 
-from citypv.core.accuracy.trace_run import trace_round, trace_run
 from citypv.core.city.build_scene import build_scene
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.energy.standard_errors import errors_of_energy, noise_of_mean
+from citypv.core.light.trace_run import trace_round, trace_run
 from citypv.core.run.study import prepare_study, read_year
 from citypv.core.settings.request import Request
 

@@ -31,10 +31,10 @@ from citypv.core.settings.request import SKIES, Request
 from citypv.core.sky.horizon_band import HEIGHT, HORIZON
 from citypv.core.sky.sky_models import SkyParts, choose_sky, split_sky
 from citypv.core.sun.sun_sampling import choose_suns
+from citypv.core.weather.grid_sources import station_source
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.compute_world import compute_world
 from citypv.core.world.environment import build_environment, unshaded_transfer
-from citypv.core.world.sources import station_source
 
 NEW_YORK = DATA / "USA_NY_New.York-CentralPark_TMY3.epw.gz"
 STATIONS = {

@@ -23,10 +23,9 @@ from test_forward_agrees import SUNS, group_means, refined
 from test_tracing import three_houses
 from thorough import mark_cases
 
-from citypv.core.light import sun_blocks
+from citypv.core.light import specular_light, sun_blocks
 from citypv.core.patches.brdfs import reflect_interfaces
 from citypv.core.patches.materials import MaterialSpec
-from citypv.core.photons import specular_light
 from citypv.core.settings.errors import InputError
 
 MIRROR = "surface,albedo,material\nfacade,0.6,mirror\nflat,{},\n"

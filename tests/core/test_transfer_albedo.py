@@ -7,9 +7,9 @@ import pytest
 import xarray as xr
 from scenes import join, strip, suns_towards
 
+from citypv.core.light.trace_forward import trace_forward
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.materials import MaterialSpec
-from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.results.transfer_file import SUMS, read_transfer, write_transfer
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent

@@ -19,12 +19,19 @@ from citypv.core.settings.request import Request
 from citypv.core.sky.horizon import STEPS, TerrainHorizon
 from citypv.core.sun.sky_grid import SkyTriangles, sky_grid_suns
 from citypv.core.sun.sun_sampling import choose_suns
+from citypv.core.weather.grid_sources import (
+    CLEAR,
+    CLIMATE,
+    NOTHING,
+    Places,
+    model_source,
+    station_source,
+)
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.compute_world import compute_world
 from citypv.core.world.environment import build_environment, unshaded_transfer
 from citypv.core.world.group_errors import parse_mix
 from citypv.core.world.merge_surfaces import merge_surfaces
-from citypv.core.world.sources import CLEAR, CLIMATE, NOTHING, Places, model_source, station_source
 
 from .planes import run_chain
 from .transfers import Horizons

@@ -13,10 +13,10 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.run.world_tasks import stamp_files
 from citypv.core.settings.errors import InputError
 from citypv.core.weather.climate import look_up_altitude
+from citypv.core.weather.grid_sources import regular_axes, thin_axis
 from citypv.core.weather.read_era5 import open_era5_grid, read_era5
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.environment import unshaded_transfer
-from citypv.core.world.sources import regular_axes, thin_axis
 
 from .weathers import ERA5
 

@@ -14,12 +14,12 @@ from citypv.core.energy.pv_system import dc_system
 from citypv.core.light.transfer import ErrorParts, SourceLight
 from citypv.core.results.transfer_file import write_transfer
 from citypv.core.sun.sky_grid import sky_grid_suns
+from citypv.core.weather.grid_sources import station_source
 from citypv.core.weather.read_weather import read_weather
 from citypv.core.world.compute_world import compute_world
 from citypv.core.world.environment import build_environment, unshaded_transfer
 from citypv.core.world.group_errors import add_mix, parse_mix
 from citypv.core.world.merge_surfaces import merge_surfaces
-from citypv.core.world.sources import station_source
 
 from .transfers import Horizons
 from .weathers import BARROW, PVGIS

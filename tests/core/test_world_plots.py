@@ -10,6 +10,7 @@ import xarray as xr
 from citypv.core.commands.command_line import main
 from citypv.core.energy.pv_system import dc_system
 from citypv.core.weather.add_sun import add_sun
+from citypv.core.weather.grid_sources import station_source
 from citypv.core.weather.weather import Record
 from citypv.core.world.compute_world import compute_world
 from citypv.core.world.draw_world import PICTURES
@@ -24,7 +25,6 @@ from citypv.core.world.draw_world_maps import (
     write_longitude,
 )
 from citypv.core.world.environment import build_environment, unshaded_transfer
-from citypv.core.world.sources import station_source
 
 from .weathers import HOUR, PVGIS, year_of
 

@@ -17,9 +17,9 @@ from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.light.solve_radiosity import radiosity_factor, solve_radiosity
 from citypv.core.light.sun_sampling_error import trace_sun_samples
 from citypv.core.light.sun_visibility import SunWatch, sun_visibility
+from citypv.core.light.trace_forward import trace_forward
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.patches.patches import patches_of_scene
-from citypv.core.photons.trace_forward import trace_forward
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent

@@ -15,12 +15,12 @@ from weathers import ERA5
 
 from citypv.core.accuracy.rounds_to_target import Goal, largest_round, refine
 from citypv.core.accuracy.sun_sampling import CityYear, measure_ways
-from citypv.core.accuracy.trace_run import trace_run
 from citypv.core.accuracy.yield_errors import find_lit, split_errors
 from citypv.core.city.split_edges import refine_triangles
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.trace_gather import trace_gather
+from citypv.core.light.trace_run import trace_run
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 from citypv.core.sun.sun_sampling import choose_suns

@@ -12,7 +12,7 @@ from towns import spun
 
 from citypv.core.city.split_edges import refine_triangles
 from citypv.core.commands.plain_scenes import room
-from citypv.core.photons import trace_sources
+from citypv.core.light import trace_sources
 
 SCENES = draw_count(200, 6, 4)
 law = settings(law_of_gather, max_examples=SCENES)

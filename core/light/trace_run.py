@@ -9,18 +9,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..city.scene import Scene
-from ..light.merge_transfers import merge_rounds, seed_of_round
-from ..light.prepare_scene import PreparedScene, check_tracing, prepare_scene
-from ..light.rounds import add_round
-from ..light.sun_matrix import keep_columns
-from ..light.trace_gather import TracedCity, join_seasons, trace_light
-from ..light.transfer import Transfer
-from ..photons.specular_light import specular_of
-from ..photons.trace_forward import trace_forward
 from ..settings.progress import CancelledError, silent
 from ..settings.request import Request
 from ..sun.sun_sampling import choose_suns, weigh_by_year
 from ..weather.weather import Weather
+from .merge_transfers import merge_rounds, seed_of_round
+from .prepare_scene import PreparedScene, check_tracing, prepare_scene
+from .rounds import add_round
+from .specular_light import specular_of
+from .sun_matrix import keep_columns
+from .trace_forward import trace_forward
+from .trace_gather import TracedCity, join_seasons, trace_light
+from .transfer import Transfer
 
 
 @dataclass

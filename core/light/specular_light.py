@@ -19,14 +19,11 @@ from itertools import chain
 import numpy as np
 from scipy import sparse
 
-from ..light.prepare_scene import prepare_scene
-from ..light.trace_all import GatherContext
-from ..light.trace_gather import trace_gather
-from ..light.traced import SKY_DOME
 from ..rays.random_numbers import key_of_names
 from ..settings.threads import map_in_order
 from ..sky.horizon import is_above
 from .follow_photons import Target, deposit
+from .prepare_scene import prepare_scene
 from .specular_faces import (
     FAR_GROUND,
     SKY,
@@ -35,6 +32,9 @@ from .specular_faces import (
     photons_of_sun,
     photons_of_surroundings,
 )
+from .trace_all import GatherContext
+from .trace_gather import trace_gather
+from .traced import SKY_DOME
 
 REPLICATES = 8  # independent sets of photons; their variance gives the standard error
 PHOTONS_PER_TASK = 1 << 16

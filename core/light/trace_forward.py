@@ -15,19 +15,19 @@ import numpy as np
 
 from ..effects.effect import Measured
 from ..effects.rays import count_surely
-from ..light import measure_cover, sun_matrix
-from ..light.prepare_scene import check_tracing, prepare_scene
-from ..light.sun_visibility import projection_in_front
-from ..light.taken_parts import outline_taken
-from ..light.transfer import SourceLight, TraceRecord, Transfer, note_interruption
 from ..patches.read_albedo import brdfs_of_triangles, materials_of_surfaces
 from ..settings.progress import SUN_STAGE, CancelledError, Clock
 from ..settings.threads import usable_threads
 from ..sky.horizon import without_hidden
+from . import measure_cover, sun_matrix
 from .emit_photons import FROM_ABOVE, FROM_BELOW, INWARDS, box_of_scene, make_source
 from .follow_photons import Target
 from .light_of_photons import Light
+from .prepare_scene import check_tracing, prepare_scene
+from .sun_visibility import projection_in_front
+from .taken_parts import outline_taken
 from .trace_sources import PHOTON_REPLICATES, Run, no_light, standard_error, trace_sources
+from .transfer import SourceLight, TraceRecord, Transfer, note_interruption
 
 
 @dataclass

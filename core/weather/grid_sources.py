@@ -7,13 +7,13 @@ import pandas as pd
 
 from ..settings.errors import InputError
 from ..sun.solar_position import geocentric_sun, sun_of_place
-from ..weather import climate
-from ..weather.add_sun import add_sun
-from ..weather.check_weather import check_weather, check_years
-from ..weather.climate import INTERVAL, LABEL
-from ..weather.climate_grid import LEAST_LATITUDE, is_land
-from ..weather.read_era5 import NEEDED, convert_era5, read_block
-from ..weather.weather import Record
+from . import climate
+from .add_sun import add_sun
+from .check_weather import check_weather, check_years
+from .climate import INTERVAL, LABEL
+from .climate_grid import LEAST_LATITUDE, is_land
+from .read_era5 import NEEDED, convert_era5, read_block
+from .weather import Record
 
 NOTHING, CLIMATE, CLEAR, FILES = 0, 1, 2, 3  # what the weather of a place is
 MEANINGS = {NOTHING: "none", CLIMATE: "built_in_climate", CLEAR: "clear_sky", FILES: "files"}

@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from ..settings.errors import InputError
-from ..weather.formats import recognise_weather
-from ..weather.read_era5 import open_era5_grid
-from ..weather.read_weather import read_weather
-from . import sources
+from . import grid_sources
+from .formats import recognise_weather
+from .read_era5 import open_era5_grid
+from .read_weather import read_weather
 
 MODELS = ("climate", "clear-sky")
 # settings that mean nothing for grids
@@ -24,9 +24,11 @@ def find_source(request, settings, stack):
         if request.weather != "climate":
             refuse_settings(settings, ("off_land",), request.weather)
         # The models' grid has steps of 3°.
-        axes = sources.regular_axes(settings.step or 3.0, settings.latitudes, settings.longitudes)
-        return sources.model_source(
-            sources.grid_places(*axes), request.weather, request, settings.off_land
+        axes = grid_sources.regular_axes(
+            settings.step or 3.0, settings.latitudes, settings.longitudes
+        )
+        return grid_sources.model_source(
+            grid_sources.grid_places(*axes), request.weather, request, settings.off_land
         )
     # Files: a grid of ERA5 has its own points; some of them may be picked.
     paths = [
@@ -37,18 +39,18 @@ def find_source(request, settings, stack):
     if kinds == {"era5"}:
         refuse_settings(request, STATIONS_ONLY, "gridded weather")
         refuse_settings(settings, ("off_land",), "gridded weather")
-        sources.check_region(settings.latitudes, settings.longitudes)
+        grid_sources.check_region(settings.latitudes, settings.longitudes)
         grid = open_era5_grid(paths, stack)
         picked = (
-            sources.thin_axis(grid.latitude, settings.step, settings.latitudes),
-            sources.thin_axis(grid.longitude, settings.step, settings.longitudes),
+            grid_sources.thin_axis(grid.latitude, settings.step, settings.latitudes),
+            grid_sources.thin_axis(grid.longitude, settings.step, settings.longitudes),
         )
-        places = sources.grid_places(grid.latitude[picked[0]], grid.longitude[picked[1]])
+        places = grid_sources.grid_places(grid.latitude[picked[0]], grid.longitude[picked[1]])
         if not len(places):
             raise InputError(
                 grid.source, "has no point in these latitudes and longitudes", "give a wider range"
             )
-        return sources.grid_source(grid, places, picked, request, settings.years)
+        return grid_sources.grid_source(grid, places, picked, request, settings.years)
     # Stations are places by themselves.
     if "era5" in kinds:
         raise InputError("--weather", "grids and stations are mixed", "give one or the other")
@@ -85,4 +87,4 @@ def _read_stations(paths, request):
         for own in stations.values()
     ]
     names = [own[0].name.split(".gz")[0].rsplit(".", 1)[0] for own in stations.values()]
-    return sources.station_source(weathers, names)
+    return grid_sources.station_source(weathers, names)

@@ -6,12 +6,12 @@ import importlib.util
 
 import numpy as np
 
-from ..results import write_report
-from ..results.columns import write_table
-from ..results.compare_runs import EXISTING, compare_folders, describe_light
-from ..results.output_folder import whole_folder
-from ..results.write_summary import write_summary
 from ..settings.errors import count_of, list_some, show_number
+from . import write_report
+from .columns import write_table
+from .compare_runs import EXISTING, compare_folders, describe_light
+from .output_folder import whole_folder
+from .write_summary import write_summary
 
 CAPTIONS = {
     "roof": "Roofs from above: change of the full load hours. Blue loses, brown gains; grey: below two standard "
@@ -161,8 +161,8 @@ def _compose_page(comparison):
     # Maps of gain and loss, where a drawing library is installed.
     maps = []
     if importlib.util.find_spec("matplotlib") is not None:
-        from ..results.draw_plan import draw_change
-        from ..results.picture import embed_figure, plain_style
+        from .draw_plan import draw_change
+        from .picture import embed_figure, plain_style
 
         with plain_style():
             for show, caption in CAPTIONS.items():
