@@ -140,12 +140,7 @@ def _tell_buildings_apart(contents, report):
         report.note(
             f"buildings of {content.path} have the name of an earlier one, number added", again
         )
-        # What is left is counted anew.
-        number = {building: k for k, building in enumerate(kept)}
-        content.buildings = list(kept.values())
-        content.polygons = [polygon for polygon in content.polygons if polygon.building in number]
-        for polygon in content.polygons:
-            polygon.building = number[polygon.building]
+        content.keep_buildings(kept)
 
 
 def _flatten(contents, chosen, crs, report):
@@ -167,6 +162,12 @@ def _flatten(contents, chosen, crs, report):
     polygon_start = starts_of([len(polygon.rings) for polygon in polygons])
     points, ring_start, changed = clean_rings(rings, polygon_start)
     building = [buildings[first[id(content)] + polygon.building] for content, polygon in chosen]
+    # Of a building in two files, what the first one tells counts.
+    attributes = {
+        (buildings[first[id(content)] + number], str(part or "")): told
+        for content in reversed(contents)
+        for (number, part), told in content.attributes.items()
+    }
     city = City(
         surface_id=_name_surfaces(polygons, building, report),
         building_id=building,
@@ -179,6 +180,7 @@ def _flatten(contents, chosen, crs, report):
         lod=[polygon.lods[0] for polygon in polygons],
         material=[polygon.material for polygon in polygons],
         part=[str(polygon.part or "") for polygon in polygons],
+        attributes=attributes,
     )
     # What was mended is told by the ids of the surfaces.
     for reason, indices in changed.items():

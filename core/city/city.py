@@ -103,6 +103,9 @@ class City:
     # (n,) str, of buildings that were extruded: the attribute that gives their height, "floors" or
     # "default"; None: not recorded
     height_source: list | None = None
+    # (building, part or "") -> what the files tell of it in CityJSON's form: dict with `attributes`
+    # and `address`, a list of dict; without an entry where they tell nothing
+    attributes: dict = field(default_factory=dict)
 
     def __len__(self):
         return len(self.surface_id)
@@ -291,6 +294,7 @@ class FileContent:
     extents: list = field(default_factory=list)  # of Extent
     # (building, part) -> last day on which it stood
     demolitions: dict = field(default_factory=dict)
+    attributes: dict = field(default_factory=dict)  # (building, part) -> as of City
     attributions: list = field(default_factory=list)  # of ImportReport
     crs: str | None = None
     axes: str = "xy"  # order of coordinates, of `transform_crs.Grid`
@@ -307,3 +311,18 @@ class FileContent:
     def skip(self, reason, identifier):
         """Record what was left out, and why."""
         self.skipped.setdefault(reason, []).append(identifier)
+
+    def keep_buildings(self, kept):
+        """Leave out all buildings but some, dict of int to str, which get the names that it gives;
+        what is left is numbered anew.
+        """
+        number = {building: place for place, building in enumerate(kept)}
+        self.buildings = list(kept.values())
+        self.polygons = [polygon for polygon in self.polygons if polygon.building in number]
+        for polygon in self.polygons:
+            polygon.building = number[polygon.building]
+        self.attributes = {
+            (number[building], part): told
+            for (building, part), told in self.attributes.items()
+            if building in number
+        }

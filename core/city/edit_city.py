@@ -80,9 +80,9 @@ def edit_city(city, change, convergence=0.0):
         for tree in city.trees
     ]
     # Removed and added last.
-    left = replace(
-        city, points=points, trees=[tree for tree in moved if tree.name not in change.removed]
-    )
+    told = {place: own for place, own in city.attributes.items() if place[0] not in change.removed}
+    trees = [tree for tree in moved if tree.name not in change.removed]
+    left = replace(city, points=points, trees=trees, attributes=told)
     left = left.take(~np.isin(buildings, list(change.removed)))
     for other in change.added:
         left = join_cities(left, other)
@@ -170,7 +170,15 @@ def join_cities(one, other):
     names = _rename([tree.name for tree in other.trees], [tree.name for tree in one.trees])
     added = [replace(tree, name=name) for tree, name in zip(other.trees, names, strict=True)]
     trees, shape = [*one.trees, *added], one.append_shape(*other.shape)
-    return replace(one, colours=other.colours | one.colours, trees=trees, **shape, **lists)
+    # What is told of a building goes with its name.
+    new_names = dict(zip(other.building_id, lists["building_id"][len(one) :], strict=True))
+    told = {
+        (new_names[building], part): own
+        for (building, part), own in other.attributes.items()
+        if building in new_names
+    }
+    joined = {"trees": trees, "attributes": one.attributes | told, **shape, **lists}
+    return replace(one, colours=other.colours | one.colours, **joined)
 
 
 def _rename(names, taken):

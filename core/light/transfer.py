@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass, field, fields, replace
 
 import numpy as np
 
+from ..city.building_facts import BuildingFacts
 from ..city.grid_cells import Outlines
 from ..city.scene import Surfaces
 from ..city.site import Site
@@ -176,6 +177,8 @@ class Transfer:
     # of the city before an edit, solved again with more light; None: as it was
     base: "Transfer | None" = None
     notes: tuple = ()  # of str: what its file, written by another version, lacks
+    # what the files tell of buildings in words; None: nothing
+    facts: BuildingFacts | None = None
 
     @property
     def shapes_known(self):

@@ -16,6 +16,7 @@ from ..city.city import FileContent, Polygon
 from ..settings.errors import InputError
 from .lifetimes import GONE, is_terminated, note_demolitions, read_ends
 from .open_input import LARGEST_COORDINATE
+from .read_attributes import read_attributes
 
 XLINK = "{http://www.w3.org/1999/xlink}href"
 THEMATIC = {
@@ -97,7 +98,16 @@ def collect_polygons(element, content):
     """
     content.buildings.append(name_element(element))
     _note_srs_name(element, content)
-    _walk(element, _Place(building=len(content.buildings) - 1), content)
+    place = _Place(building=len(content.buildings) - 1)
+    _keep_attributes(element, place, content)
+    _walk(element, place, content)
+
+
+def _keep_attributes(element, place, content):
+    """Keep what a building or a part of one tells of itself, where it tells anything."""
+    told = read_attributes(element)
+    if told:
+        content.attributes[place.building, place.part] = told
 
 
 def _walk(element, place, content):
@@ -193,6 +203,7 @@ def _step(child, kind, place, content):
         content.part_count += 1
         place = place._replace(part=content.part_count)
         note_demolitions({(place.building, place.part): read_ends(child)}, content)
+        _keep_attributes(child, place, content)
     elif kind.startswith("lod"):
         place = place._replace(lod=kind[3:], source="surface" if place.thematic else "multisurface")
     elif kind in THEMATIC:

@@ -74,16 +74,12 @@ def leave_out_demolished(content, today=None):
             f"{content.buildings[building] or 'unnamed building'}{f' part {part}' if part else ''}",
         )
     whole = {building for building, part in gone if not part}
-    kept = [building for building in range(len(content.buildings)) if building not in whole]
-    number = {building: place for place, building in enumerate(kept)}
-    content.buildings = [content.buildings[building] for building in kept]
     content.polygons = [
-        polygon
-        for polygon in content.polygons
-        if polygon.building in number and (polygon.building, polygon.part) not in gone
+        polygon for polygon in content.polygons if (polygon.building, polygon.part) not in gone
     ]
-    for polygon in content.polygons:
-        polygon.building = number[polygon.building]
+    for place in gone & content.attributes.keys():
+        del content.attributes[place]
+    content.keep_buildings({k: name for k, name in enumerate(content.buildings) if k not in whole})
 
 
 def _last_day(given, words):

@@ -11,7 +11,8 @@ import numpy as np
 
 from ..settings.errors import cell_of_id
 
-IDS = ("surface_id", "building_id")  # columns whose texts come from the files of a city
+# columns whose texts come from the files of a city
+IDS = ("surface_id", "building_id", "address", "name", "function")
 
 
 @dataclass(frozen=True)

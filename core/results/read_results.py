@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from ..city.build_ground import Lattice
+from ..city.building_facts import FACTS
 from ..city.classify import ORIENTATIONS
 from ..city.grid_cells import Outlines
 from ..city.site import Site
@@ -80,6 +81,8 @@ class Results:
     outlines: Outlines | None  # None where the light comes from a file without them
     months: np.ndarray  # (n, 12) [h] full load hours of each surface by month
     layout: ModuleLayout | None = None  # where modules lie; None: every square metre counts
+    # a row per building, texts: building, address, name, function, year; "" where nothing is told
+    buildings: pd.DataFrame | None = None
 
 
 def read_results(folder):
@@ -127,7 +130,26 @@ def read_results(folder):
         suns, months = (np.asarray(file[name][:], float) for name in ("direction", MONTHLY))
         check_names(folder, file["surface_id"][:], faces["surface_id"].tolist())
         read = suns, outlines, months, read_layout(file)
+    read = *read, _read_buildings(folder / "buildings.csv", faces)
     return Results(folder.absolute().name, faces, groups, summary, *axis, *read)
+
+
+def _read_buildings(path, faces):
+    """What is told of the buildings of faces.csv, as of Results; nothing in folders of earlier
+    versions.
+    """
+    table = pd.DataFrame({"building_id": []})
+    if path.is_file():
+        texts = {"building_id": str, **dict.fromkeys(FACTS, str)}
+        try:
+            table = pd.read_csv(
+                path, usecols=texts.__contains__, dtype=texts, keep_default_na=False
+            )
+        except (ValueError, OSError) as error:
+            raise InputError(path, f"cannot be read as a table ({error})", GIVE_RESULTS) from error
+    table = check_columns(path, table, [*table], ()).set_index("building_id")
+    table = table.reindex(sorted(set(faces["building_id"])), columns=FACTS).fillna("")
+    return table.rename_axis("building").reset_index()
 
 
 def read_summary(path):
@@ -212,7 +234,7 @@ def check_columns(path, table, texts, numbers):
         raise InputError(path, f"has no column {', '.join(missing)}", AGAIN)
     for name in set(IDS) & set(table.columns):
         table[name] = [id_of_cell(str(cell)) for cell in table[name]]
-    for name in set(table.columns) - set(texts):
+    for name in set(table.columns) - {*texts, *IDS}:
         try:
             table[name] = pd.to_numeric(table[name].where(table[name] != ""))
         except (ValueError, TypeError) as error:

@@ -17,6 +17,7 @@ import h5netcdf
 import h5py
 import numpy as np
 
+from ..city.building_facts import FACTS, BuildingFacts
 from ..city.grid_cells import Outlines
 from ..city.scene import Surfaces
 from ..city.site import Site
@@ -185,6 +186,8 @@ for field, per, long_name in (
     ("direct_points", (), "variance of the annual mean of direct light from shadow points"),
 ):
     VARIABLES[field] = "error_parts", field, ("surface", *per), "1", long_name
+for field in ("building", *FACTS):
+    VARIABLES[f"told_{field}"] = "facts", field, ("building",), "", f"{field} that files tell"
 for column in COLUMNS:
     if column.stored:
         VARIABLES[column.name] = (
@@ -282,13 +285,12 @@ def _describe_state(transfer):
     # Groups of variables by the object whose fields they are; None leaves a group out.
     owners = {
         name: getattr(transfer, name)
-        for name in ("surfaces", "suns", "error_parts", "outlines", "terrain")
+        for name in ("surfaces", "suns", "error_parts", "outlines", "terrain", "facts")
     }
     owners |= {"transfer": transfer, **transfer.sources}
     owners["albedos"] = None if transfer.albedo is None else transfer
     owners["edge"] = None if transfer.surfaces.edge_distance is None else transfer.surfaces
-    known = transfer.surfaces.height_source is not None
-    owners["heights"] = transfer.surfaces if known else None
+    owners["heights"] = None if transfer.surfaces.height_source is None else transfer.surfaces
     owners["room"] = None if transfer.no_room is None else transfer
     # Polygons of what is taken are written as rings.
     known = transfer.taken_parts is not None
@@ -448,15 +450,13 @@ def make_transfer(variables, attributes):
     if "clearances" in own:
         own["clearances"] = tuple(own["clearances"].tolist())
     # Texts are JSON.
-    texts = {
-        name: json.loads(attributes[name])
-        for name in ("site", "albedos", "record")
-        if name in attributes
-    }
+    written = [name for name in ("site", "albedos", "record") if name in attributes]
+    texts = {name: json.loads(attributes[name]) for name in written}
     if "record" in texts:
         own["record"] = TraceRecord.from_dict(texts["record"])
     # What only some runs have.
-    for name, build in (("error_parts", ErrorParts), ("outlines", Outlines)):
+    builders = {"error_parts": ErrorParts, "outlines": Outlines, "facts": BuildingFacts}
+    for name, build in builders.items():
         if found := read_fields(variables, name):
             own[name] = build(**found)
     if found := read_fields(variables, "taken"):

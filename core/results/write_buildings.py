@@ -5,6 +5,7 @@ errors and poor years.
 import numpy as np
 import pandas as pd
 
+from ..city.building_facts import BuildingFacts
 from ..energy.energy import exceeded_energy
 from ..energy.standard_errors import add_errors, errors_of_energy
 from .columns import name_months, write_table
@@ -48,7 +49,7 @@ def sum_buildings(transfer, energy, weather, *, monthly=False):
         np.array(surfaces.building_id, dtype=object).astype(str), return_inverse=True
     )
     # Where each building stands, then what its surfaces carry and yield.
-    table = {"building_id": names}
+    table = {"building_id": names} | (transfer.facts or BuildingFacts()).of(names)
     places = ("easting", "northing", "latitude", "longitude")
     table |= dict(zip(places, _find_middles(transfer, building, len(names)).T, strict=True))
     table |= sum_surfaces(transfer, energy, weather, building, len(names), monthly=monthly)

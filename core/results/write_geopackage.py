@@ -16,6 +16,7 @@ import pandas as pd
 import pyproj
 import shapely
 
+from ..city.building_facts import FACTS
 from ..settings.progress import silent
 from .columns import TABLED
 from .write_buildings import sum_buildings
@@ -61,11 +62,14 @@ def write_geopackage(path, run, progress=silent):
     )
     columns, rows = TABLED, sum_buildings(transfer, energy, weather)
     types = dict.fromkeys(rows, "DOUBLE") | {
-        "building_id": "TEXT",
+        **dict.fromkeys(("building_id", *FACTS), "TEXT"),
+        "year": "INTEGER",
         **({"height_source": "TEXT"} if "height_source" in rows else {}),
         "surfaces": "INTEGER",
         "eligible": "INTEGER",
     }
+    # NULL where nothing is told.
+    rows[[*FACTS]] = rows[[*FACTS]].replace("", None)
     surfaces = pd.DataFrame({column.name: column.values_of(transfer, energy) for column in columns})
     layers = {  # name -> columns, their SQL types, geometries
         "surfaces": (

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from ..accuracy.measure_effects import state_effects
+from ..city.building_facts import tell_facts
 from ..city.grid_cells import Outlines, split_into_cells
 from ..city.racks import city_with_racks
 from ..effects.table import TABLE
@@ -52,7 +53,8 @@ def write_results(work, run, request, output, log):
     """
     city, scene, transfer, _, weather = run
     city = draw_city(city, scene, request)
-    transfer = replace(transfer, outlines=Outlines.of(city, scene.surfaces, scene.site))
+    outlines, facts = Outlines.of(city, scene.surfaces, scene.site), tell_facts(city)
+    transfer = replace(transfer, outlines=outlines, facts=facts)
     keep = not is_on_disk(transfer.visible_share) or bool(
         {"transfer", "editable"} & set(output.exports)
     )

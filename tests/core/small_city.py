@@ -37,8 +37,8 @@ def surface(kind, name, points):
     return text.surface(text.members(text.polygon(name, placed)), kind)
 
 
-def house(name, low, size, ridge=4.0):
-    """A house with a gable roof whose ridge runs east: north and south roofs."""
+def house(name, low, size, ridge=4.0, told=""):
+    """A house with a gable roof whose ridge runs east: north and south roofs; `told` is XML."""
     x0, y0 = low
     x1, y1, z = x0 + size[0], y0 + size[1], size[2]
     middle, top = (y0 + y1) / 2, z + ridge
@@ -58,11 +58,21 @@ def house(name, low, size, ridge=4.0):
     north = [(x1, y1, z), (x0, y1, z), (x0, middle, top), (x1, middle, top)]
     parts.append(surface("RoofSurface", f"{name}_roof_south", south))
     parts.append(surface("RoofSurface", f"{name}_roof_north", north))
-    return text.building(*parts, name=name)
+    return text.building(told, *parts, name=name)
 
 
+# what the file tells of house a: attributes and an address
+TOLD = """<gml:name>Old mill</gml:name>
+<bldg:function codeSpace="http://www.sig3d.org/codelists/citygml/2.0">1120</bldg:function>
+<bldg:yearOfConstruction>1904</bldg:yearOfConstruction>
+<bldg:address><Address><xalAddress><xAL:AddressDetails xmlns:xAL="urn:xal2"><xAL:Country>
+<xAL:Locality Type="Town"><xAL:LocalityName>Halle</xAL:LocalityName><xAL:Thoroughfare Type="Street">
+<xAL:ThoroughfareNumber>12</xAL:ThoroughfareNumber><xAL:ThoroughfareName>Große Straße
+</xAL:ThoroughfareName></xAL:Thoroughfare></xAL:Locality></xAL:Country></xAL:AddressDetails>
+</xalAddress></Address></bldg:address>
+"""
 HOUSES = (
-    house("a", (0, 0), (12, 10, 8))
+    house("a", (0, 0), (12, 10, 8), told=TOLD)
     + house("b", (20, -3), (10, 14, 14))
     + house("c", (2, 24), (14, 9, 6))
 )

@@ -1,0 +1,147 @@
+"""Attributes and addresses of buildings and parts of CityGML 1, 2 and 3, in the form of CityJSON.
+
+An attribute that holds a text has the name of its element, without its prefix; a number stands as a
+number where the standard says that it is one. Generic attributes have the names that the file gives
+them. Addresses in xAL 2 and 3 become a list of objects.
+"""
+
+import math
+from contextlib import suppress
+
+# what the standards count or measure; others are texts
+WHOLE = ("yearOfConstruction", "yearOfDemolition", "storeysAboveGround", "storeysBelowGround")
+# elements that hold neither an attribute nor anything in which to look for one
+OTHERS = ("boundedBy", "boundary", "interiorRoom", "consistsOfBuildingPart", "buildingPart")
+# generic attributes by the ends of their names, in CityGML 3 GenericAttributeSet and so on
+GENERIC = {"int": int, "double": float, "measure": float}
+# elements of xAL -> members of an address in CityJSON; of xAL 3 behind the element that holds them
+ADDRESS = {
+    "CountryName": "Country",
+    "LocalityName": "Locality",
+    "DependentLocalityName": "DependentLocality",
+    "AdministrativeAreaName": "AdministrativeArea",
+    "ThoroughfareName": "ThoroughfareName",
+    "ThoroughfareNumber": "ThoroughfareNumber",
+    "ThoroughfareNumberFrom": "ThoroughfareNumber",
+    "ThoroughfareNumberTo": "ThoroughfareNumberTo",
+    "ThoroughfareNumberSuffix": "ThoroughfareNumberSuffix",
+    "PremiseName": "PremiseName",
+    "BuildingName": "PremiseName",
+    "PremiseNumber": "PremiseNumber",
+    "PostalCodeNumber": "Postcode",
+    "AddressLine": "AddressLine",
+    "Country/NameElement": "Country",
+    "Locality/NameElement": "Locality",
+    "SubLocality/NameElement": "DependentLocality",
+    "AdministrativeArea/NameElement": "AdministrativeArea",
+    "Thoroughfare/NameElement": "ThoroughfareName",
+    "Thoroughfare/Number": "ThoroughfareNumber",
+    "Premises/NameElement": "PremiseName",
+    "Premises/Number": "PremiseNumber",
+    "PostCode/Identifier": "Postcode",
+}
+
+
+def read_attributes(element):
+    """What an element of CityGML, a building or a part of one, tells of itself: dict with
+    `attributes` and `address`, without those that it does not tell.
+    """
+    attributes, addresses = {}, []
+    for child in element.iterchildren("*"):
+        name = child.tag.rpartition("}")[2]
+        if name in OTHERS or name.startswith("lod"):
+            continue
+        if name.endswith(("Attribute", "genericAttributeSet")):
+            _add_generic(child, attributes)
+        elif name == "address":
+            addresses += map(_read_address, child.iterfind("{*}Address"))
+        elif name == "height":
+            # CityGML 3 says what was measured, and between what: the first is taken.
+            value = child.findtext("{*}Height/{*}value")
+            attributes.setdefault("measuredHeight", _take_number(value, float))
+        elif len(child) == 0:
+            _add_plain(child, name, attributes)
+    attributes = {name: value for name, value in attributes.items() if value is not None}
+    addresses = [address for address in addresses if address]
+    told = {"attributes": attributes} if attributes else {}
+    return told | ({"address": addresses} if addresses else {})
+
+
+def _add_plain(element, name, attributes):
+    """Add the text of an element, with its codeSpace; several of one name stand in one text."""
+    text = _text(element)
+    if not text:
+        return
+    if name in WHOLE:
+        attributes[name] = _take_number(text, int)
+    elif name.startswith("storeyHeights"):
+        attributes[name] = [_take_number(word, float) for word in text.split()]
+    elif name == "measuredHeight":
+        attributes[name] = _take_number(text, float)
+        unit = element.get("uom", "").lower()
+        if unit and not unit.endswith(("m", "metre", "meter")):
+            attributes[f"{name}_uom"] = element.get("uom")
+    else:
+        attributes[name] = f"{attributes[name]}; {text}" if name in attributes else text
+        if element.get("codeSpace"):
+            attributes[f"{name}_codeSpace"] = element.get("codeSpace")
+
+
+def _add_generic(element, attributes):
+    """Add a generic attribute, or a set of such, under the name that the file gives it."""
+    # CityGML 3: a genericAttribute holds an IntAttribute with the elements name and value.
+    name = element.tag.rpartition("}")[2]
+    if name == "genericAttribute":
+        for child in element.iterchildren("*"):
+            _add_generic(child, attributes)
+        return
+    key = element.get("name") or element.findtext("{*}name", "").strip()
+    if name.endswith("Set"):
+        value = {}
+        for child in element.iterchildren("*"):
+            if child.tag.endswith(("Attribute", "genericAttributeSet")):
+                _add_generic(child, value)
+    else:
+        held = element.find("{*}value")
+        kind = name.removesuffix("Attribute").lower()
+        value = None if held is None else _take_number(_text(held), GENERIC.get(kind, str))
+        unit = "" if held is None else held.get("uom", "")
+        value = {"value": value, "uom": unit} if unit and value is not None else value
+    if key and value not in (None, {}, ""):
+        # A name that is taken gets a number.
+        number, free = 1, key
+        while free in attributes:
+            number += 1
+            free = f"{key}~{number}"
+        attributes[free] = value
+
+
+def _read_address(element):
+    """An address in xAL: dict of members of CityJSON to texts; several of one kind in one text."""
+    address = {}
+    for child in element.iterdescendants("*"):
+        name, text = child.tag.rpartition("}")[2], _text(child)
+        above = child.getparent().tag.rpartition("}")[2]
+        member = ADDRESS.get(name) or ADDRESS.get(f"{above}/{name}")
+        if member and text:
+            address[member] = f"{address[member]} {text}" if member in address else text
+    # A letter behind a number belongs to it, and so does the end of a range.
+    suffix = address.pop("ThoroughfareNumberSuffix", "")
+    last = address.pop("ThoroughfareNumberTo", "")
+    if "ThoroughfareNumber" in address:
+        address["ThoroughfareNumber"] += suffix + (f"-{last}" if last else "")
+    return address
+
+
+def _text(element):
+    return " ".join((element.text or "").split())
+
+
+def _take_number(text, kind):
+    """A text as a number; as it is where it is none."""
+    with suppress(ValueError, TypeError):
+        number = kind(text)
+        # A code of digits that begins with zero is no number.
+        if kind is str or (math.isfinite(number) and (kind is float or str(number) == text)):
+            return number
+    return text or None
