@@ -16,11 +16,11 @@ from ..operators.run.watch_edits import HANDLERS, TICK, watch
 from ..operators.show.draw_view import DRAWN
 from .manual import map_manual
 from .menus import CityMenu, draw_city_menu, draw_import_menu
-from .panels import PANELS, MaterialPanel
 from .properties import REFLECTION, Preferences, Seeing, Settings
 from .translations import TABLES
 
-# Operators and file handlers: what the modules of the room operators define.
+# Operators, panels and file handlers: what the modules of the room operators define, the panel that
+# has others in it before these.
 _names = [
     module.name for module in pkgutil.walk_packages(operators.__path__, f"{operators.__name__}.")
 ]
@@ -30,8 +30,11 @@ _found = [
     for item in vars(importlib.import_module(name)).values()
     if hasattr(item, "bl_idname")
 ]
-OPERATORS = [item for item in dict.fromkeys(_found) if item.__module__ in _names]
-CLASSES = (Settings, Seeing, Preferences, *OPERATORS, *PANELS, MaterialPanel, CityMenu)
+OPERATORS = sorted(
+    (item for item in dict.fromkeys(_found) if item.__module__ in _names),
+    key=lambda item: hasattr(item, "bl_parent_id"),
+)
+CLASSES = (Settings, Seeing, Preferences, *OPERATORS, CityMenu)
 
 _commands, _drawn = [], []
 

@@ -196,3 +196,21 @@ def describe_material(material):
         )
     except InputError as error:
         return f"{error.source}: {error.problem}"
+
+
+class MaterialPanel(bpy.types.Panel):
+    """Reflection of a material."""
+
+    bl_idname, bl_label = "CITYPV_PT_material", "CityPV"
+    bl_space_type, bl_region_type, bl_context = "PROPERTIES", "WINDOW", "material"
+
+    @classmethod
+    def poll(cls, context):
+        """There is a material."""
+        return context.material is not None
+
+    def draw(self, context):
+        """Show the user's choice, and the resulting reflection."""
+        self.layout.use_property_split, self.layout.use_property_decorate = True, False
+        self.layout.prop(context.material, "citypv_material")
+        self.layout.label(text=describe_material(context.material))

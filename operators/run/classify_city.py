@@ -12,13 +12,14 @@ from ..city.attributes import write_classes
 from ..city.build_meshes import build_meshes, remove_objects, show_objects
 from ..city.job import COMPILING
 from ..city.keys import Key
+from ..city.panel import StepPanel
 from ..city.read_materials import remember_materials
 from ..city.read_settings import STEPS, read_settings, remember_step
 from ..city.run_step import OfCity, Step, leave_edit_mode
 from ..city.session import Session, find_city
 from ..city.source_objects import is_in_place, put_in_place
 from ..show.colour_user_meshes import uncolour_user_meshes
-from ..show.keep_report import keep_report
+from ..show.keep_report import draw_rows, keep_report
 from ..show.show_result import show_result
 from . import city_design
 from .city_design import OF_CITY
@@ -145,3 +146,28 @@ def show_kinds(context, before, session, findings, seen=None):
     session.open(item)
     keep_report(item, scene, findings)
     show_result(context, item, ground, "kind")
+
+
+class ClassifyPanel(StepPanel, bpy.types.Panel):
+    """Classify."""
+
+    bl_idname, bl_label, bl_order = "CITYPV_PT_classify", "2  Classify", 5
+
+    def draw(self, context):
+        """Show the settings of the step."""
+        column, settings, city = self.start(context)
+        place = ("latitude", "longitude") if settings.own_place else ()
+        terrain = ("terrain",) if settings.ground == "terrain" else ()
+        cells = ("grid_size",) if settings.split else ()
+        names = (
+            "own_place",
+            *place,
+            "ground",
+            *terrain,
+            *self.list_settings("classify"),
+            "split",
+            *cells,
+        )
+        self.draw_settings(column, settings, *names)
+        self.draw_step(column, "citypv.classify", "MOD_BUILD")
+        draw_rows(self, city, ("kind", "orientation", "eligible"))

@@ -4,8 +4,10 @@ their energy.
 
 import bpy
 
+from ...core.weather.sources import ASKED_BY_KEY
 from ..city.attributes import CHANGE, write_results
 from ..city.keep_transfer import OfTransfer, weigh
+from ..city.panel import StepPanel
 from ..city.read_settings import remember_step
 from ..city.run_step import Step
 from ..show.show_result import show_result
@@ -49,3 +51,27 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
             context, city, ground, CHANGE + "full_load_hours" if changed else "full_load_hours"
         )
         return "; ".join(filter(None, (text, gone)))
+
+
+class EnergyPanel(StepPanel, bpy.types.Panel):
+    """Energy."""
+
+    bl_idname, bl_label, bl_order = "CITYPV_PT_energy", "4  Energy", 7
+
+    def draw(self, context):
+        """Show the settings of the step."""
+        column, settings, city = self.start(context)
+        year = ("weather_years",) if settings.weather in ASKED_BY_KEY else ("year",)
+        if settings.weather == "file":
+            year = "weather_file", "weather_point", "weather_place"
+        names = "weather", *year, *self.list_settings("weather"), *self.list_settings("energy")
+        names += ("leave_out",)
+        self.draw_settings(column, settings, *names)
+        column.operator("citypv.find_module", icon="VIEWZOOM")
+        effects = self.open_part(column, "citypv_electric_effects", "Effects of the modules")
+        if effects:
+            self.draw_effects(effects, city, settings, electric=True)
+        self.draw_step(column, "citypv.energy", "OUTLINER_OB_LIGHTPROBE")
+        self.draw_table(city, "citypv_groups", ("Group", "Count", "Hours"))
+        self.draw_told(self.layout, city.get("citypv_weather"))
+        self.draw_told(self.layout, city.get("citypv_weather_place"), "ERROR")

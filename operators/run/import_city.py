@@ -14,6 +14,7 @@ from ...core.settings.progress import report_polygons
 from ..city import source_objects
 from ..city.build_meshes import build_meshes, remove_objects, show_objects
 from ..city.keys import Key
+from ..city.panel import StepPanel
 from ..city.read_settings import (
     choose_weather,
     find_preferences,
@@ -24,7 +25,7 @@ from ..city.read_settings import (
 from ..city.run_step import Step
 from ..city.session import Session, list_cities
 from ..show.colour_user_meshes import uncolour_user_meshes
-from ..show.keep_report import keep_report
+from ..show.keep_report import draw_rows, keep_report
 from ..show.show_city import show_city
 from . import members
 from .city_design import begin_design
@@ -207,3 +208,29 @@ def show_import(context, city, scene, findings, taken=()):
         show_city(context, scene.vertices, shaded=True)
     told = keep_report(item, scene, findings)
     return f"{told}; kept, hidden: {', '.join(one.name for one in kept)}" if kept else told
+
+
+class ImportPanel(StepPanel, bpy.types.Panel):
+    """Import."""
+
+    bl_idname, bl_label, bl_order = "CITYPV_PT_import", "1  Import", 4
+
+    def draw(self, context):
+        """Show the settings of the step, and the report with its buttons."""
+        column, settings, city = self.start(context)
+        self.draw_settings(column, settings, "lod", *self.list_settings("import"))
+        self.draw_step(column, "citypv.import_city", "IMPORT")
+        meshes = self.open_part(column, "citypv_meshes", "Meshes of this scene")
+        if meshes:
+            meshes.prop(settings, "collection")
+            self.draw_step(meshes, "citypv.take_meshes", "OUTLINER_COLLECTION")
+        if Key.REPORT not in city:
+            return
+        box = self.layout.box().column(align=True)
+        for sentence in city[Key.REPORT]:
+            self.draw_sentence(box, sentence)
+        self.layout.operator("citypv.show_report", icon="TEXT")
+        row = self.layout.row(align=True)
+        row.operator("citypv.select_buildings", icon="HOME")
+        row.operator("citypv.deselect", text="", icon="X")
+        draw_rows(self, city)

@@ -14,6 +14,7 @@ from ...core.settings.request import Request
 from ..city.declare_settings import UNSET
 from ..city.edit_marks import check_unedited
 from ..city.keys import Key
+from ..city.panel import StepPanel
 from ..city.read_settings import folder_of_answers, read_settings
 from ..city.run_step import Action, OfCity, Step
 from ..city.session import Session, find_city
@@ -185,7 +186,7 @@ class PredictPrices(OfScene, Step, bpy.types.Operator):
         city, _ = session.find_city(context.scene)
         city[Key.PREDICTED] = prices
         return "; ".join(
-            f"{name.capitalize()}: {describe_prediction(prediction)}"
+            f"{name.capitalize()}: {_describe_prediction(prediction)}"
             for name, prediction in prices.items()
         )
 
@@ -214,8 +215,59 @@ def find_preset(settings):
     )
 
 
-def describe_prediction(prediction):
+def _describe_prediction(prediction):
     """Seconds and error in a few words."""
     seconds, error = prediction
     time = describe_duration(seconds)
     return f"{time}, ± {error:.2g} %" if isfinite(error) else time  # NaN where nothing is eligible
+
+
+class TracePanel(StepPanel, bpy.types.Panel):
+    """Trace."""
+
+    bl_idname, bl_label, bl_order = "CITYPV_PT_trace", "3  Trace", 6
+
+    def draw(self, context):
+        """Show the settings of the step."""
+        column, settings, city = self.start(context)
+        _draw_presets(column, city, settings)
+        self.draw_running("Predict time and error")
+        number = () if settings.suns == "hourly" else (settings.suns.replace("-", "_"),)
+        file = ("albedo_file",) if settings.albedo_source == "file" else ()
+        names = "suns", *number, *self.list_settings("trace"), "albedo_source", *file, "horizon"
+        self.draw_settings(column, settings, *names)
+        sampling = self.open_part(column, "citypv_sampling", "Sampling")
+        if sampling:
+            self.draw_settings(sampling, settings, *self.list_settings("sampling"), "threads")
+        effects = self.open_part(column, "citypv_effects", "Effects")
+        if effects:
+            self.draw_effects(effects, city, settings, electric=False)
+            effects.operator("citypv.plan_effects", icon="PRESET")
+        self.draw_running("Plan effects")
+        seeing = context.scene.citypv_seeing
+        self.draw_settings(
+            column, seeing, "refine", *(("target_error", "time_budget") if seeing.refine else ())
+        )
+        self.draw_step(column, "citypv.trace", "LIGHT_SUN")
+        self.draw_table(city, "citypv_albedos", ("Material", "Albedo", "Surfaces"))
+        self.draw_told(self.layout, city.get("citypv_unread"))
+
+
+def _draw_presets(layout, city, settings):
+    """Show a button for each preset and, once predicted, its seconds and error; bars show the
+    error.
+    """
+    prices, active = city.get(Key.PREDICTED) or {}, find_preset(settings)
+    row = layout.row(align=True)
+    for name, title, _ in ITEMS:
+        row.operator("citypv.use_preset", text=title, depress=name == active).preset = name
+    largest = max((error for _, error in prices.values() if isfinite(error)), default=0.0)
+    for name, title, _ in ITEMS if prices else ():
+        line = layout.split(factor=0.3)
+        line.label(text=title)
+        error = prices[name][1]
+        line.progress(
+            factor=error / largest if largest and isfinite(error) else 0.0,
+            text=_describe_prediction(prices[name]),
+        )
+    layout.operator("citypv.predict", icon="TIME")

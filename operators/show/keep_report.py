@@ -14,6 +14,18 @@ from ..city.run_step import Action, OfCity
 
 NAMES_SHOWN = 3
 TEXT = "CityPV report"
+_TITLES = {  # of headings, in the panel
+    "kind": "Kinds",
+    "orientation": "Orientations",
+    "eligible": "Eligible for photovoltaics",
+    "class": "Classes of the file",
+    "material": "Materials",
+    "repaired": "Repaired",
+    "skipped": "Left out",
+    "inside": "Inside or covered",
+    "sheet": "Without thickness",
+}
+_FINDINGS = ("repaired", "skipped", "inside", "sheet")  # headings of what was found
 
 
 def keep_report(item, scene, findings):
@@ -231,3 +243,29 @@ class CopyGroup(OfCity, Action, bpy.types.Operator):
         row = find_row(city, self.group)
         context.window_manager.clipboard = row["ids"]
         return f"{row['count']} ids copied: {row['name']}"
+
+
+def draw_rows(panel, city, headings=("class", "material", *_FINDINGS)):
+    """Show the report's rows of headings, each in a subpanel: groups with what they count, findings
+    with their ids.
+    """
+    for heading in headings:
+        rows, found = read_rows(city, heading), heading in _FINDINGS
+        body = rows and panel.open_part(
+            panel.layout,
+            f"citypv_{heading}",
+            _TITLES[heading],
+            closed=heading in ("orientation", "eligible", "class", "material"),
+        )
+        for row in rows if body else ():
+            column = body.column(align=True)
+            line = column.row(align=True) if found else column.split(factor=0.42)
+            if found and not len(row["surfaces"]):  # what was left out has no faces to select
+                line.label(text=row["name"])
+            else:
+                line.operator("citypv.select_group", text=row["name"]).group = row["key"]
+            if found:
+                line.operator("citypv.copy_group", text="", icon="COPYDOWN").group = row["key"]
+                column.label(text=describe_row(row))
+            else:
+                panel.draw_numbers(line.split(factor=0.38), (row["count"], row["area"]))

@@ -8,16 +8,18 @@ import numpy as np
 from bpy_extras.view3d_utils import region_2d_to_origin_3d, region_2d_to_vector_3d
 from mathutils.bvhtree import BVHTree
 
-from ...core.settings.errors import InputError
+from ...core.settings.errors import InputError, show_end
 from ..city.attributes import read_face_attribute
 from ..city.keep_transfer import OfEnergy, with_energy
 from ..city.keys import Key
+from ..city.panel import ResultPanel
 from ..city.run_step import Action, leave_edit_mode, list_views
 from ..city.session import find_city
 from ..city.source_objects import list_taken
 from .select_faces import gather_selection, select_faces
 from .show_modules import MODULES, find_modules
 
+MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 CURVES = {"year": range(1, 13), "June": (6,), "December": (12,)}
 
 
@@ -220,3 +222,30 @@ def read_charts(city):
         return None
     values = np.array(city[Key.CHARTS])
     return values[:12], values[12:].reshape(len(CURVES), 24)
+
+
+class ProbePanel(ResultPanel, bpy.types.Panel):
+    """Probe."""
+
+    bl_idname, bl_label, bl_order = "CITYPV_PT_probe", "Probe", 2
+
+    def draw(self, context):
+        """Show what the probed surfaces yield, the months as bars."""
+        column, settings, city = self.start(context)
+        column.operator("citypv.probe", icon="EYEDROPPER")
+        column.prop(settings, "show_charts")
+        charts = read_charts(city)
+        if charts is None:
+            return
+        box = self.layout.box().column(align=True)
+        for name, value in (row.split("|") for row in city[Key.PROBE]):
+            line = box.split(factor=0.42)
+            line.label(text=name)
+            self.draw_numbers(
+                line.row(align=True), (show_end(value) if name == "Building" else value,)
+            )
+        largest, bars = max(charts[0].max(), 1e-9), self.layout.box().column(align=True)
+        for month, value in zip(MONTHS, charts[0].tolist(), strict=True):
+            line = bars.split(factor=0.16)
+            line.label(text=month)
+            line.progress(factor=min(max(value / largest, 0.0), 1.0), text=f"{value:,.2f} MWh")

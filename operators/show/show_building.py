@@ -4,10 +4,11 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from ...core.settings.errors import InputError
+from ...core.settings.errors import InputError, show_end
 from ..city.attributes import read_corners
 from ..city.build_meshes import read_vertices, suggest_buildings
 from ..city.keys import Key
+from ..city.panel import ResultPanel
 from ..city.run_step import Action, OfCity, list_views
 from .keep_report import find_faces
 from .select_faces import select_faces
@@ -53,3 +54,30 @@ def read_best(city):
     before the energy.
     """
     return [tuple(row.split("|")) for row in city.get(Key.BEST, ())]
+
+
+class ResultsPanel(ResultPanel, bpy.types.Panel):
+    """Best buildings and exports."""
+
+    bl_idname, bl_label, bl_order = "CITYPV_PT_results", "Results", 1
+
+    def draw(self, context):
+        """Show the best buildings, with buttons that select them and look at them, and what can be
+        written.
+        """
+        column, settings, city = self.start(context)
+        self.draw_settings(column, settings, "least_hours")
+        best = read_best(city)
+        body = best and self.open_part(column, "citypv_best", "Best buildings, per year")
+        table = body.column(align=True) if body else None
+        for name, kwp, mwh, *years in [("", "kWp", "MWh"), *best] if body else ():
+            line = table.split(factor=0.45)
+            if name:
+                line.operator("citypv.show_building", text=show_end(name, 18)).building = name
+            else:
+                line.label(text="Building")
+            self.draw_numbers(line.grid_flow(row_major=True, columns=2, align=True), (kwp, mwh))
+            if years:
+                self.draw_numbers(table.row(align=True), ("P50 {}, P90 {}".format(*years),))
+        column.operator_menu_enum("citypv.export", "format", icon="EXPORT")
+        self.draw_running("Export")

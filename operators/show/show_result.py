@@ -9,6 +9,7 @@ import numpy as np
 from ...core.settings.errors import InputError
 from ..city.attributes import CHANGE, PREFIX, read_face_attribute
 from ..city.keys import Key
+from ..city.panel import StepPanel
 from ..city.read_materials import remember_materials
 from ..city.run_step import Action, OfCity, leave_edit_mode
 from ..city.session import Session, find_city, list_cities
@@ -175,3 +176,34 @@ def follow_side_by_side(seeing, context):
             visible=seeing.side_by_side,
             scale=read_scale(city) if city is not None else None,
         )
+
+
+class ColourPanel(StepPanel, bpy.types.Panel):
+    """Colour."""
+
+    bl_idname, bl_label, bl_order, bl_options = "CITYPV_PT_colour", "5  Colour", 8, set()
+
+    def draw(self, context):
+        """Show the settings of the step."""
+        column, settings, city = self.start(context)
+        ends = () if settings.auto_range else ("low", "high")
+        self.draw_settings(
+            column,
+            settings,
+            "show_colours",
+            "attribute",
+            "colour_map",
+            "auto_range",
+            *ends,
+            "show_legend",
+            "show_modules",
+        )
+        if city and not has_result(city, settings.attribute):
+            self.draw_sentence(
+                column.column(align=True), "Not computed yet: run the steps above", "INFO"
+            )
+        elif ends and not settings.low < settings.high:
+            column.label(text="Low must be below High", icon="ERROR")
+        self.draw_told(self.layout, city.get("citypv_stand_ins"))
+        column.operator("citypv.colour", icon="COLOR")
+        column.operator_menu_enum("citypv.render", "view", icon="RENDER_STILL")

@@ -12,6 +12,7 @@ from ..city import attributes
 from ..city.build_meshes import remove_objects, show_objects
 from ..city.keep_transfer import OfTransfer, with_energy
 from ..city.keys import Key
+from ..city.panel import ResultPanel
 from ..city.run_step import Action, Step
 from ..city.session import Session, find_city
 from ..city.source_objects import is_in_place
@@ -206,3 +207,26 @@ def _light_scene(stage, direction, dni, dhi):
     texture.sun_direction = [*direction[:2], max(direction[2], 0.0)]
     background.inputs["Strength"].default_value = 0.004 * dhi if up else 0.0
     stage.world = world
+
+
+class TimelinePanel(ResultPanel, bpy.types.Panel):
+    """Timeline."""
+
+    bl_idname, bl_label, bl_order, bl_options = (
+        "CITYPV_PT_timeline",
+        "Timeline",
+        3,
+        {"DEFAULT_CLOSED"},
+    )
+
+    def draw(self, context):
+        """Show the button, and the moment of the frame."""
+        column, _, city = self.start(context)
+        seeing = context.scene.citypv_seeing
+        column.prop(seeing, "timeline_show")
+        self.draw_step(column, "citypv.timeline", "TIME")
+        if not seeing.timeline:
+            return
+        column.prop(context.scene, "frame_current", text=f"Hour of {FRAMES}", slider=False)
+        self.draw_told(column, city.get(Key.MOMENT))
+        column.operator("citypv.stop_timeline", icon="X")

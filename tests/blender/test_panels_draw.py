@@ -3,18 +3,20 @@ exists.
 """
 
 import textwrap
-from types import SimpleNamespace
+from inspect import getattr_static, isfunction
+from types import MethodType, SimpleNamespace
 
 import blf
 import bpy
 import pytest
 from steps import here, run
 
+from citypv.citypv_addon import CLASSES
 from citypv.citypv_addon.menus import CityMenu, draw_city_menu
-from citypv.citypv_addon.panels import PANELS
 from citypv.operators.run.compare_results import write_row
 from citypv.operators.show.draw_view import LETTERS_OF_NOTE, describe_amount
 
+PANELS = [item for item in CLASSES if hasattr(item, "bl_category")]  # of the sidebar
 ICONS = set(bpy.types.UILayout.bl_rna.functions["label"].parameters["icon"].enum_items.keys())
 
 
@@ -60,23 +62,29 @@ class Layout:
         self.operator(name, icon=icon)
 
 
+class Stand:
+    """Stands for a panel, which Blender alone can make, on a layout."""
+
+    def __init__(self, panel, layout):
+        self.panel, self.layout = panel, layout
+
+    def __getattr__(self, name):
+        own = getattr_static(self.panel, name)
+        return MethodType(own, self) if isfunction(own) else getattr(self.panel, name)
+
+
 def draw_all():
     """Texts of all panels of the sidebar."""
     texts = []
     for panel in PANELS:
-        own = {"layout": Layout(texts), "bl_idname": panel.bl_idname}
-        stand = SimpleNamespace(**own, start=lambda context, own=own: start(own["layout"], context))
-        panel.draw(stand, bpy.context)
+        stand = Stand(panel, Layout(texts))
+        stand.draw(bpy.context)
         if hasattr(panel, "draw_header_preset"):
-            panel.draw_header_preset(stand, bpy.context)
+            stand.draw_header_preset(bpy.context)
     menu = SimpleNamespace(layout=Layout(texts))
     CityMenu.draw(menu, bpy.context)
     draw_city_menu(menu, bpy.context)
     return texts
-
-
-def start(layout, context):
-    return layout.column(), context.scene.citypv, here() or {}
 
 
 @pytest.mark.slow

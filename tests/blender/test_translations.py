@@ -13,10 +13,11 @@ def list_labels():
     """Labels of the add-on, by Blender's context of them."""
     scene = bpy.context.scene
     operators = {getattr(bpy.ops.citypv, name).get_rna_type().name for name in dir(bpy.ops.citypv)}
-    labels = {panel.bl_label for panel in citypv_addon.PANELS}
+    labels = {item.bl_label for item in citypv_addon.CLASSES if hasattr(item, "bl_category")}
     for owner in (scene.citypv, scene.citypv_seeing):
         labels |= {item.name for item in owner.bl_rna.properties}
-    for path in Path(citypv_addon.__file__).parent.glob("*.py"):
+    root = Path(citypv_addon.__file__).parents[1]
+    for path in [*root.glob("citypv_addon/*.py"), *root.glob("operators/*/*.py")]:
         labels |= set(re.findall(r'text="([^"]+)"', path.read_text("utf-8")))
     return {OPERATORS: operators, LABELS: labels}
 

@@ -31,7 +31,8 @@ pytestmark = [
 
 # The panels of the steps are closed in a new window: these tests press their buttons.
 OPEN_PANELS = """
-panels = __import__("importlib").import_module("bl_ext.user_default.citypv.citypv_addon.panels").PANELS
+addon = __import__("importlib").import_module("bl_ext.user_default.citypv.citypv_addon")
+panels = [item for item in addon.CLASSES if hasattr(item, "bl_category")]
 for panel in [*reversed(panels)]:
     bpy.utils.unregister_class(panel)
 for panel in panels:
