@@ -33,10 +33,11 @@ from .describe_run import (
     list_settings,
     summarise_errors,
 )
+from .draw_districts import draw_map, read_districts_of, tabulate_districts
 from .output_folder import write_whole
 from .pack_city import pack_city
 from .read_results import MONTHS, kind_title, tabulate_periods
-from .words import WEB, read_html, speaking, spoken, words_as_data
+from .words import WEB, read_html, say, speaking, spoken, words_as_data
 
 HOURS = (
     "Full load hours are the hours in which modules at nominal power would generate the energy of "
@@ -114,7 +115,9 @@ def write_report(folder, results, *, title="", attribution="", language="en"):
         city, data = compose_city(results)
         sources = attribution or "; ".join(attributions_of(results.summary))
         written = datetime.fromtimestamp((Path(folder) / "summary.json").stat().st_mtime, UTC)
-        body = "\n".join([describe_origin(written, sources), compose_body(results, city)])
+        districts = compose_districts(read_districts_of([Path(folder)]))
+        parts = describe_origin(written, sources), compose_body(results, city, districts)
+        body = "\n".join(parts)
         page = fill_page(title or f"Solar potential: {results.name}", body, data)
     write_whole(path, lambda file: file.write_text(page, encoding="utf-8", newline="\n"))
     return path
@@ -179,8 +182,10 @@ def _hash_source(text):
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode('utf-8')).digest()).decode('ascii')}'"
 
 
-def compose_body(results, city):
-    """All sections of the page; the city in 3D goes before the numbers."""
+def compose_body(results, city, districts=""):
+    """All sections of the page; the city in 3D goes before the numbers, which end with those of
+    the districts.
+    """
     # The report's page from top to bottom. Pictures only where a drawing library is installed.
     summary = results.summary
     pictures = paragraph(NO_PICTURES, "small")
@@ -195,6 +200,7 @@ def compose_body(results, city):
             city,
             _compose_totals(summary),
             _compose_groups(results),
+            districts,
             pictures,
             compose_errors(summary),
             section("What was read", table((), describe_input(summary))),
@@ -225,6 +231,23 @@ def compose_errors(summary):
             numbers=(1,),
         ),
         paragraph(f"± is a {SPREAD}. {LIMITS}", "small"),
+    )
+
+
+def compose_districts(rows):
+    """Sums by district for the report and the solar map, of `read_districts_of`; "" without rows."""
+    if not rows:
+        return ""
+    head, cells = tabulate_districts(rows)
+    words = say(
+        "A building counts where most of its area lies. Only buildings of this city model are summed "
+        "up; a district may have more."
+    )
+    return section(
+        say("Sums by district"),
+        draw_map(rows),
+        table(head, cells, numbers=range(1, len(head))),
+        paragraph(words, "small"),
     )
 
 

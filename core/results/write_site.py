@@ -22,6 +22,7 @@ from ..settings.errors import InputError
 from ..settings.version import __version__
 from .compare_runs import layout_of, list_differences
 from .describe_run import attributions_of, describe_assumptions, describe_windows
+from .draw_districts import read_districts_of
 from .output_folder import SITE_FILES, SITE_NAMES, whole_folder
 from .read_pieces import frame_of, join_pieces, read_pieces
 from .read_results import in_order, read_summary
@@ -31,6 +32,7 @@ from .tile_tree import SIDE, bound, join_squares, write_square, write_tileset
 from .viewer_columns import describe_view, list_layers, measure_faces, sum_counting
 from .words import WEB, read_html, speaking
 from .write_report import (
+    compose_districts,
     compose_errors,
     fill_template,
     list_warnings,
@@ -128,7 +130,7 @@ def write_site(
             "buildings": total,
         }
         _write_index(work, store, header | view, private)
-        _write_page(work, summary, title, attribution)
+        _write_page(work, summary, title, attribution, read_districts_of(folders))
         # Names of what was written, so that the next run may replace just these.
         paths = [path.relative_to(work) for path in work.rglob("*") if path.is_file()]
         listed = sorted(path.as_posix() for path in paths if path.parts[0] in SITE_NAMES)
@@ -317,7 +319,7 @@ def _write_index(work, store, header, private, *, shard=1000):
     )
 
 
-def _write_page(work, summary, title, attribution):
+def _write_page(work, summary, title, attribution, districts):
     """Write index.html and what it needs: its own scripts are all that it runs, and its own files
     all that it reads.
 
@@ -334,6 +336,7 @@ def _write_page(work, summary, title, attribution):
             ", which are those of faces.csv for the area that counts", ""
         ),
         *(paragraph(text, "warning") for text in list_warnings(summary)),
+        compose_districts(districts),
         section(
             "What this map rests on",
             paragraph(

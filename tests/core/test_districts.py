@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import sqlite3
 from contextlib import closing
 
@@ -17,6 +18,8 @@ from citypv.core.city.grid_cells import Outlines
 from citypv.core.city.site import Site
 from citypv.core.read.read_districts import read_districts
 from citypv.core.results.districts import place_buildings
+from citypv.core.results.draw_districts import draw_map, read_districts_of
+from citypv.core.results.write_report import compose_districts
 from citypv.core.settings.errors import InputError
 
 SITE = Site(52.5, 13.4, 34.0, 0.0, None, (0.0, 0.0, 0.0))
@@ -233,3 +236,57 @@ def test_a_run_refuses_districts_before_it_traces(tmp_path, capsys):
     assert main([*command, "--districts", str(path)]) == 2
     assert "has no district at the city" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.slow
+def test_report_and_map_show_the_sums(traced, tmp_path):
+    """The last row of the table has the city's totals, as the report writes them."""
+    folder, _ = traced
+    assert main(["plot", str(folder), "--quiet"]) == 0
+    assert main(["site", str(folder), "--out", str(tmp_path / "web"), "--quiet"]) == 0
+    totals = json.loads((folder / "summary.json").read_text("utf-8"))["totals"]
+    for page in (folder / "report.html", tmp_path / "web" / "index.html"):
+        part = page.read_text("utf-8").partition("<h2>Sums by district</h2>")[2]
+        rows = re.findall(r"<tr>(.+?)</tr>", part.partition("</table>")[0])
+        cells = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in rows]
+        assert [row[0] for row in cells[1:]] == ["West", "Ost", "in no district", "All"]
+        names = ("module_count", "module_area", "kwp", "mwh_per_year")
+        assert cells[-1][3:7] == [f"{totals[name]:,.0f}" for name in names]
+        assert cells[-1][8] == f"{totals['full_load_hours']:,.0f}"
+        assert re.findall("<title>(.*?)</title>", part)[:2] == [
+            f"{row[0]}: {row[6]} MWh" for row in cells[1:3]
+        ]
+
+
+def test_sums_of_several_folders_add_up(traced, tmp_path):
+    """Twice the same city: twice its energy, and one row for each district."""
+    folder, _ = traced
+    (once, twice) = (read_districts_of([folder] * count) for count in (1, 2))
+    assert [row["district"] for row in twice] == ["West", "Ost", "outside"]
+    assert [row["kwp"] for row in twice] == [2 * row["kwp"] for row in once]
+    assert compose_districts(read_districts_of([tmp_path])) == ""
+    with pytest.raises(InputError, match="another folder has one"):
+        read_districts_of([folder, tmp_path])
+
+
+def test_the_map_is_true_to_scale_and_names_can_be_read():
+    """Two squares of one degree at 60° north: half as wide as high; black on yellow, white on blue."""
+    squares = [
+        ("Ost", shapely.box(11, 59.5, 12, 60.5), 9000.0),
+        ("West", shapely.box(10, 59.5, 11, 60.5), 0.0),
+    ]
+    rows = [
+        {"district": name, "shape": shape, "kwp": 1.0, "mwh_per_year": energy, "buildings": 1}
+        | dict.fromkeys(
+            ("border_buildings", "module_count", "module_area", "mwh_standard_error"), 0
+        )
+        for name, shape, energy in squares
+    ]
+    html = draw_map(rows)
+    paths = re.findall(r'<path d="M(.*?)Z" fill="(#\w+)"', html)
+    corners = [np.array([point.split() for point in path.split("L")], float) for path, _ in paths]
+    width, height = np.ptp(corners[0], axis=0)
+    assert width / height == pytest.approx(0.5, abs=0.005)
+    assert corners[1][:, 0].max() == pytest.approx(corners[0][:, 0].min(), abs=0.1)
+    assert [colour for _, colour in paths] == ["#fde725", "#440154"]
+    assert re.findall(r'fill="(#\w+)">(Ost|West)', html) == [("#000", "Ost"), ("#fff", "West")]

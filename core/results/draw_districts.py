@@ -1,0 +1,160 @@
+"""Districts on the report and the solar map: a map in the colours of the city, and a table."""
+
+import json
+from html import escape
+from pathlib import Path
+
+import numpy as np
+import shapely
+
+from ..settings.errors import InputError, parsing
+from .colour_map import MAPS, linear_light, srgb_colour
+from .surfaces_file import GIVE_RESULTS
+from .words import number, say
+
+STOPS = MAPS["viridis"].split()
+SUMS = ("buildings", "border_buildings", "module_count", "module_area", "kwp", "mwh_per_year")
+SUMS += ("mwh_standard_error",)
+
+
+def read_districts_of(folders):
+    """Rows of districts.geojson of some folders, of which each name has one: list of dict.
+
+    Each has `district`, `shape` in degrees (None of the last, which lies in no district) and sums;
+    errors of several folders add up, as nothing is known of what they share.
+
+    Parameters
+    ----------
+    folders : list of pathlib.Path
+
+    Returns
+    -------
+    list of dict
+        Empty where no folder has sums by district.
+
+    Raises
+    ------
+    InputError
+        A file cannot be read, or some of the folders have none.
+    """
+    paths = [Path(folder) / "districts.geojson" for folder in folders]
+    missing = [path for path in paths if not path.is_file()]
+    if missing and len(missing) < len(paths):
+        raise InputError(
+            missing[0], "there is no such file, but another folder has one", GIVE_RESULTS
+        )
+    rows = {}
+    for path in paths if not missing else ():
+        with parsing(path, "cannot be read as sums by district", GIVE_RESULTS):
+            for feature in json.loads(path.read_text("utf-8"))["features"]:
+                own, drawn = feature["properties"], feature["geometry"]
+                shape = shapely.geometry.shape(drawn) if drawn else None
+                empty = {"district": own["district"], "shape": shape} | dict.fromkeys(SUMS, 0.0)
+                # The row of what lies in no district stays the last one.
+                row = rows.setdefault((shape is None, own["district"]), empty)
+                for name in SUMS:
+                    row[name] += own[name]
+    return [row for _, row in sorted(rows.items(), key=lambda item: item[0][0])]
+
+
+def tabulate_districts(rows):
+    """Headings, and rows of cells, of `read_districts_of`; the last one sums up all: lists of str."""
+    head = [say("District"), say("Buildings"), say("on its border"), say("Modules")]
+    head += [say("Area of modules [m²]"), say("Nominal power [kWp]")]
+    head += [say("Energy in a year [MWh]"), "± [MWh]", say("Full load hours [h]")]
+    whole = {name: sum(row[name] for row in rows) for name in SUMS}
+    whole |= {"district": say("All"), "mwh_standard_error": None}
+    return head, [*map(_list_cells, rows), _list_cells(whole)]
+
+
+def _list_cells(row):
+    """Cells of one row of the table: list of str."""
+    name = row["district"] if row.get("shape", True) is not None else say("in no district")
+    sums = [number(row[name]) for name in SUMS[:-1]]
+    hours = 1000 * row["mwh_per_year"] / row["kwp"] if row["kwp"] else None
+    return [name, *sums, number(row["mwh_standard_error"], ",.1f"), number(hours)]
+
+
+def draw_map(rows, *, width=720, tallest=640, margin=6):
+    """Districts coloured by their energy, with names where they fit: SVG; sizes in units of it.
+
+    The map shows those that have buildings, and of others what lies between and beside them.
+
+    Parameters
+    ----------
+    rows : list of dict
+        Of `read_districts_of`.
+    """
+    rows = [row for row in rows if row["shape"] is not None]
+    low, high = _bounds([row["shape"] for row in rows if row["buildings"]] or [rows[0]["shape"]])
+    # Degrees of longitude are shorter by the cosine of the latitude.
+    narrow = np.cos(np.radians((low[1] + high[1]) / 2))
+    scale = np.array([narrow, -1.0])
+    spread = (high - low) * np.abs(scale)
+    unit = min((width - 2 * margin) / spread[0], (tallest - 2 * margin) / spread[1])
+    size = np.ceil(spread * unit + 2 * margin)
+    view, start = shapely.box(0, 0, *size), np.array([low[0], high[1]])
+    most = max(row["mwh_per_year"] for row in rows)
+    parts = []
+    for row in rows:
+        drawn = shapely.transform(
+            row["shape"], lambda places: (places - start) * scale * unit + margin
+        )
+        drawn = shapely.intersection(shapely.make_valid(shapely.simplify(drawn, 0.4)), view)
+        share = row["mwh_per_year"] / most if most > 0 else 0.0
+        parts.append(_draw_district(row, drawn, STOPS[round(share * (len(STOPS) - 1))]))
+    title = say("Map of the districts by their energy in a year")
+    return (
+        f'<figure><svg class="districts" viewBox="0 0 {size[0]:.0f} {size[1] + 40:.0f}" role="img" '
+        f'aria-label="{escape(title)}">{"".join(parts)}'
+        f"{_draw_scale(most, margin, size[1] + 10)}</svg></figure>"
+    )
+
+
+def _bounds(shapes):
+    """South-western and north-eastern corner of all shapes: two (2,) float64."""
+    bounds = shapely.bounds(np.array(shapes, object))
+    return bounds[:, :2].min(axis=0), bounds[:, 2:].max(axis=0)
+
+
+def _draw_district(row, drawn, colour):
+    """Path of one district, and its name and energy where both lines fit."""
+    polygons = [part for part in shapely.get_parts(drawn) if part.geom_type == "Polygon"]
+    if not polygons:
+        return ""
+    rings = [ring for part in polygons for ring in (part.exterior, *part.interiors)]
+    path = "".join(
+        "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in ring.coords[:-1]) + "Z" for ring in rings
+    )
+    energy = say("{energy:,.0f} MWh", energy=row["mwh_per_year"])
+    hint = f"{row['district']}: {energy}"
+    parts = [
+        f'<path d="{path}" fill="#{colour}" fill-rule="evenodd" stroke="#fff" stroke-width="1.5">'
+        f"<title>{escape(hint)}</title></path>"
+    ]
+    # The widest place for letters is the largest circle that fits in.
+    circle = shapely.maximum_inscribed_circle(max(polygons, key=lambda part: part.area))
+    (x, y), radius = circle.coords[0], circle.length
+    if 2 * radius >= 7 * max(len(row["district"]), len(energy)):  # letters are 7 units wide
+        # Black where it has more contrast than white, by the luminance of sRGB.
+        luminance = linear_light(srgb_colour(colour)) @ (0.2126, 0.7152, 0.0722)
+        ink = "#000" if luminance > 0.18 else "#fff"
+        parts += [
+            f'<text x="{x:.0f}" y="{y + line:.0f}" text-anchor="middle" font-size="13" '
+            f'fill="{ink}">{escape(text)}</text>'
+            for line, text in ((-3, row["district"]), (13, energy))
+        ]
+    return "".join(parts)
+
+
+def _draw_scale(most, left, top, *, step=14):
+    """Colours from zero to the highest energy, with both numbers."""
+    boxes = [
+        f'<rect x="{left + step * place}" y="{top:.0f}" width="{step}" height="{step}" '
+        f'fill="#{stop}"/>'
+        for place, stop in enumerate(STOPS)
+    ]
+    end = left + step * len(STOPS) + 6
+    words = say("0 to {energy:,.0f} MWh a year", energy=most)
+    label = f'<text x="{end}" y="{top + 12:.0f}" font-size="13" fill="currentColor">{escape(words)}</text>'
+    return "".join([*boxes, label])
