@@ -5,11 +5,13 @@ In: a Transfer, a Weather, a module. Out: an Energy, a Timeline. Read first: com
 """
 
 DOORS = (
+    "building_power.compute_building_hours",
+    "building_power.compute_building_power",
+    "building_power.day_zone",
     "check_inputs.check_sky",
     "check_inputs.check_string_settings",
     "check_inputs.check_strings",
     "check_inputs.check_transfer",
-    "compute_energy.compute_building_power",
     "compute_energy.compute_energy",
     "compute_energy.count_years",
     "counted_area.CHOSEN",

@@ -86,7 +86,7 @@ def compute_energy(
     sums, sunny = {}, []
     for state, own in states:  # trees carry leaves in some months and not in the others
         year = weather if own.all() else weather.darken(~own)
-        task = _prepare_task(state, year, system, electric, split_sky(year, sky))
+        task = prepare_task(state, year, system, electric, split_sky(year, sky))
         part = vars(_sum_surfaces(task, groups.weight, threads, progress))
         capacity_factor[task.hours.interval] = part.pop("capacity_factor")
         sums = {name: sums.get(name, 0.0) + values for name, values in part.items()}
@@ -177,7 +177,7 @@ class _Task:
         return block
 
 
-def _prepare_task(transfer, weather, system, electric, sky):
+def prepare_task(transfer, weather, system, electric, sky):
     """Data shared by all blocks: Task. Up to PLAIN_LIMIT surface-hours are computed by pvlib
     itself, more by tables.
     """
@@ -226,7 +226,7 @@ def _sum_surfaces(task, group_weight, threads, progress):
     periods = (np.zeros((count, length)) for length in (12, task.hours.year_count))
     of_groups = np.zeros((hours, group_weight.shape[1]))
     total = BlockSums(*single, *periods, of_groups, np.zeros(count))
-    for rows, sums in _sum_blocks(task, blocks, lambda rows: group_weight[rows], threads):
+    for rows, sums in sum_blocks(task, blocks, lambda rows: group_weight[rows], threads):
         for name in vars(total).keys() - {"capacity_factor"}:
             getattr(total, name)[rows] = getattr(sums, name)
         total.capacity_factor += sums.capacity_factor
@@ -235,7 +235,7 @@ def _sum_surfaces(task, group_weight, threads, progress):
     return total
 
 
-def _sum_blocks(task, blocks, weigh, threads):
+def sum_blocks(task, blocks, weigh, threads):
     """Process blocks of surfaces on all threads: yields the rows and BlockSums of each, in their
     order.
 
@@ -271,49 +271,3 @@ def count_years(weather):
     """Number of years of the weather: whole ones, or a fraction if it is shorter than one."""
     span = len(weather.data) * weather.interval / pd.Timedelta(days=365)
     return float(int(span)) if span >= 1 else span
-
-
-def compute_building_power(transfer, weather, energy, system, threads=None):
-    """AC power of the modules of each building over time.
-
-    Parameters
-    ----------
-    transfer : Transfer
-    weather : Weather
-    energy : Energy
-        Of both and the system.
-    system : PvSystem
-    threads : int, optional
-        By default all processors; the result does not depend on it.
-
-    Returns
-    -------
-    names : (b,) numpy.ndarray of str
-        Of the buildings, in alphabetical order.
-    power : (T, b) numpy.ndarray, float32
-        [kW] mean over each interval; 0 for buildings without modules.
-    """
-    names, building = np.unique(
-        np.array(transfer.surfaces.building_id, dtype=object).astype(str), return_inverse=True
-    )
-    kwp = np.where(energy.eligible, energy.kwp_of_hours(transfer.surfaces.area), 0.0)
-    rows = np.flatnonzero(kwp)
-    # Surfaces in the order of buildings, so that a block has few of them.
-    rows = rows[np.argsort(building[rows], kind="stable")]
-    blocks = [rows[first : first + BLOCK] for first in range(0, len(rows), BLOCK)]
-    power = np.zeros((len(weather.data), len(names)), np.float32)
-
-    def share_out(block):
-        return np.where(building[block, None] == np.unique(building[block]), kwp[block, None], 0.0)
-
-    # Each state of the trees gives the power of its own hours.
-    for state, own in states_of_year(transfer, weather.data.index, weather.interval):
-        year = weather.darken(~own)
-        task = _prepare_task(state, year, system, kwp > 0, split_sky(year, energy.sky))
-        for block, sums in _sum_blocks(task, blocks, share_out, threads):
-            power[np.ix_(task.hours.interval, np.unique(building[block]))] += sums.capacity_factor
-    if weather.zone is not None:
-        power = (lay_on_axis(weather.data.index, weather.interval, weather.zone)[1] @ power).astype(
-            np.float32
-        )
-    return names, power

@@ -82,11 +82,11 @@ class Timeline:
         kwp = energy.kwp_of_hours(transfer.surfaces.area)[rows]
         energy_by_month = kwp @ by_month[rows] / 1000.0
         return Timeline(
-            relative, direction, dni, dhi, by_month, energy_by_month, _zone_of(axis.longitude)
+            relative, direction, dni, dhi, by_month, energy_by_month, zone_of(axis.longitude)
         )
 
 
-def _zone_of(longitude):
+def zone_of(longitude):
     """Standard time of the nearest meridian of 15°, whole hours ahead of UTC: int."""
     return round(longitude / 15.0)
 
@@ -103,11 +103,11 @@ def month_hours(year, longitude):
     Returns
     -------
     pandas.DatetimeIndex, (288,)
-        UTC; January first, each month from midnight to midnight of `_zone_of`.
+        UTC; January first, each month from midnight to midnight of `zone_of`.
     """
     days = [pd.Timestamp(year, month + 1, day) for month, day in enumerate(AVERAGE_DAYS)]
     local = pd.DatetimeIndex([day + hour * HOUR for day in days for hour in range(HOURS)])
-    return (local - _zone_of(longitude) * HOUR).tz_localize("UTC")
+    return (local - zone_of(longitude) * HOUR).tz_localize("UTC")
 
 
 def mean_of_months(values, times, interval, longitude):
@@ -127,7 +127,7 @@ def mean_of_months(values, times, interval, longitude):
     numpy.ndarray, (288,)
         NaN for hours without values.
     """
-    local = (times + interval / 2).tz_convert("UTC").tz_localize(None) + _zone_of(longitude) * HOUR
+    local = (times + interval / 2).tz_convert("UTC").tz_localize(None) + zone_of(longitude) * HOUR
     place = (local.month.to_numpy() - 1) * HOURS + local.hour.to_numpy()
     count = np.bincount(place, minlength=COUNT)
     total = np.bincount(place, weights=np.asarray(values, float), minlength=COUNT)

@@ -1,5 +1,5 @@
-"""surfaces.nc: shapes of the surfaces and of the modules on them, and full load hours by month, for
-pictures; without the traced matrices.
+"""surfaces.nc: shapes of the surfaces and of the modules on them, full load hours by month, and power
+of the buildings by month and hour of the day, for pictures; without the traced matrices.
 """
 
 from contextlib import contextmanager
@@ -15,11 +15,12 @@ from .transfer_file import PACKED, describe_fields
 NAME = "surfaces.nc"
 FORMAT = "CityPV surfaces 1"
 MONTHLY = "full_load_hours_by_month"
+HOURLY = "building_power"  # by month and hour of the day
 GIVE_RESULTS = "give a folder that citypv simulate or citypv yield has written"
 AGAIN = "compute the folder again, by citypv simulate or citypv yield"
 
 
-def write_surfaces(path, transfer, energy):
+def write_surfaces(path, transfer, energy, buildings=None):
     """Write surfaces.nc.
 
     Parameters
@@ -27,6 +28,8 @@ def write_surfaces(path, transfer, energy):
     path : path-like
     transfer : Transfer
     energy : Energy
+    buildings : tuple, optional
+        Names and power of the buildings, of `compute_building_hours`, and the `day_zone`.
     """
     # Names, suns, months of hours, and the outlines of the surfaces.
     hours = energy.full_load_hours_by_month.astype(np.float32)
@@ -54,6 +57,19 @@ def write_surfaces(path, transfer, energy):
             told = {"long_name": long_name} | ({} if whole else {"units": "m"})
             kept = values.astype(np.int32 if whole else np.float32)
             variables[f"module_{name}"] = axes, kept, told, PACKED
+    # Power of buildings to about four digits, which is packed to half of its size.
+    if buildings is not None:
+        names, power, zone = buildings
+        rounded = (power.view(np.uint32) + np.uint32(0x400) & np.uint32(0xFFFFF800)).view(
+            power.dtype
+        )
+        told = {
+            "units": "kW",
+            "long_name": "mean AC power of the building's modules in this hour of this month's days",
+            "zone": str(zone),
+        }
+        variables["building"] = "building", names.astype(object)
+        variables[HOURLY] = ("building", "month", "hour"), rounded, told, PACKED
     with netcdf_file(path) as stream, h5netcdf.File(stream, "w") as file:
         file.attrs["title"] = FORMAT
         write_variables(file, variables)
@@ -105,6 +121,17 @@ def read_layout(file, first=0, stop=None):
         row=np.asarray(file["module_row"][own], np.int64),
         **edges,
     )
+
+
+def read_hours(file):
+    """Power of the buildings in a surfaces.nc that is open: their places by name, (b, 12, 24) float
+    [kW], and the zone of the hours; None in files of earlier versions.
+    """
+    if HOURLY not in file:
+        return None
+    names = [text.decode() if isinstance(text, bytes) else text for text in file["building"][:]]
+    power = np.asarray(file[HOURLY][:], np.float32)
+    return {name: row for row, name in enumerate(names)}, power, str(file[HOURLY].attrs["zone"])
 
 
 def check_names(folder, found, surface_id):

@@ -8,7 +8,7 @@ import h5netcdf
 import numpy as np
 import pandas as pd
 
-from ..energy.compute_energy import compute_building_power
+from ..energy import building_power
 from ..energy.counted_area import name_group
 from ..energy.pv_system import build_system
 from ..read.netcdf_file import netcdf_file, write_variables
@@ -258,7 +258,8 @@ def write_tables(folder, transfer, energy, weather, request, *, progress):
         See `core.settings.progress`; counts files.
     """
     system, monthly, wanted = build_system(request), request.monthly, BUILDINGS in request.series
-    power = partial(compute_building_power, transfer, weather, energy, system)
+    run = transfer, weather, energy, system
+    power = partial(building_power.compute_building_power, *run)
     tables = {
         "faces.csv": lambda path: write_faces(path, transfer, energy, monthly=monthly),
         "groups.csv": lambda path: write_groups(path, energy),
@@ -268,7 +269,12 @@ def write_tables(folder, transfer, energy, weather, request, *, progress):
         "timeseries.nc": lambda path: write_timeseries(
             path, energy, weather, power if wanted else None
         ),
-        "surfaces.nc": lambda path: write_surfaces(path, transfer, energy),
+        "surfaces.nc": lambda path: write_surfaces(
+            path,
+            transfer,
+            energy,
+            (*building_power.compute_building_hours(*run), building_power.day_zone(weather)),
+        ),
     }
     if request.districts:
         tables["districts.csv"] = lambda path: write_districts(

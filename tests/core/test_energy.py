@@ -11,9 +11,10 @@ from transfers import Horizons, unshaded_transfer
 from weathers import HOUR
 
 from citypv.core.energy import compute_energy as module_under_test
-from citypv.core.energy.compute_energy import compute_building_power, compute_energy
+from citypv.core.energy.building_power import compute_building_hours, compute_building_power
+from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.energy import exceeded_energy
-from citypv.core.energy.pv_system import build_system
+from citypv.core.energy.pv_system import build_system, dc_system
 from citypv.core.energy.sum_block import filled_share
 from citypv.core.results.write_buildings import write_buildings
 from citypv.core.settings.request import Request
@@ -182,12 +183,34 @@ def test_buildings_sum_up(berlin, tmp_path):
     for column, name in enumerate(names):
         np.testing.assert_allclose(power[:, column], series[:, ids == name].sum(axis=1), atol=2e-3)
     np.testing.assert_allclose(power.sum(axis=0) / 1000, table["mwh_per_year"], rtol=1e-4)
+    # By month and hour of the day: means of these hours; Berlin lies nearest to 15° east.
+    middle = berlin.data.index + berlin.interval / 2
+    places = [middle.month, middle.tz_convert("Etc/GMT-1").hour]
+    expected = pd.DataFrame(power.astype(float)).groupby(places).mean().to_numpy()
+    names, by_hour = compute_building_hours(transfer, berlin, energy, system)
+    assert names.tolist() == table.index.tolist() and by_hour.shape == (len(names), 12, 24)
+    np.testing.assert_allclose(
+        by_hour.reshape(-1, 288).T, expected, rtol=1e-4, atol=1e-4 * expected.max()
+    )
     months = table[[f"full_load_hours_{month:02d}" for month in range(1, 13)]].sum(axis=1)
     np.testing.assert_allclose(months, table["full_load_hours"].fillna(0), rtol=1e-4)
     some = table[table["kwp"] > 0]
     np.testing.assert_allclose(
         some["full_load_hours"] * some["kwp"], 1000 * some["mwh_per_year"], rtol=1e-4
     )
+
+
+@pytest.mark.slow
+def test_hours_of_many_years_are_those_of_every_day(berlin):
+    """Three equal years, of which every third day counts: all days of a year, each once."""
+    transfer = unshaded_transfer(choose_suns("typical-days:1", *berlin.axis), [90, 30], [180, 90])
+    years = [berlin.data.set_index(berlin.data.index + pd.Timedelta(days=k)) for k in (0, 365, 730)]
+    three = replace(berlin, data=pd.concat(years))
+    hours = [
+        compute_building_hours(transfer, weather, compute_energy(transfer, weather), dc_system())[1]
+        for weather in (berlin, three)
+    ]
+    np.testing.assert_allclose(hours[1], hours[0], rtol=1e-5, atol=1e-5)
 
 
 def test_energy_that_is_exceeded():

@@ -17,7 +17,8 @@ from transfers import unshaded_transfer
 
 import citypv
 from citypv.core.energy import compute_energy as module_under_test
-from citypv.core.energy.compute_energy import compute_building_power, compute_energy
+from citypv.core.energy.building_power import compute_building_power
+from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system, dc_system
 from citypv.core.run.study import make_located_scene
 from citypv.core.settings.request import Request
