@@ -13,7 +13,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from ..operators.city.attributes import TITLES, VIEWS
+from ..operators.city.attributes import TITLES
 from ..operators.city.declare_settings import build_properties
 from ..operators.city.read_materials import MATERIALS
 from ..operators.city.read_settings import ADDON, ASKED_BY_KEY, FILES_WORDS, use_cache_folder
@@ -98,7 +98,7 @@ ORDERS = [
     ("facades", "Facades", "Change of energy of the facades"),
 ]
 ATTRIBUTES = [(name, title, f"Face attribute citypv_{name}") for name, title in TITLES.items()]
-SHOWN = [(one.name, one.title, f"{one.title}, of the frame") for one in VIEWS if one.name in TIMED]
+SHOWN = [(name, TITLES[name], f"{TITLES[name]}, of the frame") for name in TIMED]
 
 
 WEATHER_FILE = StringProperty(  # of a scene, and of what new ones begin with

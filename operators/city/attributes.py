@@ -7,13 +7,15 @@ Every attribute is called `citypv_` + name and lives on the faces (domain FACE).
 |---|---|---|
 | `surface` | INT | polygon of the city, the row of faces.csv; -1 on ground that was generated |
 | `building` | INT | place in the list `citypv_buildings` of the object; on the city only |
-| `kind`, `orientation` | INT | codes of `KIND_CODES` and `ORIENTATION_CODES`, also kept on the
-object |
+| `kind`, `orientation` | INT | codes of `CODES`, also kept on the object |
 | the names of `RESULTS` | FLOAT | NaN where there is no such result, as on generated ground |
 
-Attributes of `VIEWS` exist in Blender only: moments of the timeline, and differences from the
+Attributes of `_VIEWS` exist in Blender only: moments of the timeline, and differences from the
 result kept as *before*.
 """
+
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -22,25 +24,34 @@ from ...core.settings.errors import InputError
 
 PREFIX = "citypv_"
 
-KIND_CODES = {"facade": 0, "roof": 1, "flat": 2, "steep": 3, "downward": 4, "ground": 5, "rack": 6}
-# as in files of 0.2.0
-ORIENTATION_CODES = {
-    "none": 0,
-    "north": 1,
-    "east": 2,
-    "south": 3,
-    "west": 4,
+CODES = {
+    "kind": {
+        "facade": 0,
+        "roof": 1,
+        "flat": 2,
+        "steep": 3,
+        "downward": 4,
+        "ground": 5,
+        "rack": 6,
+    },
+    "orientation": {
+        # As in files of 0.2.0, which had four orientations.
+        "none": 0,
+        "north": 1,
+        "east": 2,
+        "south": 3,
+        "west": 4,
+        "northeast": 5,
+        "southeast": 6,
+        "southwest": 7,
+        "northwest": 8,
+    },
 }
-ORIENTATION_CODES |= {"northeast": 5, "southeast": 6, "southwest": 7, "northwest": 8}
-CODES = {"kind": KIND_CODES, "orientation": ORIENTATION_CODES}
-
-
 # results stored as face attributes
 QUANTITIES = tuple(column for column in COLUMNS if column.title)
 CHANGE = "change_of_"  # begins the name of a difference from the result kept as *before*
 CHANGE_ERROR = "full_load_hours_change_standard_error"
-COMPARED = ("full_load_hours", "poa_global_annual", "sky_view_factor")
-VIEWS = tuple(
+_VIEWS = tuple(
     Column(name, owner, title, "", title=title, legend_unit=unit)
     for name, owner, title, unit in (
         ("direct_irradiance", "timeline", "Direct irradiance", "W/m²"),
@@ -54,12 +65,12 @@ VIEWS = tuple(
         *(
             (CHANGE + q.name, q.owner, f"Change: {q.title}", q.legend_unit)
             for q in QUANTITIES
-            if q.name in COMPARED
+            if q.name in ("full_load_hours", "poa_global_annual", "sky_view_factor")
         ),
         ("module_hours", "energy", "Full load hours of faces with modules", "h per year"),
     )
 )
-RESULTS = {quantity.name: quantity for quantity in (*QUANTITIES, *VIEWS)}
+RESULTS = {quantity.name: quantity for quantity in (*QUANTITIES, *_VIEWS)}
 TITLES = {"kind": "Kind of surface", "orientation": "Orientation"} | {
     q.name: q.title for q in RESULTS.values()
 }
@@ -113,48 +124,83 @@ def read_corners(mesh):
     return read_array(mesh.loops, "vertex_index", dtype=np.int32)
 
 
-def write_classes(city, ground, surfaces):
-    """Write kind and orientation as codes to the city's faces, and the code tables to the objects.
+@dataclass
+class Faces:
+    """The faces of a city and of its generated ground, to write results of surfaces on."""
 
-    Parameters
-    ----------
-    city, ground : bpy.types.Object or None
-        Objects as `build_meshes` makes them; the ground may be None.
-    surfaces : core.city.scene.Surfaces
-        n surfaces.
-    """
-    faces = _faces_of_surfaces(city, len(surfaces))
-    for name, codes in CODES.items():
-        words, place = np.unique(np.asarray(getattr(surfaces, name)), return_inverse=True)
-        of_surfaces = np.array([codes[word] for word in words.tolist()], np.int32)[place]
-        write_face_attribute(city.data, name, of_surfaces[faces])
-        if ground is not None:
-            of_ground = codes["ground" if name == "kind" else "none"]
-            write_face_attribute(ground.data, name, np.full(len(ground.data.polygons), of_ground))
-        for item in filter(None, (city, ground)):
-            item[f"{PREFIX}{name}_codes"] = codes
+    city: Any  # bpy.types.Object, as `build_meshes` makes it
+    ground: Any = None  # bpy.types.Object, or None
 
+    def write_classes(self, surfaces):
+        """Write kind and orientation as codes to the faces, and the code tables to the objects.
 
-def write_results(city, ground, transfer, energy=None):
-    """Write results per surface to the faces; generated ground gets NaN.
+        Parameters
+        ----------
+        surfaces : core.city.scene.Surfaces
+            n surfaces.
+        """
+        faces = self._faces_of_surfaces(len(surfaces))
+        for name, codes in CODES.items():
+            words, place = np.unique(np.asarray(getattr(surfaces, name)), return_inverse=True)
+            of_surfaces = np.array([codes[word] for word in words.tolist()], np.int32)[place]
+            write_face_attribute(self.city.data, name, of_surfaces[faces])
+            if self.ground is not None:
+                of_ground = codes["ground" if name == "kind" else "none"]
+                write_face_attribute(
+                    self.ground.data, name, np.full(len(self.ground.data.polygons), of_ground)
+                )
+            for item in filter(None, (self.city, self.ground)):
+                item[f"{PREFIX}{name}_codes"] = codes
 
-    Parameters
-    ----------
-    city, ground : bpy.types.Object or None
-        Objects as `build_meshes` makes them; the ground may be None.
-    transfer : core.transfer.transfer.Transfer
-        Results of n surfaces.
-    energy : core.energy.energy.Energy, optional
-        Results of the same surfaces; without it, attributes of an earlier energy are removed.
-    """
-    for quantity in QUANTITIES:
-        if energy is not None or quantity.owner != "energy":
-            write_surface_values(city, ground, quantity.name, quantity.values_of(transfer, energy))
-    if energy is not None:
-        write_surface_values(city, ground, "module_hours", _hours_of_modules(transfer, energy))
-    else:
-        gone = [quantity for quantity in QUANTITIES if quantity.owner == "energy"]
-        remove_face_attributes(city, ground, *(one.name for one in (*gone, *VIEWS)))
+    def write_results(self, transfer, energy=None):
+        """Write results per surface to the faces; generated ground gets NaN.
+
+        Parameters
+        ----------
+        transfer : core.light.transfer.Transfer
+            Results of n surfaces.
+        energy : core.energy.energy.Energy, optional
+            Results of the same surfaces; without it, attributes of an earlier energy are removed.
+        """
+        for quantity in QUANTITIES:
+            if energy is not None or quantity.owner != "energy":
+                self.write_values(quantity.name, quantity.values_of(transfer, energy))
+        if energy is not None:
+            self.write_values("module_hours", _hours_of_modules(transfer, energy))
+        else:
+            gone = [quantity for quantity in QUANTITIES if quantity.owner == "energy"]
+            self.remove(*(one.name for one in (*gone, *_VIEWS)))
+
+    def write_values(self, name, values):
+        """Write one number per surface, (n,), to the faces as the attribute `citypv_` + name;
+        generated ground gets NaN.
+        """
+        values = np.asarray(values, dtype=np.float64)
+        write_face_attribute(self.city.data, name, values[self._faces_of_surfaces(len(values))])
+        if self.ground is not None:
+            write_face_attribute(
+                self.ground.data, name, np.full(len(self.ground.data.polygons), np.nan)
+            )
+
+    def remove(self, *names):
+        """Remove the attributes `citypv_` + name, where they are."""
+        for attributes in (
+            item.data.attributes for item in (self.city, self.ground) if item is not None
+        ):
+            for name in names:
+                if PREFIX + name in attributes:
+                    attributes.remove(attributes[PREFIX + name])
+
+    def _faces_of_surfaces(self, count):
+        # Every face stores its surface; an edited mesh may have too few or too many.
+        faces = read_face_attribute(self.city.data, "surface")
+        if faces is None or len(faces) == 0 or faces.min() < 0 or faces.max() >= count:
+            raise InputError(
+                self.city.name,
+                "its faces do not match the surfaces that were traced",
+                "classify the city again",
+            )
+        return faces
 
 
 def _hours_of_modules(transfer, energy):
@@ -165,35 +211,3 @@ def _hours_of_modules(transfer, energy):
     return np.divide(
         energy_of_modules, energy.kwp, out=np.full(len(carries), np.nan), where=carries
     )
-
-
-def write_surface_values(city, ground, name, values):
-    """Write one number per surface, (n,), to the faces as the attribute `citypv_` + name; generated
-    ground gets NaN.
-    """
-    values = np.asarray(values, dtype=np.float64)
-    write_face_attribute(city.data, name, values[_faces_of_surfaces(city, len(values))])
-    if ground is not None:
-        write_face_attribute(ground.data, name, np.full(len(ground.data.polygons), np.nan))
-
-
-def remove_face_attributes(city, ground, *names):
-    """Remove the attributes `citypv_` + name from the meshes of a city and its ground, where they
-    are.
-    """
-    for attributes in (item.data.attributes for item in (city, ground) if item is not None):
-        for name in names:
-            if PREFIX + name in attributes:
-                attributes.remove(attributes[PREFIX + name])
-
-
-def _faces_of_surfaces(city, count):
-    # Every face stores its surface; an edited mesh may have too few or too many.
-    faces = read_face_attribute(city.data, "surface")
-    if faces is None or len(faces) == 0 or faces.min() < 0 or faces.max() >= count:
-        raise InputError(
-            city.name,
-            "its faces do not match the surfaces that were traced",
-            "classify the city again",
-        )
-    return faces

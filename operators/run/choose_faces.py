@@ -6,7 +6,7 @@ Light and hours are known; only sums change.
 
 from dataclasses import replace
 
-from ..city.attributes import write_results
+from ..city.attributes import Faces
 from ..city.declare_settings import read_properties
 from ..city.read_settings import remember_choice
 from ..city.session import Session, find_city
@@ -21,7 +21,7 @@ def follow_least_hours(settings, context):
     if not renew_choice(city, settings):
         return
     session = Session.of(city)
-    write_results(city, ground, session.transfer, session.energy)
+    Faces(city, ground).write_results(session.transfer, session.energy)
     told = sum_energy(session.transfer, session.weather, session.energy, session.request)
     summarise_energy(city, session.weather, session.energy, **told)
     remember_choice(city, settings, "least_hours")

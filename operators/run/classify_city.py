@@ -8,7 +8,7 @@ import numpy as np
 from ...core.settings.errors import InputError, count_of
 from ...core.settings.progress import report_polygons
 from ..city import edit_marks
-from ..city.attributes import write_classes
+from ..city.attributes import Faces
 from ..city.build_meshes import build_meshes, remove_objects, show_objects
 from ..city.job import COMPILING
 from ..city.keys import Key
@@ -128,7 +128,7 @@ def show_kinds(context, before, session, findings, seen=None):
         if new is not None:
             new.name = new.data.name = name
     # Classes of its surfaces, and what it was read from.
-    write_classes(item, ground, scene.surfaces)
+    Faces(item, ground).write_classes(scene.surfaces)
     show_objects(context.scene, item, ground)
     if seen is not None:
         item[Key.LINEAGE] = seen.lineage

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...core.settings.errors import count_of, show_end, show_number
 from ..city import attributes, build_meshes
-from ..city.attributes import CHANGE, CHANGE_ERROR, COMPARED, KIND_CODES
+from ..city.attributes import CHANGE, CHANGE_ERROR, CODES, RESULTS, Faces
 from ..city.edit_marks import check_unedited
 from ..city.keys import Key
 from ..city.run_step import Action, OfCity
@@ -34,6 +34,7 @@ def compare_with_before(stage, city, ground):
     """
     # The result before, in the same scene: surfaces are matched by shape.
     before, match = find_before(stage, city), None
+    faces, changes = Faces(city, ground), [name for name in RESULTS if name.startswith(CHANGE)]
     if before is not None and Key.KWP in before and Key.KWP in city:
         from ...core.results import compare_runs
 
@@ -52,9 +53,7 @@ def compare_with_before(stage, city, ground):
     if match is None or not (match >= 0).any():
         for key in (Key.COMPARED, Key.MATCHED):
             city.pop(key, None)
-        attributes.remove_face_attributes(
-            city, ground, CHANGE_ERROR, *(CHANGE + name for name in COMPARED)
-        )
+        faces.remove(CHANGE_ERROR, *changes)
         return False
     # Changes of each surface, with their errors, on its faces.
     table, count, matched = (
@@ -62,14 +61,15 @@ def compare_with_before(stage, city, ground):
         len(city[Key.KWP]),
         match >= 0,
     )
-    for name in COMPARED:
+    for change_name in changes:
+        name = change_name.removeprefix(CHANGE)
         earlier = values_of_surfaces(before, name, len(before[Key.KWP]))[old_rows[match[matched]]]
         change = np.full(count, np.nan)
         change[rows[matched]] = values_of_surfaces(city, name, count)[rows[matched]] - earlier
-        attributes.write_surface_values(city, ground, CHANGE + name, change)
+        faces.write_values(change_name, change)
     errors = np.full(count, np.nan)
     errors[rows] = table["full_load_hours_change_standard_error"][: len(rows)]
-    attributes.write_surface_values(city, ground, CHANGE_ERROR, errors)
+    faces.write_values(CHANGE_ERROR, errors)
     # Changes of buildings and of the whole, for the panel.
     buildings = compare_runs.sum_buildings(table)
     sums = compare_runs.sum_states(buildings)
@@ -138,7 +138,7 @@ def _read_state(item, city):
     kwp, few = np.array(item[Key.KWP])[rows], np.isin(rows, item.get(Key.FEW, []))
     names, words = (
         np.array(list(item[Key.BUILDINGS]), dtype=object),
-        {code: kind for kind, code in KIND_CODES.items()},
+        {code: kind for kind, code in CODES["kind"].items()},
     )
     kinds = attributes.read_face_attribute(mesh, "kind")[first].tolist()
     table = {
@@ -266,8 +266,8 @@ class KeepBefore(OfCity, Action, bpy.types.Operator):
         else:
             # Its own mesh is another one by now than when the results were computed.
             item = build_meshes.build_city(session.scene, name)
-            attributes.write_classes(item, None, session.scene.surfaces)
-            attributes.write_results(item, None, session.transfer, session.energy)
+            Faces(item).write_classes(session.scene.surfaces)
+            Faces(item).write_results(session.transfer, session.energy)
         build_meshes.remove_objects(find_before(context.scene))
         item.data.name, item.matrix_world = item.name, city.matrix_world
         # what the panel shows of the city

@@ -5,7 +5,7 @@ their energy.
 import bpy
 
 from ...core.weather.sources import ASKED_BY_KEY
-from ..city.attributes import CHANGE, write_results
+from ..city.attributes import CHANGE, Faces
 from ..city.keep_transfer import OfTransfer, weigh
 from ..city.panel import StepPanel
 from ..city.read_settings import remember_step
@@ -37,7 +37,7 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
         """Write the results onto the faces and colour them by full load hours."""
         session, transfer, weather, energy, request, (told, gone) = result
         city, ground = session.find_city(context.scene)
-        write_results(city, ground, transfer, energy)
+        Faces(city, ground).write_results(transfer, energy)
         session.transfer, session.weather, session.energy, session.request = (
             transfer,
             weather,

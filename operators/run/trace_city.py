@@ -10,7 +10,7 @@ import bpy
 from ...core.effects.table import PLANNING
 from ...core.settings.errors import count_of
 from ...core.settings.progress import SUN_STAGE
-from ..city.attributes import RESULTS, write_results
+from ..city.attributes import RESULTS, Faces
 from ..city.job import COMPILING
 from ..city.keys import Key
 from ..city.read_materials import read_finishes, remember_materials
@@ -127,7 +127,7 @@ def keep_light(context, session, traced, findings, albedos):
         Which suns were traced, if not all.
     """
     (city, ground), transfer = session.find_city(context.scene), traced.transfer
-    write_results(city, ground, transfer)
+    Faces(city, ground).write_results(transfer)
     for key in OF_ENERGY:
         city.pop(key, None)
     keep_report(city, session.scene, findings)
@@ -178,7 +178,7 @@ def show_round(context, session, transfer, energy):
     city, ground = find_city(context.scene)
     if Session.of(city) is not session:
         return  # the user switched to another city
-    write_results(city, ground, transfer, energy)
+    Faces(city, ground).write_results(transfer, energy)
     city[Key.INTERRUPTED] = ""
     chosen = context.scene.citypv.attribute
     show_result(context, city, ground, chosen if chosen in RESULTS else "full_load_hours")

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 
 from ..city import edit_marks
-from ..city.attributes import CHANGE, write_results, write_surface_values
+from ..city.attributes import CHANGE, Faces
 from ..city.keys import Key
 from ..city.read_settings import read_settings
 from ..city.run_step import OfCity, Step, leave_edit_mode, redraw_panels
@@ -152,8 +152,9 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         before = dict(zip(ids, earlier.tolist(), strict=True))
         change = hours - [before.get(name, np.nan) for name in draft.scene.surfaces.surface_id]
         city[Key.REDESIGNED], city[Key.PREVIEW] = True, "an estimate; exact numbers follow"
-        write_surface_values(city, ground, HOURS, hours)
-        write_surface_values(city, ground, CHANGE + HOURS, change)
+        faces = Faces(city, ground)
+        faces.write_values(HOURS, hours)
+        faces.write_values(CHANGE + HOURS, change)
         show_result(context, city, ground, CHANGE + HOURS)
         redraw_panels(context, views=True)
 
@@ -249,7 +250,7 @@ def _renew_before(item, earlier):
     session = Session.of(item)
     if item is None or session is None or item.get(Key.PART) != BEFORE:
         return ""  # a variant that is shown itself keeps its hours
-    write_results(item, None, earlier.transfer, earlier.energy)
+    Faces(item).write_results(earlier.transfer, earlier.energy)
     session.base, session.transfer, session.energy = earlier.base, earlier.transfer, earlier.energy
     light = {
         "max_bounces": earlier.base.decisions.bounces,

@@ -16,7 +16,7 @@ import numpy as np
 from mathutils import Matrix
 
 from ...core.settings.errors import InputError
-from ..city.attributes import write_classes, write_results
+from ..city.attributes import Faces
 from ..city.build_meshes import build_meshes, read_vertices, show_objects
 from ..city.keys import Key
 from ..city.run_step import Action, OfCity, leave_edit_mode, list_views
@@ -58,8 +58,9 @@ def draw_results(folder, scene, transfer, energy, note, *, pictures):
     stage, folder = bpy.context.scene, folder.resolve()
     city, ground = build_meshes(scene)
     show_objects(stage, city, ground)
-    write_classes(city, ground, scene.surfaces)
-    write_results(city, ground, transfer, energy)
+    faces = Faces(city, ground)
+    faces.write_classes(scene.surfaces)
+    faces.write_results(transfer, energy)
     # A scene without full load hours (only ground) still gets a picture.
     known = np.isfinite(energy.full_load_hours).any()
     scale = colour_faces(city, ground, "full_load_hours" if known else "diffuse_relative")

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 
 from ...core.settings.errors import InputError, count_of, list_some, show_number
-from ..city.attributes import KIND_CODES, ORIENTATION_CODES, read_face_attribute
+from ..city.attributes import CODES, read_face_attribute
 from ..city.keys import Key
 from ..city.run_step import Action, OfCity
 
@@ -47,8 +47,8 @@ def keep_report(item, scene, findings):
     classes = np.array([name or "without class" for name in surfaces.thematic], dtype=str)
     materials = np.array(surfaces.material or [""] * len(surfaces), dtype=str)
     for heading, words, names in (
-        ("kind", surfaces.kind, KIND_CODES),
-        ("orientation", surfaces.orientation, ORIENTATION_CODES),
+        ("kind", surfaces.kind, CODES["kind"]),
+        ("orientation", surfaces.orientation, CODES["orientation"]),
         ("eligible", np.where(surfaces.eligible, "all", ""), ["all"]),
         ("eligible", np.where(surfaces.eligible, pairs, ""), None),
         ("class", classes, None),

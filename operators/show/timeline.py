@@ -58,7 +58,7 @@ class StartTimeline(OfTransfer, Step, bpy.types.Operator):
         session, weighed, timeline, ends = result
         city, ground = session.find_city(context.scene)
         session.take_energy(weighed)
-        attributes.write_results(city, ground, session.transfer, session.energy)
+        attributes.Faces(city, ground).write_results(session.transfer, session.energy)
         session.timeline = session.energy, timeline
         for name, end in zip(TIMED, ends, strict=True):
             city[Key.RANGE + name] = 0.0, end
@@ -104,7 +104,7 @@ class StopTimeline(Action, bpy.types.Operator):
                     ground,
                     "full_load_hours" if has_result(city, "full_load_hours") else "kind",
                 )
-            attributes.remove_face_attributes(city, ground, *TIMED)
+            attributes.Faces(city, ground).remove(*TIMED)
 
 
 def timeline_of(city):
@@ -159,7 +159,7 @@ def _show_moment(stage):
     moment = min(max(stage.frame_current - 1, 0), FRAMES - 1)
     values = timeline.irradiance(moment), timeline.hours_by_month[:, moment // 24]
     for name, of_surfaces in zip(TIMED, values, strict=True):
-        attributes.write_surface_values(city, ground, name, of_surfaces)
+        attributes.Faces(city, ground).write_values(name, of_surfaces)
     shown = city.get(Key.COLOUR_ATTRIBUTE)
     if shown in TIMED:
         write_colours(

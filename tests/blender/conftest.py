@@ -25,7 +25,7 @@ from citypv.core.city.build_scene import build_scene
 from citypv.core.read.read_city import read_city
 from citypv.core.run.study import compute_energy, read_year, trace_scene
 from citypv.core.settings.request import Request
-from citypv.operators.city.attributes import write_classes, write_results
+from citypv.operators.city.attributes import Faces
 from citypv.operators.city.build_meshes import build_meshes, show_objects
 
 
@@ -99,8 +99,8 @@ def shown(scene, transfer, energy):
     """The city and its ground in Blender's scene, with everything written on them."""
     city, ground = build_meshes(scene)
     show_objects(bpy.context.scene, city, ground)
-    write_classes(city, ground, scene.surfaces)
-    write_results(city, ground, transfer, energy)
+    Faces(city, ground).write_classes(scene.surfaces)
+    Faces(city, ground).write_results(transfer, energy)
     return city, ground
 
 

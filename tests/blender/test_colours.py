@@ -19,12 +19,13 @@ from citypv.core.results.colour_map import (
 )
 from citypv.core.settings.errors import InputError
 from citypv.operators.city.attributes import (
-    KIND_CODES,
+    CODES,
+    QUANTITIES,
+    RESULTS,
     TITLES,
-    VIEWS,
+    Faces,
     read_face_attribute,
     write_face_attribute,
-    write_results,
 )
 from citypv.operators.show import draw_results as rendering
 from citypv.operators.show.build_legend import BAR_BOTTOM, BAR_HEIGHT, BAR_WIDTH, LEFT
@@ -102,7 +103,7 @@ def test_values_at_the_ends_beyond_and_missing():
 
 def test_codes_get_the_colour_of_their_class():
     scale = build_scale("kind")
-    found = colours_of_values(scale, np.array(list(KIND_CODES.values())))
+    found = colours_of_values(scale, np.array(list(CODES["kind"].values())))
     np.testing.assert_allclose(
         found, [srgb_colour(text) for text in CLASS_COLOURS["kind"].values()]
     )
@@ -123,13 +124,11 @@ def test_the_solid_view_shows_the_same_colours(shown):
 
 
 def test_every_attribute_can_be_shown_or_says_what_is_missing(shown, transfer):
-    for view in VIEWS:
-        write_face_attribute(
-            shown[0].data, view.name, np.linspace(-1, 2, len(shown[0].data.polygons))
-        )
+    for name in RESULTS.keys() - {quantity.name for quantity in QUANTITIES}:
+        write_face_attribute(shown[0].data, name, np.linspace(-1, 2, len(shown[0].data.polygons)))
     for attribute in TITLES:
         assert colour_faces(*shown, attribute).title == TITLES[attribute]
-    write_results(*shown, transfer)
+    Faces(*shown).write_results(transfer)
     with pytest.raises(InputError, match="no full load hours yet; run the step that computes it"):
         colour_faces(*shown, "full_load_hours")
 

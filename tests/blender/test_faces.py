@@ -8,12 +8,11 @@ import pytest
 
 from citypv.core.settings.errors import InputError
 from citypv.operators.city.attributes import (
-    KIND_CODES,
-    ORIENTATION_CODES,
+    CODES,
     QUANTITIES,
+    Faces,
     read_face_attribute,
     write_face_attribute,
-    write_results,
 )
 from citypv.operators.city.build_meshes import build_meshes, read_vertices
 from citypv.operators.show.draw_results import draw_results
@@ -42,11 +41,11 @@ def assert_faces(city, ground, scene, carriers):
     surfaces, corners = faces_of_scene(scene, generated=False)
     np.testing.assert_array_equal(read_face_attribute(city.data, "surface"), surfaces)
     np.testing.assert_array_equal(corners_of_mesh(city), corners)
-    words = {code: word for word, code in KIND_CODES.items()}
+    words = {code: word for word, code in CODES["kind"].items()}
     assert [words[code] for code in read_face_attribute(city.data, "kind")] == scene.surfaces.kind[
         surfaces
     ].tolist()
-    words = {code: word for word, code in ORIENTATION_CODES.items()}
+    words = {code: word for word, code in CODES["orientation"].items()}
     found = [words[code] for code in read_face_attribute(city.data, "orientation")]
     assert found == scene.surfaces.orientation[surfaces].tolist()
     for quantity in QUANTITIES:
@@ -58,7 +57,7 @@ def assert_faces(city, ground, scene, carriers):
         assert np.isnan(read_face_attribute(ground.data, quantity.name)).all()
     np.testing.assert_array_equal(corners_of_mesh(ground), faces_of_scene(scene, generated=True)[1])
     assert (read_face_attribute(ground.data, "surface") == -1).all()
-    assert (read_face_attribute(ground.data, "kind") == KIND_CODES["ground"]).all()
+    assert (read_face_attribute(ground.data, "kind") == CODES["kind"]["ground"]).all()
 
 
 @pytest.mark.slow
@@ -71,8 +70,8 @@ def test_saving_and_opening_keeps_every_bit(scene, transfer, energy, tmp_path):
     city, ground = bpy.data.objects["City"], bpy.data.objects["Ground"]
     assert len(scene.surfaces) == 21
     assert_faces(city, ground, scene, {"transfer": transfer, "energy": energy})
-    assert city["citypv_kind_codes"].to_dict() == KIND_CODES
-    assert city["citypv_orientation_codes"].to_dict() == ORIENTATION_CODES
+    assert city["citypv_kind_codes"].to_dict() == CODES["kind"]
+    assert city["citypv_orientation_codes"].to_dict() == CODES["orientation"]
     for item in (city, ground):
         for name, data_type in CONTRACT.items():
             attribute = item.data.attributes["citypv_" + name]
@@ -89,7 +88,7 @@ def test_saving_and_opening_keeps_every_bit(scene, transfer, energy, tmp_path):
 
 def test_the_manual_names_every_attribute_and_code():
     text = (Path(__file__).parents[2] / "docs/reference/files.md").read_text(encoding="utf-8")
-    for codes in (KIND_CODES, ORIENTATION_CODES):
+    for codes in (CODES["kind"], CODES["orientation"]):
         assert ", ".join(f"{name} {code}" for name, code in codes.items()) in text
     for name in {*CONTRACT, "surface"} - {"full_load_hours_standard_error"}:
         assert f"`citypv_{name}`" in text
@@ -103,7 +102,7 @@ def test_a_mesh_that_was_edited_is_refused(scene, transfer):
     with pytest.raises(
         InputError, match=r"City: its faces do not match .* classify the city again"
     ):
-        write_results(city, ground, transfer)
+        Faces(city, ground).write_results(transfer)
     city.data.attributes.remove(city.data.attributes["citypv_surface"])
     with pytest.raises(InputError, match="do not match"):
-        write_results(city, ground, transfer)
+        Faces(city, ground).write_results(transfer)

@@ -14,7 +14,7 @@ from window_files import press_step, repeat_steps, three_clicks, undo_to_import
 from window_steps import PREPARE, RUNNING, find_on_screen, keep_picture, press, read_reports
 from window_stops import edit_at_moments, replace, undo, undo_first_city, wait_until_settled
 
-from citypv.operators.city.attributes import KIND_CODES
+from citypv.operators.city.attributes import CODES
 
 ROOT = os.environ.get("CITYPV_BLENDER")
 REPOSITORY = Path(__file__).parents[2]
@@ -149,18 +149,18 @@ def wait_for_kinds(window, kinds):
 
 def test_a_button_of_the_report_highlights_its_faces_and_can_be_undone(window):
     press(window, 'citypv.select_group(group="kind/roof")')
-    count = wait_for_kinds(window, [KIND_CODES["roof"]])
+    roof = CODES["kind"]["roof"]
+    count = wait_for_kinds(window, [roof])
     assert window.ask(f"answer = {CITY}.mode, {CITY}['citypv_highlight']") == ["OBJECT", True]
     assert count == window.ask(
-        f"answer = sum(a.value == {KIND_CODES['roof']} for a in "
-        f"{CITY}.data.attributes['citypv_kind'].data)"
+        f"answer = sum(a.value == {roof} for a in {CITY}.data.attributes['citypv_kind'].data)"
     )
     time.sleep(1)
     window.take_picture(window.pictures / "selected.png")
     press(window, 'citypv.select_group(group="kind/facade")')
-    wait_for_kinds(window, [KIND_CODES["facade"]])
+    wait_for_kinds(window, [CODES["kind"]["facade"]])
     window.point("mousemove", 400, 400, "key", "ctrl+z")
-    assert wait_for_kinds(window, [KIND_CODES["roof"]]) == count
+    assert wait_for_kinds(window, [roof]) == count
     assert "Traceback" not in window.read_log()
 
 
