@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from ..rays import surroundings
-from ..rays.faces import BACK, SKY, Faces, faces_of_triangles
+from ..rays.faces import Faces, Fate
 from ..rays.ray_scene import HitPlaces, RayScene
 from ..rays.sample_points import additive_recurrence, barycentric_of_square
 from ..settings.progress import report_part, silent
@@ -128,7 +128,7 @@ def shapes_of_scene(scene):
     """Triangles of a scene, none of them a sheet so far: _Shapes."""
     corners = np.asarray(scene.vertices, float)[scene.triangles]
     none = np.full(len(corners), -1, np.int32)
-    faces, area = faces_of_triangles(corners, scene.footprint, none)
+    faces, area = Faces.of_triangles(corners, scene.footprint, none)
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     width = 2 * area / np.maximum(longest, np.finfo(float).tiny)
     ray_scene = RayScene(scene.vertices, scene.triangles)
@@ -144,9 +144,9 @@ def _count_ends(shapes, rows, side, count, *, hops=7, report_share=silent):
 
     def tally(some, met):
         fate = met.fate.reshape(-1, count)
-        backs = (fate == BACK).sum(axis=1)
+        backs = (fate == Fate.BACK).sum(axis=1)
         ends = np.zeros((3, len(some)), np.int64)
-        ends[1] = (fate == SKY).sum(axis=1)
+        ends[1] = (fate == Fate.SKY).sum(axis=1)
         # Onwards by the same directions for every triangle, on the side that each ray came to.
         on = np.flatnonzero(met.places.triangle >= 0)
         point, number = np.divmod(on, count)
@@ -168,5 +168,5 @@ def _look_straight(shapes, rows, side, reach, *, points=4):
     ahead = 0 * b1, 0 * b1, 1 + 0 * b1
     places = HitPlaces(own, b1, b2)
     met = surroundings.send(shapes.ray_scene.trace_places, shapes.faces, places, ahead, side)
-    distance = surroundings.facing_distance(shapes.faces, own, met.places, side)
+    distance = shapes.faces.facing_distance(own, met.places, side)
     return (distance < reach).reshape(-1, points).mean(axis=1)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..rays import surroundings
-from ..rays.faces import FAR_GROUND, SKY, faces_of_triangles
+from ..rays.faces import Faces, Fate
 from ..rays.ray_scene import RayScene
 from ..settings.tolerances import GEOMETRY
 from .orient_shells import SURE_SHARE
@@ -149,7 +149,7 @@ def _trace_both_sides(shape, shell, tested, wanted, *, rays=64):
     places = np.round(shape[0] - shape[0].min(axis=0), 6)
     triangles, owner = triangulate(places, *shape[1:])
     nothing = np.zeros(len(triangles), bool)
-    faces, area = faces_of_triangles(places[triangles], nothing, nothing - np.int32(1))
+    faces, area = Faces.of_triangles(places[triangles], nothing, nothing - np.int32(1))
     # Rays start beyond a second face that is drawn in the same place.
     faces.offset = np.maximum(faces.offset, np.float32(GEOMETRY.corner))
     rows = np.flatnonzero(np.isin(owner, tested) & (area > 0))
@@ -163,8 +163,8 @@ def _trace_both_sides(shape, shell, tested, wanted, *, rays=64):
         missed, own = hit < 0, shell[owner[hit]] == np.repeat(shell[owner[some]], rays)
         after = met.behind != wanted[owner[hit]]
         views = (
-            met.fate == SKY,
-            met.fate == FAR_GROUND,
+            met.fate == Fate.SKY,
+            met.fate == Fate.FAR_GROUND,
             met.behind,
             ~missed & after,
             ~missed & (after != own),

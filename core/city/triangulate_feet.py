@@ -8,7 +8,6 @@ import numpy as np
 import shapely
 from scipy.spatial import Delaunay, QhullError
 
-from ..rays.random_numbers import are_among
 from ..settings.errors import InputError
 from .plan_geometry import draw_triangles, find_inside, merge_places, pair_keys, unique_pairs
 from .polygons import edges_of
@@ -153,3 +152,17 @@ def _halve(lines, feet, edges, missing):
     halves = [np.column_stack([missing[:, 0], middle]), np.column_stack([missing[:, 1], middle])]
     pairs = np.sort(place[np.concatenate([left, *halves])], axis=1)
     return feet, unique_pairs(pairs[pairs[:, 0] != pairs[:, 1]])
+
+
+def are_among(values, others):
+    """Which of some whole numbers, (n,) int, are among others, (m,) int: (n,) bool.
+
+    Both are sorted, so that each search ends close to the one before: of a million numbers with 64
+    bits five times faster than a hash table.
+    """
+    order, others, among = np.argsort(values), np.sort(others), np.zeros(len(values), bool)
+    if len(others):
+        ordered = values[order]
+        place = np.minimum(np.searchsorted(others, ordered), len(others) - 1)
+        among[order] = others[place] == ordered
+    return among

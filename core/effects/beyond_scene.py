@@ -14,12 +14,13 @@ import numpy as np
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.errors import show_number
 from ..settings.request import BEST_SKY
-from ..sky.horizon import UP, is_above, sunlit_year
+from ..sky.horizon import is_above
 from ..sky.sky_models import RAYS_SHARE, split_sky
 from ..sun.solar_position import MINIMUM_ELEVATION, sun_direction
 from ..sun.sun_sampling import match_suns
 from .closed_form import ground_view_of_tilt, sky_view_of_tilt
 from .effect import NO_SUNS, Effect, counted_surfaces
+from .sunlit_year import UP, sunlit_year
 
 TERRAIN = "terrain-horizon"
 POINTS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")

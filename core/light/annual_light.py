@@ -13,9 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..rays.hemisphere_rays import merge_nets
 from ..rays.random_numbers import mix
-from ..rays.sample_points import HEMISPHERE_REPLICATES
+from ..rays.sample_points import DIGITS, HEMISPHERE_REPLICATES, grid_of, points_of_grid
 from ..settings.threads import work_in_slices
 from .direct_errors import deviations_of_spread, spread_of_elements, variance_of_points
 from .merge_transfers import blend, blend_variance
@@ -179,3 +178,35 @@ def _join_nets(keys, nets):
             )
             joined[-2:] = [_Net(one.before, merge_nets(shifts, (one.light, other.light)))]
     return joined
+
+
+def merge_nets(shifts, halves):
+    """Values at the points of two halves of a net with digital shifts, in the order of
+    `points_of_grid`.
+
+    Parameters
+    ----------
+    shifts : tuple of (c, 2) uint32 and (c, 2) uint32
+        Digital shifts of each half.
+    halves : tuple of (c, m) float32 and (c, m) float32
+        In the order of `points_of_grid(m)`.
+
+    Returns
+    -------
+    (c, 2 m) float32
+    """
+    count, points = halves[0].shape
+    (rows, columns), (finer_rows, finer_columns) = grid_of(points), grid_of(2 * points)
+    row, column = np.divmod(np.arange(points), columns)
+    whole = np.empty((count, 2 * points), np.float32)
+    for shift, values in zip(shifts, halves, strict=True):
+        # As in `place_points`: which point lies in each rectangle, and then in which of the finer
+        # grid.
+        along, across = shift.astype(np.int64).T[:, :, None]
+        place = (row ^ (across * rows >> DIGITS)) * columns + (column ^ (along * columns >> DIGITS))
+        u, v = np.moveaxis(points_of_grid(points).astype(np.int64)[place], -1, 0) ^ np.stack(
+            [along, across]
+        )
+        finer = (v * finer_rows >> DIGITS) * finer_columns + (u * finer_columns >> DIGITS)
+        np.put_along_axis(whole, finer, values, axis=1)
+    return whole

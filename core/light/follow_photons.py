@@ -17,8 +17,7 @@ from ..patches.facing_scene import FacingScene
 from ..patches.find_covered import lie_in_earth
 from ..patches.patches import Patches
 from ..patches.read_albedo import TriangleBrdfs
-from ..rays.faces import leave_faces
-from ..rays.hemisphere_rays import CELL_DIVISIONS, points_of_patches
+from ..rays.hemisphere_rays import CELL_DIVISIONS
 from ..rays.random_numbers import GOLDEN, mix, uniform
 from ..rays.sample_points import cell_of_point, cosine_direction
 from ..sky.horizon import is_above
@@ -180,7 +179,7 @@ def meet_fronts(target, photons, tally, source=None):
         # In cells that the line of the ground crosses each place is asked, as gather asks the start
         # of each ray.
         doubtful = fronts[target.covered[hit[fronts]].any(axis=1) & ~covered[fronts]]
-        starts = points_of_patches(patches, hit[doubtful], b1[doubtful, None], b2[doubtful, None])
+        starts = patches.points(hit[doubtful], b1[doubtful, None], b2[doubtful, None])
         covered[doubtful] = lie_in_earth(target.ray_scene, patches, starts)[:, 0]
     for name, chosen in (
         ("escaped", missed),
@@ -235,7 +234,7 @@ def _slip_past_edges(target, places, directions, front):
     near = np.flatnonzero(front & (inside < target.patches.offset[hit]))
     slipped = np.zeros(len(hit), bool)
     if len(near):
-        origins, _ = leave_faces(target.patches, places.take(near), np.zeros((3, len(near))))
+        origins, _ = target.patches.leave(places.take(near), np.zeros((3, len(near))))
         slipped[near] = target.ray_scene.trace_closest(origins, -directions[near]) >= 0
     return slipped
 
@@ -326,5 +325,5 @@ def reflect_photons(target, key, photons, places, bounce, *, numbers=3):
         leaving, share[chosen] = brdf.sample(arriving, draws[chosen])
         local[:, chosen] = leaving.T
     weight = np.rint(photons.weight * share / QUANTUM) * QUANTUM
-    reflected = Photons(*leave_faces(patches, places, local), weight, photons.number, photons.row)
+    reflected = Photons(*patches.leave(places, local), weight, photons.number, photons.row)
     return reflected.take(weight > 0)

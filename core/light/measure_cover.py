@@ -17,8 +17,7 @@ from ..patches.cover_cells import pack_cells, unpack_cells
 from ..patches.facing_scene import FacingScene
 from ..patches.find_covered import UPRIGHT, find_covered_cells, starts_in_cells
 from ..patches.patches import patches_of_scene
-from ..rays.hemisphere_rays import CELL_DIVISIONS, points_of_patches
-from ..rays.surroundings import facing_distance
+from ..rays.hemisphere_rays import CELL_DIVISIONS
 from ..settings.progress import silent
 from ..settings.system_settings import CLEARANCES
 from ..settings.threads import map_in_order, usable_threads
@@ -166,10 +165,10 @@ def _look_ahead(ray_scene, patches, chosen, clearances):
 
     def measure(some, cells):
         b1, b2, _ = starts_in_cells(patches.place_key[some], cells)
-        origins = points_of_patches(patches, some, b1, b2).reshape(-1, 3)
+        origins = patches.points(some, b1, b2).reshape(-1, 3)
         own = np.repeat(some, len(cells))
         hits = ray_scene.trace_places(origins, patches.normal[own])
-        return facing_distance(patches, own, hits).reshape(b1.shape)
+        return patches.facing_distance(own, hits).reshape(b1.shape)
 
     looks_at_face = np.zeros((len(chosen), len(clearances), CELL_DIVISIONS**2), bool)
     # Some cells tell which patches have anything near; of these all cells are measured, straight

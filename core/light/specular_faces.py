@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..rays import sample_points
-from ..rays.faces import leave_faces
 from ..rays.hemisphere_rays import CELL_DIVISIONS
 from ..rays.ray_scene import HitPlaces
 from .emit_photons import choose_by_power, low_discrepancy
@@ -87,7 +86,7 @@ def photons_of_sun(target, faces, power, direction, batch):
     """
     # Places on the faces by the light that falls there; those that see the sun reflect it.
     places, _ = _place_on_faces(faces, power, batch, 2)
-    origins, _ = leave_faces(target.patches, places, np.zeros((3, len(places[0]))))
+    origins, _ = target.patches.leave(places, np.zeros((3, len(places[0]))))
     direction = np.asarray(direction, np.float32)
     seen = np.flatnonzero(
         ~target.covered[places[0], sample_points.cell_of_point(*places[1:], CELL_DIVISIONS)]
@@ -128,7 +127,7 @@ def photons_of_surroundings(target, faces, batch, is_sky):
     # A place on a face and a direction by the cosine law: from what it meets the light comes.
     places, numbers = _place_on_faces(faces, patches.area[faces], batch, 4)
     towards = np.stack(sample_points.cosine_direction(numbers[:, 0], numbers[:, 1]))
-    origins, directions = leave_faces(patches, places, towards)
+    origins, directions = patches.leave(places, towards)
     hits = target.ray_scene.trace_places(origins, directions)
     met = hits.triangle
     origin = np.where(met >= 0, met, np.where(is_sky(directions), SKY, FAR_GROUND))

@@ -15,18 +15,16 @@ from ..patches import find_covered
 from ..patches.cover_cells import enclosed_cells, unpack_cells
 from ..patches.crown_hits import stop_in_crowns
 from ..rays import sample_points
-from ..rays.faces import BACK, DARK, FAR_GROUND, FRONT, LEAVES, SKY
+from ..rays.faces import Fate
 from ..rays.hemisphere_rays import (
     CELL_DIVISIONS,
     hemisphere_rays,
-    points_of_patches,
     shift_replicates,
 )
 from ..rays.random_numbers import mix
 from ..rays.ray_scene import HitPlaces
 from ..rays.sample_points import DIGITS, HEMISPHERE_REPLICATES
 from ..settings.threads import map_in_order
-from ..sky.horizon import mark_hidden
 from .form_factors import FEWEST_RAYS, count_hits
 from .traced import SKY_DOME, STEP, FirstLight, RowLight, no_light
 
@@ -102,12 +100,13 @@ def trace_part(city, chosen, covered, sequence):
     # In each state of trees: sky light by element, and hits that pass light on.
     # What leaves below the line of the distant terrain ends on the far ground, not in the sky.
     for state, own in enumerate(fates):
-        _hide_sky(city, directions, own)
+        if city.terrain is not None:
+            city.terrain.hide_rays(own, directions)
         fate, (sky, *others) = _tally_counted(city, rows, (own, start_cells, near_cover))
         first = {SKY_DOME: sky} | {name: lights[state] for name, (lights, _) in sources.items()}
         found.append(RowLight(rows, covered, lost, first, *others, hits=None, ray_count=ray_count))
         if city.reflections:
-            met = hits.triangle.reshape(fate.shape), fate == FRONT
+            met = hits.triangle.reshape(fate.shape), fate == Fate.FRONT
             found[-1].hits = count_hits(rows, met, (hits.b1, hits.b2), city.elements, start_of)
     return found
 
@@ -135,7 +134,7 @@ def _follow_rays(city, covered, rays):
     fate[within] = _darken_rays(fate[within], start_cells[within].astype(np.intp), covered[within])
     # Along the ground line the start of each ray is tested for being below ground.
     fate[within] = np.where(
-        find_covered.lie_in_earth(ray_scene, patches, origins[within]), DARK, fate[within]
+        find_covered.lie_in_earth(ray_scene, patches, origins[within]), Fate.DARK, fate[within]
     )
     if ray_scene.canopy is None:
         return hits, fate[None]
@@ -143,17 +142,8 @@ def _follow_rays(city, covered, rays):
     shape = len(fate) * HEMISPHERE_REPLICATES, fate.shape[1] // HEMISPHERE_REPLICATES
     places = HitPlaces(*(part.reshape(shape) for part in hits))
     sent = origins.reshape(*shape, 3), directions.reshape(*shape, 3)
-    stopped = stop_in_crowns(ray_scene, patches, sent, places, fate.reshape(shape) <= FRONT)
-    return hits, np.where(stopped.reshape(-1, *fate.shape), np.uint8(LEAVES), fate)
-
-
-def _hide_sky(city, directions, fate):
-    """Give rays, (c, rays, 3), that leave below the distant terrain to the far ground."""
-    if city.terrain is not None:
-        elevation = np.sin(np.radians(city.terrain.elevation))
-        mark_hidden(
-            fate, np.ascontiguousarray(np.moveaxis(directions, -1, 0)), elevation, SKY, FAR_GROUND
-        )
+    stopped = stop_in_crowns(ray_scene, patches, sent, places, fate.reshape(shape) <= Fate.FRONT)
+    return hits, np.where(stopped.reshape(-1, *fate.shape), np.uint8(Fate.LEAVES), fate)
 
 
 def _look_at_source(city, source, rows, covered, sequence):
@@ -187,9 +177,10 @@ def _look_at_source(city, source, rows, covered, sequence):
         unshaded[facing, None],
     )
     fates = _follow_rays(city, covered, rays)[1]
-    fates[fates == FAR_GROUND] = SKY  # at the very horizon
+    fates[fates == Fate.FAR_GROUND] = Fate.SKY  # at the very horizon
     for light, fate in zip(lights, fates, strict=True):
-        _hide_sky(city, rays[1], fate)
+        if city.terrain is not None:
+            city.terrain.hide_rays(fate, rays[1])
         _, (first, *_) = _tally_counted(city, rows[facing], (fate, rays[2], near_cover))
         light.put(facing, FirstLight(scale * first.light, scale * first.element, first.deviation))
     return lights, fates[0].size
@@ -215,7 +206,7 @@ def source_rays(patches, source, chosen, sequence, *, share):
     b1, b2 = sample_points.barycentric_of_square(numbers[..., 0], numbers[..., 1])
     directions = source.sample(patches.normal[chosen], numbers[..., 2], numbers[..., 3])
     return (
-        points_of_patches(patches, chosen, b1, b2),
+        patches.points(chosen, b1, b2),
         directions,
         sample_points.cell_of_point(b1, b2, CELL_DIVISIONS),
     )
@@ -233,7 +224,7 @@ def _darken_rays(fate, start_cells, covered):
         np.take_along_axis(cells, start_cells, axis=1)
         for cells in (covered, enclosed_cells(covered))
     )
-    return np.where(inside | (within & (fate == FAR_GROUND)), np.uint8(DARK), fate)
+    return np.where(inside | (within & (fate == Fate.FAR_GROUND)), np.uint8(Fate.DARK), fate)
 
 
 def _tally_counted(city, chosen, rays):
@@ -264,7 +255,7 @@ def _tally_counted(city, chosen, rays):
         unpack_cells(city.left_out[chosen[some]]), rays[1][some].astype(np.intp), axis=1
     )
     fate = fate.copy()
-    fate[some] = np.where(starts, np.uint8(DARK), fate[some])
+    fate[some] = np.where(starts, np.uint8(Fate.DARK), fate[some])
     # The light without these rays; elements keep what they pass on.
     less = _tally_rays(fate[some], *(part[some] for part in rays[1:]), city.elements)
     tally[0].light[some] = less[0].light
@@ -344,6 +335,8 @@ def _count_fates(rays, cell_of, counts):
                 start, met = start_cells[patch, ray], fate[patch, ray]
                 cell = cell_of[start]
                 every[patch, replicate, cell] += 1
-                downwards[patch, replicate, cell] += met == FAR_GROUND
-                free[patch, replicate, cell] += met == SKY
-                started[patch, replicate, cell] += (not near_cover[patch, start]) | (met < BACK)
+                downwards[patch, replicate, cell] += met == Fate.FAR_GROUND
+                free[patch, replicate, cell] += met == Fate.SKY
+                started[patch, replicate, cell] += (not near_cover[patch, start]) | (
+                    met < Fate.BACK
+                )

@@ -2,13 +2,23 @@
 some that agree.
 """
 
+import functools
+
 import numpy as np
 from scipy import sparse
 
 from ..rays.hemisphere_rays import CELL_DIVISIONS
-from ..rays.sample_points import cell_contacts, cell_places
+from ..rays.sample_points import cell_corners, cell_places
 
 UNKNOWN, FACING, OPEN, TOUCHING, COVERED = np.int8(range(5))  # what a ray from a cell tells on it
+
+
+@functools.cache
+def _cell_contacts(divisions):
+    """Which cells share an edge or a vertex: (cells, cells) bool."""
+    corners = np.rint(cell_corners(divisions) * divisions).astype(int)
+    names = corners[..., 0] * (divisions + 1) + corners[..., 1]
+    return (names[:, None, :, None] == names[None, :, None, :]).any(axis=(2, 3))
 
 
 def settled_cells(states):
@@ -49,7 +59,7 @@ def enclosed_cells(covered):
     """
     # Sparse, since a product of full matrices would start BLAS threads that compete with the
     # tracer's.
-    contacts = sparse.csr_matrix(cell_contacts(round(np.sqrt(covered.shape[1]))))
+    contacts = sparse.csr_matrix(_cell_contacts(round(np.sqrt(covered.shape[1]))))
     return covered & ~(contacts @ ~covered.T).T
 
 
@@ -75,7 +85,7 @@ def _leading_cells():
     upright, last = place % 2 == 0, 2 * (CELL_DIVISIONS - 1 - row)
     edge = (row == 0) | (place == 0) | (place == last)
     leading = np.flatnonzero(upright & (edge | ((row + place) % 3 == 0)))
-    touch = cell_contacts(CELL_DIVISIONS)[leading].astype(np.int8)
+    touch = _cell_contacts(CELL_DIVISIONS)[leading].astype(np.int8)
     touch[:, leading] = np.eye(len(leading), dtype=np.int8)
     return leading, touch
 

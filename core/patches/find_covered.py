@@ -8,10 +8,11 @@ a patch tell on each other stands in `cover_cells`, what their rays meet in `ray
 import numpy as np
 
 from ..rays import sample_points, surroundings
-from ..rays.faces import BACK, FAR_GROUND, FRONT, SKY
-from ..rays.hemisphere_rays import CELL_DIVISIONS, points_of_patches
+from ..rays.faces import Fate
+from ..rays.hemisphere_rays import CELL_DIVISIONS
 from ..rays.random_numbers import mix, uniform_of
 from ..rays.ray_scene import HitPlaces
+from ..rays.sample_points import barycentric_of_square, cell_corners
 from ..rays.surroundings import RAYS
 from ..settings.tolerances import GEOMETRY
 from . import cover_cells
@@ -74,7 +75,7 @@ def starts_in_cells(keys, cells):
     """
     keys = mix(keys ^ np.uint64(0xC0FE))[:, None]
     u, v, *shifts = (uniform_of(keys, 4 * cells + number) for number in range(1, 5))
-    return *sample_points.stratified_points(u, v, CELL_DIVISIONS, cells), shifts
+    return *stratified_points(u, v, CELL_DIVISIONS, cells), shifts
 
 
 def _first_states(ray_scene, patches, chosen, starts, *, rising=False):
@@ -115,7 +116,7 @@ def _first_states(ray_scene, patches, chosen, starts, *, rising=False):
     # The kind of face that each ray meets: a back inside something, a front, or none.
     met = surroundings.send(ray_scene.trace_places, patches, places, (x, y, z))
     states = np.full(met.fate.shape, UNKNOWN)
-    for fate, state in ((FRONT, FACING), (SKY, OPEN), (BACK, COVERED)):
+    for fate, state in ((Fate.FRONT, FACING), (Fate.SKY, OPEN), (Fate.BACK, COVERED)):
         states[met.fate == fate] = state
     touching = _find_touching(patches, places.triangle, met.places)
     states[touching & (states == FACING)] = TOUCHING
@@ -172,7 +173,7 @@ def _examine_cells(ray_scene, patches, chosen, starts):
     verdict = cover_cells.share_verdicts(verdict, states)
     judge(np.ones(1, bool))
     # What lies below the ground is covered, whatever the rays say.
-    earth = lie_in_earth(ray_scene, patches, points_of_patches(patches, chosen, b1, b2))
+    earth = lie_in_earth(ray_scene, patches, patches.points(chosen, b1, b2))
     return (verdict == COVERED) | earth
 
 
@@ -198,18 +199,18 @@ def _judge_cells(ray_scene, patches, places, shifts, keys):
     local = _directions(RAYS, shifts.T).reshape(3, -1)
     met = surroundings.send(ray_scene.trace_as_drawn, patches, places.take(point), local)
     fate = met.fate.reshape(-1, RAYS)
-    ends = np.stack([(fate == kind).sum(axis=1) for kind in (BACK, SKY, FAR_GROUND)])
+    ends = np.stack([(fate == kind).sum(axis=1) for kind in (Fate.BACK, Fate.SKY, Fate.FAR_GROUND)])
     # No ray reached the sky, and too few met backs: is there a face that looks back within touch?
     inside = surroundings.lies_inside(ends, closed=False)
     doubtful = ~inside & (ends[1] == 0)
     own, b1, b2 = places.take(doubtful)
-    origins = points_of_patches(patches, own, b1[:, None], b2[:, None])[:, 0]
+    origins = patches.points(own, b1[:, None], b2[:, None])[:, 0]
     ahead = ray_scene.trace_places(origins, patches.normal[own])
     touching = np.zeros(len(inside), bool)
     touching[doubtful] = _find_touching(patches, own, ahead)
     # Otherwise rays go on from the fronts that they met, and their ends decide.
     asked = inside | (doubtful & ~touching)
-    going = np.flatnonzero((met.fate == FRONT) & asked[point])
+    going = np.flatnonzero((met.fate == Fate.FRONT) & asked[point])
     side = np.where(met.behind[going], np.float32(-1), np.float32(1))
     numbers = surroundings.number_rays(keys).ravel()[going]
     rays = met.places.take(going), side, point[going], numbers
@@ -228,7 +229,7 @@ def _find_touching(patches, own, hits):
     """
     # On patches smaller than 1 m (the root of the area) they must be closer in proportion.
     closest = (GEOMETRY.accuracy * np.minimum(np.sqrt(patches.area[own]), 1)).astype(np.float32)
-    return surroundings.facing_distance(patches, own, hits) < closest
+    return patches.facing_distance(own, hits) < closest
 
 
 def lie_in_earth(ray_scene, patches, points):
@@ -267,3 +268,24 @@ def cells_near_cover(covered, within):
     # all but open cells surrounded by open ones
     near_cover[within] = ~cover_cells.enclosed_cells(~covered[within])
     return near_cover
+
+
+def stratified_points(u, v, divisions, cells=slice(None)):
+    """Stratified sampling: one uniform point in each of the `divisions`² congruent sub-triangles.
+
+    Parameters
+    ----------
+    u, v : (n, cells) float32
+        Random numbers.
+    divisions : int
+    cells : (cells,) int, optional
+        The sub-triangles; all if not given.
+
+    Returns
+    -------
+    b1, b2 : (n, cells) float32
+    """
+    # (2, 1, cells) each
+    first, second, third = np.moveaxis(cell_corners(divisions)[cells], 0, -1)[:, :, None]
+    b1, b2 = barycentric_of_square(u, v)
+    return tuple(first + b1 * (second - first) + b2 * (third - first))

@@ -7,13 +7,14 @@ elsewhere changes none.
 
 import re
 from dataclasses import dataclass, fields
+from numbers import Integral
 
 import numpy as np
 
 from ..city.find_ground import find_ground, find_resting_floors
 from ..rays import random_numbers
-from ..rays.faces import Faces, faces_of_triangles
-from ..settings.errors import check_array, check_seed
+from ..rays.faces import Faces
+from ..settings.errors import InputError, check_array
 from ..settings.tolerances import GEOMETRY
 
 
@@ -58,7 +59,7 @@ def patches_of_scene(scene, albedo, seed):
     check_seed(seed)
     albedo = check_array("albedo", albedo, (len(scene.triangles),), least=0, most=1)
     corners = np.asarray(scene.vertices, float)[scene.triangles]  # (t, 3, 3)
-    faces, area = faces_of_triangles(corners, scene.footprint, scene.other_sides)
+    faces, area = Faces.of_triangles(corners, scene.footprint, scene.other_sides)
     ground = find_ground(scene)
     # Random numbers follow from the seed and from the place of the triangle.
     key, place_key = keys_of_triangles(scene, seed, 0)
@@ -143,3 +144,11 @@ def _find_made_up(scene):
         [made_up.fullmatch(name.removeprefix(building)) is not None for name, building in pairs],
         bool,
     )
+
+
+def check_seed(seed, *, most_seed=2**32 - 1):
+    """Raise an error if a seed is not valid."""
+    if not (isinstance(seed, Integral) and 0 <= seed <= most_seed):
+        raise InputError(
+            "--seed", f"{seed!r} is not a seed", f"give a whole number from 0 to {most_seed}"
+        )

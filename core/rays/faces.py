@@ -5,13 +5,19 @@ neither the face itself nor a neighbour in its plane.
 """
 
 from dataclasses import dataclass
+from enum import IntEnum
 
 import numpy as np
 from numba import njit
 
 from ..settings.tolerances import GEOMETRY
+from .ray_scene import HitPlaces
 
-SKY, FAR_GROUND, FRONT, LEAVES, BACK, DARK = range(6)  # fate of a ray; the last three carry nothing
+
+class Fate(IntEnum):
+    """What becomes of a ray; leaves, backs and darkness carry no light."""
+
+    SKY, FAR_GROUND, FRONT, LEAVES, BACK, DARK = range(6)
 
 
 @dataclass
@@ -56,7 +62,101 @@ class Faces:
 
     def meets_back(self, hit, directions):
         """Whether rays hit the back of a face, as of `classify`: (...) bool."""
-        return self.classify(hit, directions)[0] == BACK
+        return self.classify(hit, directions)[0] == Fate.BACK
+
+    def leave(self, places, local, side=1.0):
+        """Rays from places on faces, in directions given in the frames of these.
+
+        Parameters
+        ----------
+        places : HitPlaces
+            m.
+        local : tuple of three (m,) float
+            Along the two tangents and the normal.
+        side : (m,) float or float
+            1 for rays from the front, -1 from the back.
+
+        Returns
+        -------
+        origins, directions : (m, 3) float32
+            In memory all x come first, then all y, then all z.
+        """
+        triangle, *weights = places
+        rays = np.empty((2, 3, len(triangle)), np.float32)
+        shapes = self.corner, self.edges, self.tangents, self.normal, self.offset
+        side = np.full(len(triangle), side, np.float32)
+        numbers = tuple(np.ascontiguousarray(part, np.float32) for part in (*weights, side, *local))
+        _write_rays(shapes, np.ascontiguousarray(triangle, np.int32), numbers, rays)
+        return rays[0].T, rays[1].T
+
+    def points(self, chosen, b1, b2):
+        """Ray origins just in front of faces: (c, m, 3) float32.
+
+        Parameters
+        ----------
+        chosen : (c,) int
+        b1, b2 : (c, m) float32
+            Barycentric weights.
+        """
+        places = HitPlaces(np.repeat(chosen, b1.shape[1]), b1.reshape(-1), b2.reshape(-1))
+        none = np.zeros(len(places.b1), np.float32)
+        origins, _ = self.leave(places, (none, none, none))
+        return np.moveaxis(origins.T.reshape(3, *b1.shape), 0, -1)
+
+    def facing_distance(self, own, hits, side=1):
+        """Distance from faces to those that look back at them where their rays end: (m,) float32 [m];
+        infinite where what is met does not.
+
+        Parameters
+        ----------
+        own : (m,) int
+            The face that each ray starts from.
+        hits : HitPlaces
+            m; where it ends.
+        side : {-1, 1}
+            Of the faces, from which the rays start.
+        """
+        distance = np.full(len(own), np.inf, np.float32)
+        own_facing = self.facing if side == 1 else -self.facing
+        shapes = self.corner, self.edges, own_facing, self.facing
+        _measure_facing(shapes, own, tuple(hits), GEOMETRY.facing, distance)
+        return distance
+
+    @staticmethod
+    def of_triangles(corners, footprint, other_side):
+        """Faces of some triangles, and their areas.
+
+        Parameters
+        ----------
+        corners : (t, 3, 3) float64 [m]
+        footprint : (t,) bool
+        other_side : (t,) int
+
+        Returns
+        -------
+        Faces
+        (t,) float64 [m²]
+        """
+        tiny = np.finfo(float).tiny
+        # Normal and area from two edges of each triangle.
+        edges = corners[:, 1:] - corners[:, :1]
+        normal = np.cross(edges[:, 0], edges[:, 1])
+        doubled = np.linalg.norm(normal, axis=1)
+        normal /= np.maximum(doubled, tiny)[:, None]
+        # The frame depends on the triangle only, and so turns with it, as its rays do.
+        along = edges[:, 0] / np.maximum(np.linalg.norm(edges[:, 0], axis=1), tiny)[:, None]
+        offset = _measure_offset(corners, edges, normal)
+        inset = _inset_triangles(corners, doubled, offset)
+        faces = Faces(
+            corner=inset[:, 0].astype(np.float32),
+            edges=(inset[:, 1:] - inset[:, :1]).astype(np.float32),
+            normal=normal.astype(np.float32),
+            tangents=np.stack([along, np.cross(normal, along)], axis=1).astype(np.float32),
+            offset=offset.astype(np.float32),
+            facing=np.column_stack([normal, 2 * footprint]).astype(np.float32),
+            other_side=other_side.astype(np.int32),
+        )
+        return faces, doubled / 2
 
 
 @njit(nogil=True, cache=True)
@@ -68,48 +168,12 @@ def _classify(hit, directions, kinds, answers):
     for ray in range(len(hit)):
         met, x, y, z = hit[ray], directions[0, ray], directions[1, ray], directions[2, ray]
         if met < 0:
-            fate[ray] = SKY if z > 0 else FAR_GROUND
+            fate[ray] = Fate.SKY if z > 0 else Fate.FAR_GROUND
             continue
         along = x * facing[met, 0] + y * facing[met, 1] + z * facing[met, 2]
         behind[ray] = along > 0
         back = along + facing[met, 3] > 0 and other_side[met] < 0
-        fate[ray] = BACK if back else FRONT
-
-
-def faces_of_triangles(corners, footprint, other_side):
-    """Faces of some triangles, and their areas.
-
-    Parameters
-    ----------
-    corners : (t, 3, 3) float64 [m]
-    footprint : (t,) bool
-    other_side : (t,) int
-
-    Returns
-    -------
-    Faces
-    (t,) float64 [m²]
-    """
-    tiny = np.finfo(float).tiny
-    # Normal and area from two edges of each triangle.
-    edges = corners[:, 1:] - corners[:, :1]
-    normal = np.cross(edges[:, 0], edges[:, 1])
-    doubled = np.linalg.norm(normal, axis=1)
-    normal /= np.maximum(doubled, tiny)[:, None]
-    # The frame depends on the triangle only, and so turns with it, as its rays do.
-    along = edges[:, 0] / np.maximum(np.linalg.norm(edges[:, 0], axis=1), tiny)[:, None]
-    offset = _measure_offset(corners, edges, normal)
-    inset = _inset_triangles(corners, doubled, offset)
-    faces = Faces(
-        corner=inset[:, 0].astype(np.float32),
-        edges=(inset[:, 1:] - inset[:, :1]).astype(np.float32),
-        normal=normal.astype(np.float32),
-        tangents=np.stack([along, np.cross(normal, along)], axis=1).astype(np.float32),
-        offset=offset.astype(np.float32),
-        facing=np.column_stack([normal, 2 * footprint]).astype(np.float32),
-        other_side=other_side.astype(np.int32),
-    )
-    return faces, doubled / 2
+        fate[ray] = Fate.BACK if back else Fate.FRONT
 
 
 def _measure_offset(corners, edges, normal):
@@ -166,36 +230,9 @@ def _inset_triangles(corners, doubled_area, offset):
     return corners + share[:, None, None] * (corners.mean(axis=1, keepdims=True) - corners)
 
 
-def leave_faces(faces, places, local, side=1.0):
-    """Rays from places on faces, in directions given in the frames of these.
-
-    Parameters
-    ----------
-    faces : Faces
-    places : HitPlaces
-        m.
-    local : tuple of three (m,) float
-        Along the two tangents and the normal.
-    side : (m,) float or float
-        1 for rays from the front, -1 from the back.
-
-    Returns
-    -------
-    origins, directions : (m, 3) float32
-        In memory all x come first, then all y, then all z.
-    """
-    triangle, *weights = places
-    rays = np.empty((2, 3, len(triangle)), np.float32)
-    shapes = faces.corner, faces.edges, faces.tangents, faces.normal, faces.offset
-    side = np.full(len(triangle), side, np.float32)
-    numbers = tuple(np.ascontiguousarray(part, np.float32) for part in (*weights, side, *local))
-    _write_rays(shapes, np.ascontiguousarray(triangle, np.int32), numbers, rays)
-    return rays[0].T, rays[1].T
-
-
 @njit(nogil=True, cache=True)
 def _write_rays(shapes, triangle, numbers, rays):
-    """Write origins and directions, (2, 3, m) float32, for `leave_faces`.
+    """Write origins and directions, (2, 3, m) float32, for `Faces.leave`.
 
     Parameters
     ----------
@@ -222,3 +259,34 @@ def _write_rays(shapes, triangle, numbers, rays):
             rays[1, axis, ray] = (
                 x[ray] * tangents[face, 0, axis] + y[ray] * tangents[face, 1, axis] + z[ray] * up
             )
+
+
+@njit(nogil=True, cache=True)
+def _measure_facing(shapes, own, hits, facing_cosine, distance):
+    """Write the last argument, (m,) float32 [m], for `Faces.facing_distance`.
+
+    Parameters
+    ----------
+    shapes : tuple of (t, 3) float32 [m], (t, 2, 3) float32 [m] and two (t, 4) float32
+        `corner`, `edges`, and `facing` of `Faces`, where rays start and where they end.
+    own : (m,) int
+        The face that each ray starts from.
+    hits : tuple of (m,) int, (m,) float32 and (m,) float32
+        Of `HitPlaces`.
+    facing_cosine : float
+        Of `Tolerances`.
+    """
+    (corner, edges, own_facing, facing), (met, b1, b2) = shapes, hits
+    for ray in range(len(own)):
+        # cosine  between the normals of the two faces; away  distance of the hit in front of the
+        # face's plane [m].
+        one, other = own[ray], met[ray]
+        if other < 0:
+            continue
+        cosine, away = np.float32(0), np.float32(0)
+        for axis in range(3):
+            along = b1[ray] * edges[other, 0, axis] + b2[ray] * edges[other, 1, axis]
+            cosine += own_facing[one, axis] * facing[other, axis]
+            away += own_facing[one, axis] * (corner[other, axis] + along - corner[one, axis])
+        if cosine < -facing_cosine:
+            distance[ray] = away

@@ -7,10 +7,8 @@ from pathlib import Path
 import numpy as np
 from numba import njit
 
-from .faces import leave_faces
 from .random_numbers import uniform
-from .ray_scene import HitPlaces
-from .sample_points import DIGITS, HEMISPHERE_REPLICATES, grid_of, points_of_grid, sobol_points
+from .sample_points import DIGITS, HEMISPHERE_REPLICATES, sobol_points
 
 # each patch is divided into 64 cells, tested for being inside or under something
 CELL_DIVISIONS = 8
@@ -176,55 +174,7 @@ def cell_at(b1, b2, divisions):
     return row * (2 * divisions - row) + min(2 * along + int(inverted), 2 * (divisions - 1 - row))
 
 
-def points_of_patches(patches, chosen, b1, b2):
-    """Ray origins just in front of patches: (c, m, 3) float32.
-
-    Parameters
-    ----------
-    patches : Faces
-    chosen : (c,) int
-    b1, b2 : (c, m) float32
-        Barycentric weights.
-    """
-    places = HitPlaces(np.repeat(chosen, b1.shape[1]), b1.reshape(-1), b2.reshape(-1))
-    none = np.zeros(len(places.b1), np.float32)
-    origins, _ = leave_faces(patches, places, (none, none, none))
-    return np.moveaxis(origins.T.reshape(3, *b1.shape), 0, -1)
-
-
 def is_compiled():
     """Whether the compiled loops of an earlier run are kept on this machine."""
     cache = Path(_make_rays._cache.cache_path)  # numba has no public name for it
     return any(cache.glob("*make_rays*.nbi"))
-
-
-def merge_nets(shifts, halves):
-    """Values at the points of two halves of a net with digital shifts, in the order of
-    `points_of_grid`.
-
-    Parameters
-    ----------
-    shifts : tuple of (c, 2) uint32 and (c, 2) uint32
-        Digital shifts of each half.
-    halves : tuple of (c, m) float32 and (c, m) float32
-        In the order of `points_of_grid(m)`.
-
-    Returns
-    -------
-    (c, 2 m) float32
-    """
-    count, points = halves[0].shape
-    (rows, columns), (finer_rows, finer_columns) = grid_of(points), grid_of(2 * points)
-    row, column = np.divmod(np.arange(points), columns)
-    whole = np.empty((count, 2 * points), np.float32)
-    for shift, values in zip(shifts, halves, strict=True):
-        # As in `place_points`: which point lies in each rectangle, and then in which of the finer
-        # grid.
-        along, across = shift.astype(np.int64).T[:, :, None]
-        place = (row ^ (across * rows >> DIGITS)) * columns + (column ^ (along * columns >> DIGITS))
-        u, v = np.moveaxis(points_of_grid(points).astype(np.int64)[place], -1, 0) ^ np.stack(
-            [along, across]
-        )
-        finer = (v * finer_rows >> DIGITS) * finer_columns + (u * finer_columns >> DIGITS)
-        np.put_along_axis(whole, finer, values, axis=1)
-    return whole

@@ -178,35 +178,6 @@ def cell_places(divisions):
 
 
 @functools.cache
-def cell_contacts(divisions):
-    """Which cells share an edge or a vertex: (cells, cells) bool."""
-    corners = np.rint(cell_corners(divisions) * divisions).astype(int)
-    names = corners[..., 0] * (divisions + 1) + corners[..., 1]
-    return (names[:, None, :, None] == names[None, :, None, :]).any(axis=(2, 3))
-
-
-def stratified_points(u, v, divisions, cells=slice(None)):
-    """Stratified sampling: one uniform point in each of the `divisions`² congruent sub-triangles.
-
-    Parameters
-    ----------
-    u, v : (n, cells) float32
-        Random numbers.
-    divisions : int
-    cells : (cells,) int, optional
-        The sub-triangles; all if not given.
-
-    Returns
-    -------
-    b1, b2 : (n, cells) float32
-    """
-    # (2, 1, cells) each
-    first, second, third = np.moveaxis(cell_corners(divisions)[cells], 0, -1)[:, :, None]
-    b1, b2 = barycentric_of_square(u, v)
-    return tuple(first + b1 * (second - first) + b2 * (third - first))
-
-
-@functools.cache
 def cells_inside(divisions, larger):
     """Which of the `larger`² cells contains each of the `divisions`² (by centroid if it overlaps
     several).

@@ -22,11 +22,9 @@ needs:
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from ..settings.threads import map_in_order, usable_threads
-from ..settings.tolerances import GEOMETRY
-from .faces import BACK, FAR_GROUND, FRONT, SKY, leave_faces
+from .faces import Fate
 from .random_numbers import GOLDEN, mix, uniform_of
 from .ray_scene import HitPlaces
 from .sample_points import additive_recurrence, barycentric_of_square, cosine_direction
@@ -53,7 +51,7 @@ def send(trace, faces, places, local, side=1.0, *, ahead=0.0):
     faces : Faces
         All triangles of that scene.
     places, local, side
-        As of `leave_faces`.
+        As of `Faces.leave`.
     ahead : (m, 3) float32 [m], optional
         From each place to where its ray starts.
 
@@ -62,7 +60,7 @@ def send(trace, faces, places, local, side=1.0, *, ahead=0.0):
     Met
         m.
     """
-    origins, directions = leave_faces(faces, places, local, side)
+    origins, directions = faces.leave(places, local, side)
     hits = trace(origins + np.float32(ahead), directions)
     return Met(hits, *faces.classify(hits.triangle, directions))
 
@@ -105,10 +103,10 @@ def follow(trace, faces, rays, ends, *, turns=32, as_light=False, ahead=0.0):
     for turn in range(turns):
         local = law(*uniform_of(keys[:, None], np.arange(2 * turn + 1, 2 * turn + 3)).T)
         places, fate, behind = send(trace, faces, places, local, side, ahead=ahead)
-        for number, kind in enumerate((BACK, SKY, FAR_GROUND)):
+        for number, kind in enumerate((Fate.BACK, Fate.SKY, Fate.FAR_GROUND)):
             ends[number] += np.bincount(point[fate == kind], minlength=ends.shape[1])
         # Ended at a back or outside; the others go on, but not for points in the open.
-        closed = (fate == FRONT) & (ends[1] <= STRAY * RAYS)[point]
+        closed = (fate == Fate.FRONT) & (ends[1] <= STRAY * RAYS)[point]
         on = np.flatnonzero(places.triangle >= 0 if as_light else closed)
         if not len(on):
             break
@@ -211,55 +209,3 @@ def ask_sides(ray_scene, faces, rows, side, count, *, tally, report_share=None):
         if report_share:
             report_share(len(answers) / len(tasks))
     return np.concatenate(answers, axis=-1)
-
-
-def facing_distance(faces, own, hits, side=1):
-    """Distance from faces to those that look back at them where their rays end: (m,) float32 [m];
-    infinite where what is met does not.
-
-    Parameters
-    ----------
-    faces : Faces
-    own : (m,) int
-        The face that each ray starts from.
-    hits : HitPlaces
-        m; where it ends.
-    side : {-1, 1}
-        Of the faces, from which the rays start.
-    """
-    distance = np.full(len(own), np.inf, np.float32)
-    own_facing = faces.facing if side == 1 else -faces.facing
-    shapes = faces.corner, faces.edges, own_facing, faces.facing
-    _measure_facing(shapes, own, tuple(hits), GEOMETRY.facing, distance)
-    return distance
-
-
-@njit(nogil=True, cache=True)
-def _measure_facing(shapes, own, hits, facing_cosine, distance):
-    """Write the last argument, (m,) float32 [m], for `facing_distance`.
-
-    Parameters
-    ----------
-    shapes : tuple of (t, 3) float32 [m], (t, 2, 3) float32 [m] and two (t, 4) float32
-        `corner`, `edges`, and `facing` of `Faces`, where rays start and where they end.
-    own : (m,) int
-        The face that each ray starts from.
-    hits : tuple of (m,) int, (m,) float32 and (m,) float32
-        Of `HitPlaces`.
-    facing_cosine : float
-        Of `Tolerances`.
-    """
-    (corner, edges, own_facing, facing), (met, b1, b2) = shapes, hits
-    for ray in range(len(own)):
-        # cosine  between the normals of the two faces; away  distance of the hit in front of the
-        # face's plane [m].
-        one, other = own[ray], met[ray]
-        if other < 0:
-            continue
-        cosine, away = np.float32(0), np.float32(0)
-        for axis in range(3):
-            along = b1[ray] * edges[other, 0, axis] + b2[ray] * edges[other, 1, axis]
-            cosine += own_facing[one, axis] * facing[other, axis]
-            away += own_facing[one, axis] * (corner[other, axis] + along - corner[one, axis])
-        if cosine < -facing_cosine:
-            distance[ray] = away

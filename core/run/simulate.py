@@ -22,9 +22,10 @@ from ..results.output_folder import ASKED, whole_folder
 from ..results.transfer_file import read_transfer
 from ..settings.errors import InputError
 from ..settings.presets import METHODS
-from ..settings.progress import CancelledError, Interruption
+from ..settings.progress import CancelledError
 from . import run_tasks, study
 from .check_goal import check_goal
+from .interruption import Interruption
 from .rounds import refine_run
 from .run_log import (
     RunLog,

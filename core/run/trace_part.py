@@ -17,7 +17,6 @@ from ..city.scene import Halo, Scene
 from ..effects.effect import TracePlan
 from ..energy.pv_system import build_system
 from ..light.prepare_scene import prepare_scene
-from ..rays.faces import leave_faces
 from ..rays.ray_scene import HitPlaces
 from ..rays.sample_points import cosine_direction
 from ..results.transfer_file import write_transfer
@@ -160,7 +159,7 @@ def _measure_halo(prepared, seed, part, city, *, rays=8192):
     # fold the square into the triangle
     b1, b2 = (np.where(b1 + b2 > 1, 1 - one, one) for one in (b1, b2))
     places = HitPlaces(start, b1, b2)
-    origins, directions = leave_faces(patches, places, cosine_direction(*angles))
+    origins, directions = patches.leave(places, cosine_direction(*angles))
     hit = prepared.plan.ray_scene.trace_closest(origins, directions)
     # Rays that are still above the city where they leave the box.
     with np.errstate(divide="ignore", invalid="ignore"):

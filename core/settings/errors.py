@@ -10,7 +10,6 @@ import struct
 import zipfile
 import zlib
 from contextlib import contextmanager
-from numbers import Integral
 
 
 class InputError(ValueError):
@@ -250,11 +249,3 @@ def check_unit(name, values):
     if (first := first_true(np.abs(np.linalg.norm(values, axis=1) - 1) > UNIT)) is not None:
         raise InputError(name, f"row {first} is {values[first]}", "give unit vectors")
     return values
-
-
-def check_seed(seed, *, most_seed=2**32 - 1):
-    """Raise an error if a seed is not valid."""
-    if not (isinstance(seed, Integral) and 0 <= seed <= most_seed):
-        raise InputError(
-            "--seed", f"{seed!r} is not a seed", f"give a whole number from 0 to {most_seed}"
-        )

@@ -14,9 +14,7 @@ eye ─────────────────────── horizo
                                               as
 ═══════════╲_____╱═╲___                       if the Earth had the radius R/(1 - k).
 
-What it takes from unobstructed surfaces, or adds to them, has a closed form, of the sky and of the
-suns of a year: the sky between the horizontal and the horizon is lost, terrain in its place
-reflects what a lit plain does.
+What it takes of the sky from unobstructed surfaces has a closed form: `TerrainHorizon.lost_sky`.
 """
 
 from dataclasses import dataclass, replace
@@ -25,9 +23,9 @@ import numpy as np
 import pyproj
 from numba import njit
 
+from ..rays.faces import Fate
 from ..settings.errors import UNIT, InputError, check_array
-from ..sun.solar_position import sun_direction
-from .horizon_band import SOURCES, by_normal
+from .horizon_band import by_normal
 
 STEPS = 1440  # azimuths at which a horizon is stored: every 0.25°
 EARTH_RADIUS = 6_371_000.0  # [m] mean; the local one differs by 0.4 %, which is 0.001° at 50 km
@@ -108,6 +106,44 @@ class TerrainHorizon:
 
         return by_normal(lose, normal, 9)
 
+    def hide_rays(self, fate, directions):
+        """Give rays that leave the scene below the horizon to the far ground: their fates, (c, rays)
+        uint8, change in place; directions are (c, rays, 3) float32.
+        """
+        sine = np.sin(np.radians(self.elevation))
+        _hide_rays(fate, np.ascontiguousarray(np.moveaxis(directions, -1, 0)), sine)
+
+
+@njit(nogil=True, cache=True)
+def _hide_rays(fate, directions, sine):
+    """Change the fate of rays that reach the sky below the horizon, in place.
+
+    Parameters
+    ----------
+    fate : (c, rays) uint8
+    directions : (3, c, rays) float32
+        Unit vectors.
+    sine : (STEPS,) float64
+        Sine of the horizon's elevation.
+    """
+    steps, highest = len(sine), sine.max()
+    for patch in range(fate.shape[0]):
+        for ray in range(fate.shape[1]):
+            # Only rays to the sky count, and only those lower than the highest terrain.
+            height = directions[2, patch, ray]
+            if fate[patch, ray] != Fate.SKY or height >= highest:
+                continue
+            # Height of the terrain at the ray's azimuth, linear in the sine between two stored
+            # azimuths.
+            turn = np.arctan2(directions[0, patch, ray], directions[1, patch, ray]) / (2 * np.pi)
+            place = (turn - np.floor(turn)) * steps
+            before = int(place)
+            share = place - before
+            before %= steps  # rounding may give `steps` itself
+            limit = sine[before] * (1 - share) + sine[(before + 1) % steps] * share
+            if height < limit:
+                fate[patch, ray] = Fate.FAR_GROUND
+
 
 def is_above(horizon, direction):
     """Whether directions point above the horizon.
@@ -148,39 +184,6 @@ def without_hidden(suns, horizon):
     if horizon is None:
         return suns
     return replace(suns, weight=np.where(is_above(horizon, suns.direction), suns.weight, 0.0))
-
-
-@njit(nogil=True, cache=True)
-def mark_hidden(fate, directions, sine, seen, hidden):
-    """Change the fate of rays that reach the sky below the horizon, in place.
-
-    Parameters
-    ----------
-    fate : (c, rays) uint8
-    directions : (3, c, rays) float32
-        Unit vectors.
-    sine : (STEPS,) float64
-        Sine of the horizon's elevation.
-    seen, hidden : int
-        Fate of rays that reach the sky, and of those that meet terrain instead.
-    """
-    steps, highest = len(sine), sine.max()
-    for patch in range(fate.shape[0]):
-        for ray in range(fate.shape[1]):
-            # Only rays to the sky count, and only those lower than the highest terrain.
-            height = directions[2, patch, ray]
-            if fate[patch, ray] != seen or height >= highest:
-                continue
-            # Height of the terrain at the ray's azimuth, linear in the sine between two stored
-            # azimuths.
-            turn = np.arctan2(directions[0, patch, ray], directions[1, patch, ray]) / (2 * np.pi)
-            place = (turn - np.floor(turn)) * steps
-            before = int(place)
-            share = place - before
-            before %= steps  # rounding may give `steps` itself
-            limit = sine[before] * (1 - share) + sine[(before + 1) % steps] * share
-            if height < limit:
-                fate[patch, ray] = hidden
 
 
 def horizon_of_terrain(grids, place, start, reach, refraction=REFRACTION, *, otherwise=np.nan):
@@ -318,84 +321,3 @@ def _raise_horizon(heights, lines, extent, eye_of, steepest, known):  # noqa: PL
                 known[line] = max(known[line], distance)
             # finer nearby, where angles change quickly
             distance += min(step, max(step / 4, distance / 200))
-
-
-UP = np.array([[0.0, 0.0, 1.0]])
-
-
-@dataclass
-class _SunlitYear:
-    """Sums over a year: what light there is, and from where."""
-
-    towards: np.ndarray  # (t, 3) float64, to the sun, of the intervals in which it shines
-    # (t,) float64 [Wm⁻²], normal irradiance from there, circumsolar light included
-    direct: np.ndarray
-    dome: float  # [Wm⁻²] summed over all intervals
-    sources: dict  # name -> float [Wm⁻²], the same by each traced source, in its unit
-
-    def first_light(self, normal):
-        """Light of sun and sky on unobstructed surfaces, without reflections: (k,) float64 [Wm⁻²],
-        summed over the year.
-
-        Parameters
-        ----------
-        normal : (k, 3) float64
-        """
-        of_sources = sum(
-            light * SOURCES[name].unshaded(normal) for name, light in self.sources.items()
-        )
-        return (
-            self.dome * (1 + normal[:, 2]) / 2 + of_sources + self.sum_direct(normal, slice(None))
-        )
-
-    def light_behind(self, normal, horizon, ground_albedo):
-        """What a horizon takes from unobstructed surfaces, and what they gain where terrain is
-        brighter than the sky.
-
-        Parameters
-        ----------
-        normal : (k, 3) float64
-        horizon : TerrainHorizon
-        ground_albedo : float
-            Of the terrain.
-
-        Returns
-        -------
-        lost, gained : (k,) float64 [Wm⁻²]
-            Summed over the year.
-        """
-        # The sun behind terrain is lost to surfaces; the ground that they see loses it too, and
-        # reflects less.
-        hidden = ~is_above(horizon, self.towards)
-        dark = float(self.sum_direct(UP, hidden)[0])  # what the open ground loses of the sun
-        lit = float(self.sum_direct(UP, ~hidden)[0]) + self.dome
-        # Terrain takes the place of the sky in the same directions: what hides one hides the other.
-        of_sky = [horizon.lost_sky(normal) * (self.dome - ground_albedo * lit)]
-        for name, light in self.sources.items():
-            source = SOURCES[name]
-            of_sky.append(light * source.unshaded(normal) * (1 - source.seen(normal, horizon)))
-        # Lost are the sun's direct light, and what the darker ground would have reflected; (1 -
-        # n_z)/2 is the view of the ground from an unobstructed surface.
-        lost = self.sum_direct(normal, hidden) + ground_albedo * (1 - normal[:, 2]) / 2 * dark
-        return lost + np.maximum(of_sky, 0).sum(axis=0), np.maximum(np.negative(of_sky), 0).sum(
-            axis=0
-        )
-
-    def sum_direct(self, normal, members):
-        """Direct light of some intervals on unobstructed surfaces: (k,) float64 [Wm⁻²]."""
-        direct, towards = self.direct[members], self.towards[members]
-        return np.array([direct @ np.maximum(towards @ one, 0) for one in normal])
-
-
-def sunlit_year(weather, parts):
-    """What shines in the year of a Weather, from its SkyParts: SunlitYear."""
-    # All that comes from the place of the sun, in the hours in which there is any; sums suffice for
-    # the rest, as their light does not move.
-    data = weather.data
-    direct = data["dni"].to_numpy(float) + parts.circumsolar
-    lit = direct > 0
-    towards = sun_direction(
-        data["apparent_zenith"].to_numpy()[lit], data["solar_azimuth"].to_numpy()[lit]
-    )
-    sources = {name: float(light.sum()) for name, light in parts.sources.items()}
-    return _SunlitYear(towards, direct[lit], float(parts.dome.sum()), sources)

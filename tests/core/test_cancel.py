@@ -21,7 +21,8 @@ from citypv.core.light import sun_blocks, sun_matrix
 from citypv.core.light.trace_forward import trace_forward
 from citypv.core.light.trace_gather import trace_gather
 from citypv.core.run import study
-from citypv.core.settings.progress import CancelledError, Interruption, silent
+from citypv.core.run.interruption import Interruption
+from citypv.core.settings.progress import CancelledError, silent
 from citypv.core.settings.request import Request
 from citypv.core.sun.sun_sampling import choose_suns, match_suns, weigh_by_year
 

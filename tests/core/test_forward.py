@@ -23,7 +23,6 @@ from citypv.core.light.trace_sources import PHOTON_REPLICATES
 from citypv.core.patches.brdfs import Mirror
 from citypv.core.patches.patches import patches_of_scene
 from citypv.core.patches.read_albedo import TriangleBrdfs
-from citypv.core.rays.faces import leave_faces
 from citypv.core.rays.ray_scene import HitPlaces, RayScene
 from citypv.core.rays.sample_points import barycentric_of_square, cosine_direction
 
@@ -129,7 +128,7 @@ def test_closed_furnace(albedo, bounces, mirrors):
     generator = np.random.default_rng(0)
     hit = generator.choice(12, count, p=patches.area / patches.area.sum())
     places = HitPlaces(hit, *barycentric_of_square(*generator.random((2, count), np.float32)))
-    _, outwards = leave_faces(patches, places, cosine_direction(*generator.random((2, count))))
+    _, outwards = patches.leave(places, cosine_direction(*generator.random((2, count))))
     photons = Photons(
         np.zeros((count, 3)), -outwards, np.ones(count), np.arange(count), np.zeros(count, int)
     )

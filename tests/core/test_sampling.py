@@ -6,6 +6,7 @@ from scipy import stats
 from scipy.stats.qmc import Sobol
 from thorough import mark_cases
 
+from citypv.core.patches.find_covered import stratified_points
 from citypv.core.rays.random_numbers import key_of_names, uniform
 from citypv.core.rays.sample_points import (
     DIGITS,
@@ -17,7 +18,6 @@ from citypv.core.rays.sample_points import (
     grid_of,
     points_of_grid,
     sobol_digits,
-    stratified_points,
 )
 
 KEYS = key_of_names([f"surface {number}" for number in range(5000)], seed=1)

@@ -21,9 +21,8 @@ from citypv.core.city.polygons import measure_polygons, merge_vertices, triangul
 from citypv.core.city.repair_polygons import repair_polygons
 from citypv.core.city.split_edges import refine_triangles
 from citypv.core.light.measure_cover import measure_cover
-from citypv.core.rays.faces import faces_of_triangles
+from citypv.core.rays.faces import Faces
 from citypv.core.rays.ray_scene import HitPlaces
-from citypv.core.rays.surroundings import facing_distance
 from citypv.core.read.read_city import read_city
 from citypv.core.settings.tolerances import GEOMETRY
 
@@ -139,9 +138,9 @@ def count_facing():
     one = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
     other = [(0, 0, 1), (0, 1, 1 + slope), (1, 0, 1)]
     none = np.zeros(2, bool)
-    faces, _ = faces_of_triangles(np.array([one, other], float), none, none - np.int32(1))
+    faces, _ = Faces.of_triangles(np.array([one, other], float), none, none - np.int32(1))
     hits = HitPlaces(np.array([1]), np.float32([0.3]), np.float32([0.3]))
-    return int(np.isfinite(facing_distance(faces, np.array([0]), hits)).sum())
+    return int(np.isfinite(faces.facing_distance(np.array([0]), hits)).sum())
 
 
 SQUARE = level((0, 0), (4, 4), 0)

@@ -20,7 +20,6 @@ from citypv.core.light.measure_cover import find_cover
 from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.trace_all import prepare_gather
 from citypv.core.patches.find_covered import lie_in_earth
-from citypv.core.rays.faces import leave_faces
 from citypv.core.rays.sample_points import cell_of_point, cosine_direction
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
@@ -55,7 +54,7 @@ def follow_some(tracing, covered, chosen, generator):
     lit_ground = tracing.request.ground_albedo * np.array([1, SUNS.weight @ SUNS.direction[:, 2]])
     for bounce in range(BOUNCES + 1):
         local = np.stack(cosine_direction(*generator.random((2, len(root)), dtype=np.float32)))
-        origins, directions = leave_faces(patches, place, local)
+        origins, directions = patches.leave(place, local)
         received = trace_shadow_rays(trees, patches.normal[place[0]], origins)
         light[bounce, :, 1] += np.bincount(root, weight * received, count)
         hit, b1, b2 = trees.trace_places(origins, directions)
