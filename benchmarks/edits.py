@@ -136,7 +136,7 @@ def main():
     base = trace_base(scene, weather, request)
     kept = count_bytes(base, set())
     with TemporaryDirectory() as folder:
-        write_rays(Path(folder) / "rays.nc", base, city)
+        write_rays(folder, base, city)
         size = (Path(folder) / "rays.nc").stat().st_size
     patches = len(base.city.prepared.patches)
     sizes = f"kept {kept / 1e6:.0f} MB, rays.nc {size / 1e6:.1f} MB"

@@ -27,7 +27,7 @@ import numpy as np
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.shadow_points import points_above
 from citypv.core.light.sun_visibility import SunWatch, sun_visibility
-from citypv.core.patches.patches import patches_of_scene
+from citypv.core.patches.patches import Patches
 from citypv.core.patches.read_albedo import albedo_of_triangles
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.run.study import read_scene, read_year, trace_scene
@@ -130,7 +130,7 @@ class Looker:
         # Sky, far ground and reflections of the surfaces; of the suns only a few.
         self.transfer = trace_scene(scene, weather, replace(request, shadow_samples=1))
         self.sky = choose_sky(request, self.transfer)
-        patches = patches_of_scene(scene, albedo_of_triangles(scene, request), request.seed)
+        patches = Patches.of_scene(scene, albedo_of_triangles(scene, request), request.seed)
         own = scene.triangle_surface
         share = np.where(np.append(scene.surfaces.eligible, False)[own], patches.area, 0)
         rng = np.random.default_rng(request.seed)

@@ -7,7 +7,7 @@ counts, else the one in front.
 
 import numpy as np
 
-from ..rays.find_coincident import find_coincident, measure_overlaps
+from ..rays.find_coincident import find_coincident
 from ..settings.tolerances import GEOMETRY
 from .polygons import triangulate
 
@@ -63,7 +63,7 @@ def _measure_pairs(shape, normal, rank, wanted):
     kept &= (normal[large] * normal[small]).sum(axis=1) > GEOMETRY.facing
     one, other, large, small = one[kept], found.other[kept], large[kept], small[kept]
     # What each two have in common, and the height of its middle on the one over the other.
-    middle, share = measure_overlaps(found.places[kept])
+    middle, share = found.measure_overlaps(kept)
     edges = corners[other, 1:] - corners[other, :1]
     size = share * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) / 2
     place = corners[other, 0] + np.einsum("ei,eix->ex", middle, edges)

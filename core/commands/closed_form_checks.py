@@ -12,7 +12,7 @@ from ..light.solve_radiosity import radiosity_factor, solve_radiosity
 from ..light.trace_gather import trace_gather
 from ..light.trace_hemisphere import trace_rows
 from ..light.traced import RayCity, Traced
-from ..patches.patches import patches_of_scene
+from ..patches.patches import Patches
 from ..rays.hemisphere_rays import CELL_DIVISIONS
 from ..rays.ray_scene import RayScene
 from ..rays.sample_points import HEMISPHERE_REPLICATES
@@ -152,7 +152,7 @@ def _canyon(bounces, samples=8192, strips=40):
 
 def _hemisphere_of(scene, albedo, samples, *, lit_inside=False):
     """Patches of a scene and their hemisphere rays; where it is lit inside, nothing is covered."""
-    patches = patches_of_scene(scene, np.full(len(scene.triangles), float(albedo)), 0)
+    patches = Patches.of_scene(scene, np.full(len(scene.triangles), float(albedo)), 0)
     covered = np.zeros((len(patches), CELL_DIVISIONS**2), bool) if lit_inside else None
     city = RayCity(
         ray_scene=RayScene(scene.vertices, scene.triangles), patches=patches, covered=covered

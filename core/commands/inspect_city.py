@@ -7,7 +7,7 @@ import pandas as pd
 
 from ..accuracy.sun_sampling import name_groups
 from ..city import transform_crs
-from ..patches.materials import MaterialSpec, describe_finish
+from ..patches.materials import MaterialSpec
 from ..results.list_findings import list_findings
 from ..run.study import make_scene, read_buildings
 from ..settings.errors import list_some, show_number
@@ -54,7 +54,8 @@ def inspect_city(paths, request, progress=silent):
     # Area of each material, and how it would reflect.
     materials = _group_areas(names, surfaces.area, names != "")
     for name, group in materials.items():
-        group["taken_as"] = describe_finish(MaterialSpec.of_name(name, scene.colours.get(name)))
+        taken = MaterialSpec.of_name(name, scene.colours.get(name))
+        group["taken_as"] = taken.describe() if taken else ""
     # Counts and areas by kind, class and eligibility, with trees and faults.
     return {
         "report": asdict(scene.report),

@@ -293,7 +293,7 @@ def pick_module(name):
 
 def _size_of_module(library, key, area):
     """Length and width of a product [m]: the CEC's, else by its area and number of cells."""
-    row = read_library(library)[key]
+    row = _read_library(library)[key]
     sides = [float(row.get(name, math.nan)) for name in ("Length", "Width")]
     if all(side > 0 for side in sides):  # also false for NaN
         return tuple(sorted(sides, reverse=True))
@@ -332,7 +332,7 @@ def pick_inverter(name, dc_ac_ratio=1.0):
 
 
 @lru_cache
-def read_library(library):
+def _read_library(library):
     """One of pvlib's tables: pandas.DataFrame, a column for each product."""
     return pvlib.pvsystem.retrieve_sam(library)
 
@@ -341,7 +341,7 @@ def _read_parameters(library, key, names, positive=(), *, option):
     """Parameters of a product by their names, none of them missing, some of them positive: dict of
     float.
     """
-    row = read_library(library)[key]
+    row = _read_library(library)[key]
     parameters = {name: float(row[name]) for name in names}
     missing = [
         name
@@ -355,6 +355,15 @@ def _read_parameters(library, key, names, positive=(), *, option):
             f"choose another {option.removeprefix('--')}",
         )
     return parameters
+
+
+def suggest_modules(text):
+    """Names of at most 100 modules that have all words of a text, the Sandia library's first: list
+    of str.
+    """
+    words = _split_words(text)
+    names = dict.fromkeys(name for library in (SANDIA, CEC) for name in _read_library(library))
+    return [name for name in names if all(word in _join_letters(name) for word in words)][:100]
 
 
 def _search_library(text, libraries, *, option):
@@ -382,21 +391,21 @@ def _search_library(text, libraries, *, option):
     """
     # The exact name first.
     for library in libraries:
-        if text in read_library(library):
+        if text in _read_library(library):
             return library, text
     # Then letters and digits alone: the whole name, a part of it, or all words in any order; one
     # product must be left.
     known = list(
-        dict.fromkeys((library, name) for library in libraries for name in read_library(library))
+        dict.fromkeys((library, name) for library in libraries for name in _read_library(library))
     )
-    wanted, words = join_letters(text), split_words(text)
+    wanted, words = _join_letters(text), _split_words(text)
     rules = [
         lambda one: one == wanted,
         lambda one: wanted in one,
         lambda one: all(word in one for word in words),
     ]
     for fits in rules if wanted else ():
-        matches = [(library, name) for library, name in known if fits(join_letters(name))]
+        matches = [(library, name) for library, name in known if fits(_join_letters(name))]
         if len({name for _, name in matches}) == 1:
             return matches[0]
         if matches:
@@ -408,7 +417,7 @@ def _search_library(text, libraries, *, option):
                 f"give more of the name: {names}{more}",
             )
     # The nearest are found among those with most of its words.
-    names = {join_letters(name): name for _, name in known}
+    names = {_join_letters(name): name for _, name in known}
     # Of all names, 400 are compared letter by letter.
     candidates = sorted(names, key=lambda one: -sum(word in one for word in words))[:400]
     nearest = ", ".join(
@@ -422,11 +431,11 @@ def _search_library(text, libraries, *, option):
 
 
 @cache
-def join_letters(name):
+def _join_letters(name):
     """Letters and digits of a name, in lower case."""
-    return "".join(split_words(name))
+    return "".join(_split_words(name))
 
 
-def split_words(text):
+def _split_words(text):
     """Words of letters and digits, in lower case."""
     return re.findall(r"[^\W_]+", text.lower())

@@ -12,9 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from ..patches.cover_cells import unpack_cells
-from ..patches.crown_hits import stop_in_crowns
 from ..patches.facing_scene import FacingScene
-from ..patches.find_covered import lie_in_earth
 from ..patches.patches import Patches
 from ..patches.read_albedo import TriangleBrdfs
 from ..rays.hemisphere_rays import CELL_DIVISIONS
@@ -180,7 +178,7 @@ def meet_fronts(target, photons, tally, source=None):
         # of each ray.
         doubtful = fronts[target.covered[hit[fronts]].any(axis=1) & ~covered[fronts]]
         starts = patches.points(hit[doubtful], b1[doubtful, None], b2[doubtful, None])
-        covered[doubtful] = lie_in_earth(target.ray_scene, patches, starts)[:, 0]
+        covered[doubtful] = patches.lie_in_earth(target.ray_scene, starts)[:, 0]
     for name, chosen in (
         ("escaped", missed),
         ("on_backs", back),
@@ -197,8 +195,8 @@ def end_in_crowns(target, origins, directions, places):
     if target.ray_scene.canopy is None:
         return np.zeros(len(origins), bool)
     rays, wanted = (origins[:, None], directions[:, None]), np.ones((len(origins), 1), bool)
-    stopped = stop_in_crowns(
-        target.ray_scene, target.patches, rays, places.take(np.s_[:, None]), wanted
+    stopped = target.ray_scene.stop_in_crowns(
+        target.patches, rays, places.take(np.s_[:, None]), wanted
     )
     return stopped[target.state, :, 0]
 

@@ -16,7 +16,7 @@ from ..city.racks import RACK, find_racked_roofs
 from ..patches.cover_cells import pack_cells, unpack_cells
 from ..patches.facing_scene import FacingScene
 from ..patches.find_covered import UPRIGHT, find_covered_cells, starts_in_cells
-from ..patches.patches import patches_of_scene
+from ..patches.patches import Patches
 from ..rays.hemisphere_rays import CELL_DIVISIONS
 from ..settings.progress import silent
 from ..settings.system_settings import CLEARANCES
@@ -42,7 +42,7 @@ def measure_cover(scene, threads=None, progress=silent):
     (n,) float64
     """
     scene = scene.with_backs()
-    patches = patches_of_scene(scene, np.zeros(len(scene.triangles)), seed=0)
+    patches = Patches.of_scene(scene, np.zeros(len(scene.triangles)), seed=0)
     threads = usable_threads(threads)
     ray_scene = FacingScene(scene, patches, threads)
     covered = find_cover(

@@ -9,7 +9,7 @@ from ..effects.effect import TracePlan
 from ..effects.plan_effects import plan_effects
 from ..modules.lay_city import LayoutRules
 from ..patches.facing_scene import FacingScene
-from ..patches.patches import Patches, keys_of_triangles, patches_of_scene
+from ..patches.patches import Patches
 from ..patches.read_albedo import albedo_of_triangles, name_brdfs
 from ..settings.progress import silent
 from ..settings.threads import usable_threads
@@ -52,8 +52,7 @@ class PreparedScene:
 
     def reseed(self, seed):
         """Exchange the random numbers for those that another seed gives: PreparedScene."""
-        (keys,) = keys_of_triangles(self.scene, seed)
-        return replace(self, patches=replace(self.patches, key=keys))
+        return replace(self, patches=self.patches.reseed(self.scene, seed))
 
 
 def check_tracing(scene, suns, request):
@@ -96,7 +95,7 @@ def prepare_scene(scene, request, *, weather=None, suns=None, materials=None, pr
     scene.check()
     materials = name_brdfs(scene, request) if materials is None else materials
     scene = replace(scene.with_backs(), ground_albedo=request.ground_albedo)
-    patches = patches_of_scene(scene, albedo_of_triangles(scene, request, materials), request.seed)
+    patches = Patches.of_scene(scene, albedo_of_triangles(scene, request, materials), request.seed)
     plan = plan_effects(
         scene, patches, request, materials=materials, weather=weather, suns=suns, progress=progress
     )

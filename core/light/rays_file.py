@@ -24,7 +24,7 @@ from ..city.scene import Crowns, Scene, Surfaces
 from ..city.site import Site
 from ..city.terrain import Layer, Terrain
 from ..read.netcdf_file import netcdf_file, refuse_links, write_variables
-from ..settings.errors import InputError, blame_file, build_from, parsing
+from ..settings.errors import InputError, build_from
 from ..settings.request import Request, write_options
 from ..sky.horizon import TerrainHorizon
 from ..sun.suns import Suns
@@ -87,12 +87,12 @@ class _KeptRays:
     drift: float  # as of EditableCity
 
 
-def write_rays(path, base, city, names=None):
-    """Write rays.nc.
+def write_rays(folder, base, city, names=None):
+    """Write rays.nc into a folder.
 
     Parameters
     ----------
-    path : path-like
+    folder : path-like
     base : EditableCity
     city : City
         Of which its scene was made.
@@ -135,7 +135,7 @@ def write_rays(path, base, city, names=None):
         found[f"array_{number}"] = axes, array
     text = json.dumps(tree).encode()
     found["content"] = ("byte", np.frombuffer(text, np.uint8), {"crc32": crc32(text)})
-    with netcdf_file(path) as stream, h5netcdf.File(stream, "w") as file:
+    with netcdf_file(Path(folder) / NAME) as stream, h5netcdf.File(stream, "w") as file:
         file.attrs["title"] = FORMAT
         write_variables(file, found)
 
@@ -168,9 +168,9 @@ def read_rays(folder):
     path = Path(folder) / NAME
     if not path.is_file():
         raise InputError(path, "there is no such file, so this run cannot be edited", GIVE_EDITABLE)
-    with parsing(path, "cannot be read", GIVE_EDITABLE):
+    with InputError.parsing(path, "cannot be read", GIVE_EDITABLE):
         refuse_links(path)
-    with parsing(path, "cannot be read", GIVE_EDITABLE), h5py.File(path) as file:
+    with InputError.parsing(path, "cannot be read", GIVE_EDITABLE), h5py.File(path) as file:
         if file.attrs.get("title") != FORMAT:
             raise InputError(
                 path,
@@ -187,7 +187,7 @@ def read_rays(folder):
         request, files = build_from(Request, kept_rays.pop("request")), kept_rays.pop("files")
         kept = build_from(_KeptRays, {"request": request, **kept_rays})
     except ValueError as error:
-        raise blame_file(path, "cannot be read", error, GIVE_EDITABLE) from error
+        raise InputError.blame(path, "cannot be read", error, GIVE_EDITABLE) from error
     # Files that it carries are laid out again, until nobody needs them.
     place = tempfile.mkdtemp(prefix="citypv-")
     weakref.finalize(kept, shutil.rmtree, place, ignore_errors=True)

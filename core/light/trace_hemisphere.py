@@ -13,7 +13,6 @@ from numba import njit
 
 from ..patches import find_covered
 from ..patches.cover_cells import enclosed_cells, unpack_cells
-from ..patches.crown_hits import stop_in_crowns
 from ..rays import sample_points
 from ..rays.faces import Fate
 from ..rays.hemisphere_rays import (
@@ -134,7 +133,7 @@ def _follow_rays(city, covered, rays):
     fate[within] = _darken_rays(fate[within], start_cells[within].astype(np.intp), covered[within])
     # Along the ground line the start of each ray is tested for being below ground.
     fate[within] = np.where(
-        find_covered.lie_in_earth(ray_scene, patches, origins[within]), Fate.DARK, fate[within]
+        patches.lie_in_earth(ray_scene, origins[within]), Fate.DARK, fate[within]
     )
     if ray_scene.canopy is None:
         return hits, fate[None]
@@ -142,7 +141,7 @@ def _follow_rays(city, covered, rays):
     shape = len(fate) * HEMISPHERE_REPLICATES, fate.shape[1] // HEMISPHERE_REPLICATES
     places = HitPlaces(*(part.reshape(shape) for part in hits))
     sent = origins.reshape(*shape, 3), directions.reshape(*shape, 3)
-    stopped = stop_in_crowns(ray_scene, patches, sent, places, fate.reshape(shape) <= Fate.FRONT)
+    stopped = ray_scene.stop_in_crowns(patches, sent, places, fate.reshape(shape) <= Fate.FRONT)
     return hits, np.where(stopped.reshape(-1, *fate.shape), np.uint8(Fate.LEAVES), fate)
 
 

@@ -19,7 +19,7 @@ import numpy as np
 from numba import njit
 
 from ..city.canopy import LeafyScene
-from ..rays.find_coincident import Coincident, find_coincident, measure_overlaps
+from ..rays.find_coincident import find_coincident
 from ..rays.random_numbers import mix
 from ..rays.ray_scene import HitPlaces
 from ..rays.surroundings import lie_inside
@@ -107,6 +107,31 @@ class FacingScene(LeafyScene):
         if not len(self.coincident):
             return np.zeros(0, np.int64), np.zeros(0, np.int32)
         return _list_doubles(tuple(vars(self.coincident).values()), self._kinds, tuple(places))
+
+    def stop_in_crowns(self, patches, rays, places, wanted):
+        """Rays stopped by the leaves or the trunks between their origin and what they hit.
+
+        Parameters
+        ----------
+        patches : Patches
+        rays : tuple of (c, r, 3) float32 and (c, r, 3) float32
+            Origins and unit directions, in rows whose random numbers are evenly spread.
+        places : HitPlaces
+            (c, r), what the rays hit.
+        wanted : (c, r) bool
+            Rays in question.
+
+        Returns
+        -------
+        (states, c, r) bool
+        """
+        stopped = np.zeros((self.canopy.states, *wanted.shape), bool)
+        rows = np.flatnonzero(wanted.any(axis=1))
+        if len(rows):
+            origins, directions = (part[rows] for part in rays)
+            reach = _measure_reach(patches, origins, directions, places.take(rows))
+            stopped[:, rows] = self.canopy.stop_rays(origins, directions, reach) & wanted[rows]
+        return stopped
 
 
 @njit(nogil=True, cache=True, inline="always")
@@ -238,7 +263,7 @@ def _drop_hidden(ray_scene, patches, coincident, threads=1, *, pairs_per_task=1 
     ]
 
     def vote(entries):
-        faces, (middle, _) = other[entries], measure_overlaps(coincident.places[entries])
+        faces, (middle, _) = other[entries], coincident.measure_overlaps(entries)
         keys = mix(patches.place_key[faces] ^ np.uint64(0x51DE))
         return lie_inside(ray_scene, patches, HitPlaces(faces, *middle.T), keys)
 
@@ -246,5 +271,18 @@ def _drop_hidden(ray_scene, patches, coincident, threads=1, *, pairs_per_task=1 
     for entries, hidden in zip(tasks, map_in_order(vote, tasks, threads), strict=True):
         kept[entries] = ~hidden
     # Without the pairs whose front is hidden.
-    start = np.concatenate([[0], np.cumsum(kept)])[coincident.start]
-    return Coincident(start, other[kept], coincident.places[kept])
+    return coincident.take(kept)
+
+
+def _measure_reach(patches, origins, directions, places):
+    """Distance from origins to hits, (c, r) float64 [m]; practically infinite where nothing
+    is hit.
+    """
+    hit, b1, b2 = places
+    reach = np.full(hit.shape, 1e30)
+    row, ray = np.nonzero(hit >= 0)
+    met = hit[row, ray]
+    weights = np.stack([b1[row, ray], b2[row, ray]], axis=1)[:, :, None]
+    place = patches.corner[met].astype(float) + (weights * patches.edges[met]).sum(axis=1)
+    reach[row, ray] = np.einsum("ki,ki->k", place - origins[row, ray], directions[row, ray])
+    return reach

@@ -173,7 +173,7 @@ def _examine_cells(ray_scene, patches, chosen, starts):
     verdict = cover_cells.share_verdicts(verdict, states)
     judge(np.ones(1, bool))
     # What lies below the ground is covered, whatever the rays say.
-    earth = lie_in_earth(ray_scene, patches, patches.points(chosen, b1, b2))
+    earth = patches.lie_in_earth(ray_scene, patches.points(chosen, b1, b2))
     return (verdict == COVERED) | earth
 
 
@@ -230,26 +230,6 @@ def _find_touching(patches, own, hits):
     # On patches smaller than 1 m (the root of the area) they must be closer in proportion.
     closest = (GEOMETRY.accuracy * np.minimum(np.sqrt(patches.area[own]), 1)).astype(np.float32)
     return patches.facing_distance(own, hits) < closest
-
-
-def lie_in_earth(ray_scene, patches, points):
-    """Whether the first face straight above some points is the ground, hit from below.
-
-    Parameters
-    ----------
-    points : (c, m, 3) float32 [m]
-
-    Returns
-    -------
-    (c, m) bool
-    """
-    if not patches.ground.any():
-        return np.zeros(points.shape[:2], bool)
-    up = np.tile(np.float32([0, 0, 1]), (points.shape[0] * points.shape[1], 1))
-    above = ray_scene.trace_closest(points.reshape(-1, 3), up)
-    return ((above >= 0) & patches.ground[above] & (patches.normal[above, 2] > 0)).reshape(
-        points.shape[:2]
-    )
 
 
 def cells_near_cover(covered, within):

@@ -71,6 +71,7 @@ CLEAR = {  # name -> BRDF, source
     ),
 }
 WORDS = (*DIFFUSE, *CLEAR, "mirror", "glossy:ROUGHNESS")
+EXAMPLES = (*WORDS[:-1], "glossy:0.1")  # to choose from
 
 
 @dataclass(frozen=True)
@@ -98,6 +99,30 @@ class MaterialSpec:
             else Lambertian(self.albedo)
         )
 
+    def describe(self):
+        """The reflection in words."""
+        brdf = self.brdf()
+        words = f"reflects {describe_brdf(brdf)}" + (
+            "" if self.material in CLEAR else f", albedo {brdf.albedo:.3f}"
+        )
+        return f"{self.material}: {words}" if self.material else words
+
+    @staticmethod
+    def of_choice(choice, name, colour, *shader):
+        """MaterialSpec by a user's choice, which counts before the material's name, and that before
+        its shader; None if it cannot be determined.
+
+        Parameters
+        ----------
+        choice, name : str
+        colour, *shader
+            As of `of_shader`.
+        """
+        word = recognise_material(choice) or choice or recognise_material(name)
+        if word == "mirror" or word.startswith("glossy"):
+            return None if colour is None else MaterialSpec(_albedo_of_colour(colour), word)
+        return MaterialSpec(material=word) if word else MaterialSpec.of_shader(colour, *shader)
+
     @staticmethod
     def of_shader(colour, metallic=0.0, roughness=0.5, transmission=0.0):
         """MaterialSpec of a surface with such a shader.
@@ -121,7 +146,7 @@ class MaterialSpec:
             return MaterialSpec(material="glass")
         if colour is None or (metallic >= HALF and roughness is None):
             return None
-        albedo = albedo_of_colour(colour)
+        albedo = _albedo_of_colour(colour)
         if metallic < HALF or roughness >= ROUGH:
             return MaterialSpec(albedo)
         return MaterialSpec(
@@ -147,7 +172,7 @@ class MaterialSpec:
         word = recognise_material(name)
         if word and word != "mirror":
             return MaterialSpec(material=word)
-        return None if colour is None else MaterialSpec(albedo_of_colour(colour), word)
+        return None if colour is None else MaterialSpec(_albedo_of_colour(colour), word)
 
 
 def brdf_of_material(name, albedo=None):
@@ -210,17 +235,6 @@ def describe_brdf(brdf):
     return {Lambertian: "evenly", Mirror: "as a mirror", Glass: "as glass or water"}[type(brdf)]
 
 
-def describe_finish(finish):
-    """The reflection of a material, a MaterialSpec or None, in words; "" if unknown."""
-    if finish is None:
-        return ""
-    brdf = finish.brdf()
-    words = f"reflects {describe_brdf(brdf)}" + (
-        "" if finish.material in CLEAR else f", albedo {brdf.albedo:.3f}"
-    )
-    return f"{finish.material}: {words}" if finish.material else words
-
-
 HALF = 0.5
 SMOOTH = 0.05  # α 0.0025: the reflected sun is blurred by less than its angular diameter of 0.5°
 ROUGH = 0.7  # α 0.49: GGX without multiple scattering would lose 29 % of an isotropic sky
@@ -233,6 +247,6 @@ def luminance(colour):
     )
 
 
-def albedo_of_colour(colour):
+def _albedo_of_colour(colour):
     """Luminance, rounded to remove the float32 errors of colours."""
     return round(luminance(colour), 4)

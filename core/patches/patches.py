@@ -6,7 +6,7 @@ elsewhere changes none.
 """
 
 import re
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from numbers import Integral
 
 import numpy as np
@@ -39,44 +39,67 @@ class Patches(Faces):
             **{field.name: getattr(self, field.name)[chosen] for field in fields(Patches)}
         )
 
+    @staticmethod
+    def of_scene(scene, albedo, seed):
+        """Patches of a scene.
 
-def patches_of_scene(scene, albedo, seed):
-    """Patches of a scene.
+        Parameters
+        ----------
+        scene : Scene
+        albedo : (t,) float
+            Of each triangle.
+        seed : int
 
-    Parameters
-    ----------
-    scene : Scene
-    albedo : (t,) float
-        Of each triangle.
-    seed : int
+        Raises
+        ------
+        InputError
+            If an array is invalid; names it and the place in it.
+        """
+        scene.check()
+        check_seed(seed)
+        albedo = check_array("albedo", albedo, (len(scene.triangles),), least=0, most=1)
+        corners = np.asarray(scene.vertices, float)[scene.triangles]  # (t, 3, 3)
+        faces, area = Faces.of_triangles(corners, scene.footprint, scene.other_sides)
+        ground = find_ground(scene)
+        # Random numbers follow from the seed and from the place of the triangle.
+        key, place_key = _keys_of_triangles(scene, seed, 0)
+        return Patches(
+            **vars(faces),
+            area=area,
+            key=key,
+            rays_before=np.zeros(len(area), np.uint32),
+            points_before=np.zeros(len(area), np.uint32),
+            place_key=place_key,
+            albedo=albedo.astype(np.float32),
+            ground=ground,
+            receives=~scene.closure & ~find_resting_floors(scene, ground) & (area > 0),
+        )
 
-    Raises
-    ------
-    InputError
-        If an array is invalid; names it and the place in it.
-    """
-    scene.check()
-    check_seed(seed)
-    albedo = check_array("albedo", albedo, (len(scene.triangles),), least=0, most=1)
-    corners = np.asarray(scene.vertices, float)[scene.triangles]  # (t, 3, 3)
-    faces, area = Faces.of_triangles(corners, scene.footprint, scene.other_sides)
-    ground = find_ground(scene)
-    # Random numbers follow from the seed and from the place of the triangle.
-    key, place_key = keys_of_triangles(scene, seed, 0)
-    return Patches(
-        **vars(faces),
-        area=area,
-        key=key,
-        rays_before=np.zeros(len(area), np.uint32),
-        points_before=np.zeros(len(area), np.uint32),
-        place_key=place_key,
-        albedo=albedo.astype(np.float32),
-        ground=ground,
-        receives=~scene.closure & ~find_resting_floors(scene, ground) & (area > 0),
-    )
+    def reseed(self, scene, seed):
+        """The same patches with the random numbers of another seed."""
+        return replace(self, key=_keys_of_triangles(scene, seed)[0])
+
+    def lie_in_earth(self, ray_scene, points):
+        """Whether the first face straight above some points is the ground, hit from below.
+
+        Parameters
+        ----------
+        points : (c, m, 3) float32 [m]
+
+        Returns
+        -------
+        (c, m) bool
+        """
+        if not self.ground.any():
+            return np.zeros(points.shape[:2], bool)
+        up = np.tile(np.float32([0, 0, 1]), (points.shape[0] * points.shape[1], 1))
+        above = ray_scene.trace_closest(points.reshape(-1, 3), up)
+        return ((above >= 0) & self.ground[above] & (self.normal[above, 2] > 0)).reshape(
+            points.shape[:2]
+        )
 
 
-def keys_of_triangles(scene, *seeds):
+def _keys_of_triangles(scene, *seeds):
     """One random key per triangle, from the name of its surface and its number there, or from its
     place.
 

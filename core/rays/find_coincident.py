@@ -33,6 +33,17 @@ class Coincident:
     def __len__(self):
         return len(self.other)
 
+    def take(self, kept):
+        """The entries that a mask, (e,) bool, keeps."""
+        start = np.concatenate([[0], np.cumsum(kept)])[self.start]
+        return Coincident(start, self.other[kept], self.places[kept])
+
+    def measure_overlaps(self, entries):
+        """What both faces of some entries have in common: its middle in barycentric weights of the
+        other face, (e, 2) float32, and its share of the area of that, (e,) float64.
+        """
+        return _measure_overlaps(self.places[entries])
+
 
 def find_coincident(corners, offset, threads=1, *, layer_growth=2.0, triangles_per_task=1 << 15):
     """Pairs of triangles that overlap in one plane.
@@ -316,9 +327,9 @@ def _fill_buckets(members, boxes, size, buckets):
 
 
 @njit(nogil=True, cache=True)
-def measure_overlaps(places):
-    """What both faces of each pair have in common: its middle in barycentric weights of the other
-    face, (e, 2) float32, and its share of the area of that, (e,) float64.
+def _measure_overlaps(places):
+    """Middle, (e, 2) float32, and share, (e,) float64, of overlaps, as of
+    `Coincident.measure_overlaps`.
 
     The first face is clipped by the edges of the other; the result is convex, so the mean of its
     corners lies inside.

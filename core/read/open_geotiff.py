@@ -16,7 +16,7 @@ import numpy as np
 import pyproj
 from numba import njit
 
-from ..settings.errors import parsing
+from ..settings.errors import InputError
 
 METADATA, NO_DATA = 42112, 42113  # tags of GDAL
 UNREADABLE, GIVE = "is not a readable raster", "give a GeoTIFF or an ASC grid"
@@ -115,7 +115,7 @@ def open_geotiff(path, file):
         Damaged.
     """
     # The tags are read as they are asked for.
-    with parsing(path, UNREADABLE, GIVE):
+    with InputError.parsing(path, UNREADABLE, GIVE):
         page = file.pages[0]
         kind, keys = page.dtype, page.geotiff_tags or {}
         # Tags of GeoTIFF: the transformation, or the pixels' scale and a tie point.

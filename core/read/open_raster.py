@@ -18,7 +18,7 @@ from pyproj.exceptions import CRSError
 from scipy import sparse
 
 from ..city import transform_crs
-from ..settings.errors import InputError, blame_file, parsing
+from ..settings.errors import InputError
 from .open_geotiff import GIVE, UNREADABLE, Raster, open_geotiff
 from .open_input import FREE_BYTES, LARGEST_GAIN, open_input, open_text
 
@@ -161,7 +161,7 @@ def _tell_damage(path):
         raise
     # What damaged bytes and words raise where they are unpacked and read as numbers.
     except (OSError, ValueError, IndexError, ArithmeticError, struct.error, zlib.error) as error:
-        raise blame_file(path, UNREADABLE, error, GIVE) from error
+        raise InputError.blame(path, UNREADABLE, error, GIVE) from error
 
 
 def _open(path, stack):
@@ -174,7 +174,7 @@ def _open(path, stack):
         content = io.BytesIO(start + stream.read()) if packed else path
     import tifffile  # imported late: few runs need it
 
-    with parsing(path, UNREADABLE, GIVE):
+    with InputError.parsing(path, UNREADABLE, GIVE):
         file = stack.enter_context(tifffile.TiffFile(content))
     try:
         return open_geotiff(path, file)

@@ -1,5 +1,5 @@
-"""Read flat maps in the formats of other programs: shapefile, FlatGeobuf by GDAL (pyogrio), GeoParquet
-by Arrow (pyarrow); both are installed with the extra `formats`.
+"""Read flat maps in the formats of other programs: shapefile, FlatGeobuf by GDAL (pyogrio),
+GeoParquet by Arrow (pyarrow); both are installed with the extra `formats`.
 """
 
 import importlib.util
@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 
 from ..city.city import FileContent
-from ..settings.errors import InputError, parsing
+from ..settings.errors import InputError
 from ..settings.progress import silent
 from .flat_map import choose_layer, map_of_wkb, name_of_definition
 from .open_input import CUT, open_input
@@ -56,7 +56,7 @@ def read_vector(path, report_share=silent, *, choose=choose_layer):
     open_input(path, report_share).close()
     import pyogrio
 
-    with parsing(
+    with InputError.parsing(
         path, "cannot be read", f"{CUT}; a shapefile needs .shp, .shx, .dbf and .prj side by side"
     ):
         listed = pyogrio.list_layers(path)
@@ -66,7 +66,7 @@ def read_vector(path, report_share=silent, *, choose=choose_layer):
             if kind is not None
         }
     name = choose(layers, content)
-    with parsing(path, "cannot be read", CUT):
+    with InputError.parsing(path, "cannot be read", CUT):
         meta, _, geometries, values = pyogrio.raw.read(path, layer=name, datetime_as_string=True)
     if meta["crs"] and (system := name_of_definition(meta["crs"])):
         content.srs_names[system] = 1
@@ -90,7 +90,7 @@ def read_geoparquet(path, report_share=silent):
     open_input(path, report_share).close()
     from pyarrow import parquet
 
-    with parsing(path, "cannot be read as Parquet", CUT):
+    with InputError.parsing(path, "cannot be read as Parquet", CUT):
         file = parquet.ParquetFile(path)
         about = json.loads((file.schema_arrow.metadata or {}).get(b"geo", b"{}"))
     # GeoParquet names the column of geometries, their encoding and their system.
@@ -100,7 +100,7 @@ def read_geoparquet(path, report_share=silent):
         raise InputError(path, f"has no column {name!r}", "give GeoParquet")
     if own.get("encoding", "WKB") != "WKB":
         raise InputError(path, f"has geometries as {own['encoding']}", "write them as WKB")
-    with parsing(path, "cannot be read as Parquet", CUT):
+    with InputError.parsing(path, "cannot be read as Parquet", CUT):
         # All columns but nested ones that are of no use here.
         kept = [one for one in file.schema_arrow.names if one not in ("bbox", "names", "addresses")]
         table = file.read(columns=kept)

@@ -7,7 +7,7 @@ from contextlib import closing
 from pathlib import Path
 
 from ..city.city import FileContent
-from ..settings.errors import InputError, parsing
+from ..settings.errors import InputError
 from ..settings.progress import silent
 from . import footprint_names as names
 from .flat_map import choose_layer, map_of_wkb, name_of_definition
@@ -42,7 +42,7 @@ def read_geopackage(path, report_share=silent, *, choose=choose_layer, useful=na
     path = Path(path)
     content = FileContent(path)
     with closing(_open_database(path)) as file:
-        with parsing(path, "cannot be read as a GeoPackage", CUT):
+        with InputError.parsing(path, "cannot be read as a GeoPackage", CUT):
             layers = {
                 name: (column, number)
                 for name, column, number in _ask(
@@ -52,7 +52,7 @@ def read_geopackage(path, report_share=silent, *, choose=choose_layer, useful=na
             columns = {name: _list_columns(file, name, layers[name][0]) for name in layers}
         name = choose(columns, content)
         kept = list(filter(useful, columns[name])) or columns[name]
-        with parsing(path, "cannot be read as a GeoPackage", CUT):
+        with InputError.parsing(path, "cannot be read as a GeoPackage", CUT):
             _note_system(file, layers[name][1], content)
             geometries, attributes = _read_layer(file, (name, layers[name][0]), kept, path)
     report_share(0.5)

@@ -12,7 +12,7 @@ import numpy as np
 import shapely
 
 from ..city.city import FileContent
-from ..settings.errors import InputError, parsing
+from ..settings.errors import InputError
 from ..settings.progress import silent
 from .flat_map import OPENSTREETMAP, FeatureList
 from .open_input import CUT, clean_name, open_input
@@ -146,7 +146,7 @@ def _read_pbf(path):
     import osmium
 
     elements = _Elements()
-    with parsing(path, "cannot be read as PBF", CUT):
+    with InputError.parsing(path, "cannot be read as PBF", CUT):
         for element in osmium.FileProcessor(str(path)):
             tags = {tag.k: tag.v for tag in element.tags}
             if element.is_node():

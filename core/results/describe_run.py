@@ -9,7 +9,7 @@ from ..city.choose_levels import SHAPELESS
 from ..city.city import ESTIMATED
 from ..energy.counted_area import LEFT_OUT
 from ..settings.errors import count_of, show_number
-from ..settings.request import declared_settings, option_of, words_of
+from ..settings.request import declared_settings, option_of
 from .read_results import WORDS, kind_title
 
 WAYS = {
@@ -474,4 +474,11 @@ def describe_poor_years(summary):
         f"Of the {years} years of the weather, half exceed {totals['p50_mwh_per_year']:,.0f} MWh "
         "(P50) and nine of ten "
         f"{totals['p90_mwh_per_year']:,.0f} MWh (P90{few})."
+    )
+
+
+def words_of(name, value):
+    """What a value of a setting with choices means, in words: str."""
+    return next(
+        details.choices[value] for found, _, details in declared_settings() if found == name
     )

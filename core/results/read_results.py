@@ -20,7 +20,7 @@ from ..energy.counted_area import CHOSEN, REASONS
 from ..energy.pv_system import KINDS
 from ..modules.lay_modules import ModuleLayout
 from ..read.netcdf_file import refuse_links
-from ..settings.errors import InputError, id_of_cell, parsing
+from ..settings.errors import InputError, id_of_cell
 from .columns import IDS
 from .surfaces_file import (
     AGAIN,
@@ -264,7 +264,7 @@ def count_faces(path, faces, summary):
 
 def _read_times(path):
     """Time axis of timeseries.nc, and its interval."""
-    with parsing(path, "cannot be read as a time series of CityPV", GIVE_RESULTS):
+    with InputError.parsing(path, "cannot be read as a time series of CityPV", GIVE_RESULTS):
         refuse_links(path)
         with h5netcdf.File(path) as file:
             bounds = np.asarray(file["time_bounds"][:], np.int64).reshape(-1, 2)  # [s] since 1970

@@ -25,7 +25,7 @@ from ..light.sun_matrix import row_blocks
 from ..light.taken_parts import parts_of_rings, rings_of_parts
 from ..light.transfer import ErrorParts, SourceLight, TraceRecord, Transfer
 from ..read.netcdf_file import check_hdf5, netcdf_file, read_variables, write_variables
-from ..settings.errors import InputError, blame_file, build_from, parsing
+from ..settings.errors import InputError, build_from
 from ..settings.progress import silent
 from ..sky.horizon import TerrainHorizon
 from ..sky.horizon_band import SOURCES
@@ -365,7 +365,7 @@ def _read_group(path, group):
     light before an edit.
     """
     # Variables and attributes of the group, and of the state without leaves where there is one.
-    with parsing(path, "cannot be read as NetCDF", GIVE_TRANSFER):
+    with InputError.parsing(path, "cannot be read as NetCDF", GIVE_TRANSFER):
         check_hdf5(path)
         with h5py.File(path) as file:
             place = file[group] if group else file
@@ -394,7 +394,7 @@ def _read_group(path, group):
     except InputError:
         raise
     except ValueError as error:  # texts that are no JSON, or have other keys, as in another version
-        raise blame_file(path, "garbles a value", error, GIVE_OWN_TRANSFER) from error
+        raise InputError.blame(path, "garbles a value", error, GIVE_OWN_TRANSFER) from error
 
 
 def _check_names(path, stored):

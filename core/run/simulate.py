@@ -10,7 +10,6 @@ from ..accuracy.rounds_to_target import CELLS
 from ..energy import left_out
 from ..energy.counted_area import classify_again, note_other_clearance, note_other_layout
 from ..energy.pv_system import ELECTRIC
-from ..light.rays_file import NAME as RAYS
 from ..light.rays_file import write_rays
 from ..light.trace_run import trace_run, weigh_kept_suns
 from ..modules.read_facades import check_facades
@@ -130,7 +129,7 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
                 editable="editable" in output.exports,
             )
             if base is not None:
-                write_rays(work / RAYS, base, city)
+                write_rays(work, base, city)
         # Energy from light and weather, and the files of the run.
         log.clock.lap("trace")
         results = write_results(

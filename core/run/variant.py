@@ -17,7 +17,7 @@ from ..energy.pv_system import build_system
 from ..light.change_light import trace_change
 from ..light.editable_city import restore_editable
 from ..light.errors_of_change import errors_of_difference
-from ..light.rays_file import NAME, read_rays, write_rays
+from ..light.rays_file import read_rays, write_rays
 from ..light.specular_light import specular_of
 from ..read.footprint_heights import HeightHints
 from ..read.read_city import read_city
@@ -120,7 +120,7 @@ def make_variant(base_folder, folder, change, *, output=None, log=None):
             )
         # Results as of any run, and the rays for a further edit.
         if "editable" in output.exports:
-            write_rays(work / NAME, edited, city, kept.names)
+            write_rays(work, edited, city, kept.names)
         # Of these files only what is left out is read once more: from the rays, not by its name.
         asked = replace(named, leave_out=request.leave_out)
         summary = write_results(

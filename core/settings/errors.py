@@ -32,41 +32,47 @@ class InputError(ValueError):
     def __reduce__(self):
         return type(self), (self.source, self.problem, self.cure)
 
+    @staticmethod
+    @contextmanager
+    def parsing(source, problem, cure):
+        """What a parser raises on a damaged file becomes an InputError: for the call of a parser of
+        a library, and no more.
 
-@contextmanager
-def parsing(source, problem, cure):
-    """What a parser raises on a damaged file becomes an InputError: for the call of a parser of a
-    library, and no more.
+        Around code of ours it would take a bug for damage: what that reads of a parsed file it
+        checks, and names.
 
-    Around code of ours it would take a bug for damage: what that reads of a parsed file it checks,
-    and names.
+        Parameters
+        ----------
+        source, cure
+            As of `InputError`.
+        problem : str
+            In front of the parser's own words.
+        """
+        try:
+            yield
+        except InputError:
+            raise
+        except (
+            ValueError,
+            LookupError,
+            TypeError,
+            AttributeError,
+            ArithmeticError,
+            RuntimeError,
+            EOFError,
+            OSError,
+            MemoryError,
+            struct.error,
+            zipfile.BadZipFile,
+            zlib.error,
+        ) as error:
+            raise InputError.blame(source, problem, error, cure) from error
 
-    Parameters
-    ----------
-    source, cure
-        As of `InputError`.
-    problem : str
-        In front of the parser's own words.
-    """
-    try:
-        yield
-    except InputError:
-        raise
-    except (
-        ValueError,
-        LookupError,
-        TypeError,
-        AttributeError,
-        ArithmeticError,
-        RuntimeError,
-        EOFError,
-        OSError,
-        MemoryError,
-        struct.error,
-        zipfile.BadZipFile,
-        zlib.error,
-    ) as error:
-        raise blame_file(source, problem, error, cure) from error
+    @staticmethod
+    def blame(source, problem, error, cure):
+        """InputError of a file from what was raised on it, in one line."""
+        words = " ".join(str(error).replace(str(source), "it").split())[:160]
+        return InputError(source, f"{problem} ({type(error).__name__}: {words})", cure)
 
 
 def build_from(kind, values):
@@ -84,12 +90,6 @@ def build_from(kind, values):
     except TypeError as error:
         raise ValueError(f"{kind.__name__}: {error}") from error
     return kind(**values)
-
-
-def blame_file(source, problem, error, cure):
-    """InputError of a file from what was raised on it, in one line."""
-    words = " ".join(str(error).replace(str(source), "it").split())[:160]
-    return InputError(source, f"{problem} ({type(error).__name__}: {words})", cure)
 
 
 FORMULAS = ("=", "+", "-", "@")  # with which one begins in a spreadsheet

@@ -374,13 +374,6 @@ def option_of(name):
     return details.option or "--" + name.replace("_", "-")
 
 
-def words_of(name, value):
-    """What a value of a setting with choices means, in words: str."""
-    return next(
-        details.choices[value] for found, _, details in declared_settings() if found == name
-    )
-
-
 def write_options(values):
     """Settings, by name, that are not the default, as they are written on the command line: str."""
     words = []

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from ..read.open_input import open_input
 from ..read.parse_json import speaks_of_cityjson
-from ..settings.errors import InputError, parsing
+from ..settings.errors import InputError
 
 BY_PLACE = "let the program ask for it (--weather nasa-power:YEARS, pvgis:YEARS)"
 AS_CSV = "write a csv of times, ghi, dhi, dni, temp_air and wind_speed (docs/reference/weather.md)"
@@ -432,7 +432,7 @@ def _read_head(path):
     """The first bytes of a file as _Head; of a zip, which kind of file it holds."""
     if path.is_file() and zipfile.is_zipfile(path):  # a pipe would wait for ever
         with (
-            parsing(path, "cannot be unpacked", "download it again; it may be cut"),
+            InputError.parsing(path, "cannot be unpacked", "download it again; it may be cut"),
             zipfile.ZipFile(path) as archive,
         ):
             names = [

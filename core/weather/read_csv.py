@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 
 from ..read.open_input import read_text
-from ..settings.errors import InputError, first_true, parsing
+from ..settings.errors import InputError, first_true
 from .weather import DAMAGED, Record, coerce_year, read_numbers
 
 NAMES = ["ghi", "dhi", "dni", "temp_air", "wind_speed", "pressure"]
@@ -47,7 +47,7 @@ def read_weather_csv(path, own):
             "its columns are separated by other signs than commas",
             "write commas between columns, and points in numbers",
         )
-    with parsing(path, "cannot be read as csv", DAMAGED):
+    with InputError.parsing(path, "cannot be read as csv", DAMAGED):
         table = pd.read_csv(
             io.StringIO(text), comment="#", skipinitialspace=True, dtype=str, header=None
         )

@@ -11,7 +11,7 @@ import pandas as pd
 import pyproj
 
 from ..read.open_input import read_text
-from ..settings.errors import InputError, first_true, parsing
+from ..settings.errors import InputError, first_true
 from ..sun.solar_position import solar_position
 from .check_sun_times import measure_sun_times
 from .weather import DAMAGED, TYPICAL_YEAR, Record
@@ -87,7 +87,7 @@ def read_dwd(path, place=None):
 
 def _read_rows(path, rows, **options):
     """Table of rows of numbers; `options` of pandas."""
-    with parsing(path, "cannot be read as a table of DWD", DAMAGED):
+    with InputError.parsing(path, "cannot be read as a table of DWD", DAMAGED):
         return pd.read_csv(io.StringIO("\n".join(rows)), sep=r"\s+", header=None, **options)
 
 

@@ -11,7 +11,7 @@ import pandas as pd
 import pvlib
 
 from ..read.open_input import read_text
-from ..settings.errors import InputError, first_true, parsing
+from ..settings.errors import InputError, first_true
 from ..sun.solar_position import solar_position
 from .check_sun_times import haurwitz
 from .read_station_files import take_columns
@@ -59,7 +59,7 @@ def read_epw(path):
         # A row has 35 columns, with 34 commas between them.
         lines[HEADER_LINES] += "," * (34 - lines[HEADER_LINES].count(","))
     # pvlib reads the table; its names become ours, and hours become starts of intervals.
-    with parsing(path, "cannot be read as epw", DAMAGED):
+    with InputError.parsing(path, "cannot be read as epw", DAMAGED):
         table, place = pvlib.iotools.read_epw(io.StringIO("\n".join(lines)))
     # as pvlib calls them
     table = table.rename(columns=EPW | {"atmospheric_pressure": EPW["pressure"]})

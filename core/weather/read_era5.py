@@ -16,7 +16,7 @@ from scipy.io import netcdf_file
 
 from ..read.netcdf_file import open_netcdf
 from ..read.open_input import FREE_BYTES, LARGEST_GAIN
-from ..settings.errors import InputError, parsing
+from ..settings.errors import InputError
 from .grid_point import AXES, name_axes, weigh_lines
 from .weather import Record
 
@@ -197,7 +197,7 @@ def read_block(grid, rows, columns):
     xarray.Dataset, time × latitude × longitude, float64
         By stamps, in order; NaN where no file has a value.
     """
-    with parsing(grid.source, "cannot be read as NetCDF", AGAIN):
+    with InputError.parsing(grid.source, "cannot be read as NetCDF", AGAIN):
         return _read_block(grid, rows, columns)
 
 
@@ -230,7 +230,10 @@ def _list_files(path, stack):
     files = sorted(path.glob("*.nc")) if path.is_dir() else [path]
     if not path.is_dir() and zipfile.is_zipfile(path):
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        with parsing(path, "cannot be unpacked", AGAIN), zipfile.ZipFile(path) as archive:
+        with (
+            InputError.parsing(path, "cannot be unpacked", AGAIN),
+            zipfile.ZipFile(path) as archive,
+        ):
             size = sum(member.file_size for member in archive.infolist())
             if size > FREE_BYTES + LARGEST_GAIN * path.stat().st_size:
                 raise InputError(
@@ -267,7 +270,7 @@ def _open_file(path, file, stack):
     None instead where it has no weather variable.
     """
     try:
-        with parsing(path, "cannot be read as NetCDF", AGAIN):
+        with InputError.parsing(path, "cannot be read as NetCDF", AGAIN):
             # A truncated file in the classic format is found out before xarray, which would leave
             # it open.
             with file.open("rb") as stream:

@@ -14,7 +14,7 @@ import pandas as pd
 import pvlib
 
 from ..read.open_input import read_text
-from ..settings.errors import InputError, parsing
+from ..settings.errors import InputError
 from .weather import DAMAGED, Record, coerce_year, read_numbers
 
 COLUMNS = {
@@ -89,12 +89,12 @@ def _read_typical(path, text, file_format):
         )
         place = [fields.get(name, 0.0) for name in PLACE]
         header = next(line for line in lines if line.startswith("time(UTC)"))
-        with parsing(path, "cannot be read as pvgis-csv", DAMAGED):
+        with InputError.parsing(path, "cannot be read as pvgis-csv", DAMAGED):
             cells = pd.read_csv(io.StringIO("\n".join([header, *rows])), dtype=str)
     # As JSON.
     else:
         tree = json.loads(text)
-        with parsing(path, "cannot be read as pvgis-json", DAMAGED):
+        with InputError.parsing(path, "cannot be read as pvgis-json", DAMAGED):
             cells = pd.DataFrame(tree["outputs"]["tmy_hourly"])
         if "time(UTC)" not in cells:
             raise InputError(path, "its hours have no time(UTC)", GIVE_PVGIS)
@@ -150,7 +150,7 @@ def _read_hourly(path, text, file_format):
     """Record of an hourly series on the horizontal plane: path, text and format as in
     `read_pvgis`.
     """
-    with parsing(path, f"cannot be read as pvgis-{file_format}", DAMAGED):
+    with InputError.parsing(path, f"cannot be read as pvgis-{file_format}", DAMAGED):
         table, meta = pvlib.iotools.read_pvgis_hourly(io.StringIO(text), pvgis_format=file_format)
     # Place, and slope of the plane: from the JSON's inputs or the csv's head.
     if file_format == "json":

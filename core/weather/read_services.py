@@ -17,7 +17,7 @@ import pandas as pd
 import pvlib
 
 from ..read.open_input import FREE_BYTES, LARGEST_GAIN, read_text
-from ..settings.errors import InputError, first_true, parsing
+from ..settings.errors import InputError, first_true
 from .weather import DAMAGED, Record, read_numbers
 
 # Our variable -> names that a service gives it, the first one that is there counts.
@@ -80,7 +80,7 @@ def parse_open_meteo(path, text, lies="ends"):
     is_json = text.lstrip()[:1] in ("{", "[")
     head, table, units = (_parse_open_meteo_json if is_json else _parse_open_meteo_csv)(path, text)
     for name in ("latitude", "longitude", "elevation", "utc_offset_seconds"):
-        with parsing(path, f"its {name} is no number", AGAIN):
+        with InputError.parsing(path, f"its {name} is no number", AGAIN):
             head[name] = float(head[name])
     if "time" not in table:
         raise InputError(path, "has no times", AGAIN)
@@ -107,7 +107,7 @@ def read_nasa_power(path, lies):
     hours = pd.DataFrame(
         {"year": table["YEAR"], "month": table["MO"], "day": table["DY"], "hour": table["HR"]}
     )
-    with parsing(path, "its YEAR, MO, DY and HR are no times", DAMAGED):
+    with InputError.parsing(path, "its YEAR, MO, DY and HR are no times", DAMAGED):
         times = pd.DatetimeIndex(pd.to_datetime(hours.astype(int))).tz_localize("UTC")
     data.index = times - pd.Timedelta(hours=0 if zone == "UTC" else round(longitude / 15))
     notes = ["wind is that of 2 m"] if columns.get("wind_speed") == "WS2M" else []
@@ -130,7 +130,7 @@ def read_solcast(path, own, lies):
         Where the interval lies at `period_end`.
     """
     path = Path(path)
-    with parsing(path, "cannot be read as Solcast csv", DAMAGED):
+    with InputError.parsing(path, "cannot be read as Solcast csv", DAMAGED):
         table = pd.read_csv(io.StringIO(read_text(path)), dtype=str, skipinitialspace=True)
     table.columns = [str(name).strip().lower().replace("_", "") for name in table]
     data, columns = _take_columns(path, table, SOLCAST, {"pressure": "hPa"})
@@ -148,7 +148,7 @@ def read_cams(path):
     text = read_text(path).replace('"', "")
     if re.search(r"^# Time reference.*TST|True solar", text, re.IGNORECASE | re.MULTILINE):
         raise InputError(path, "its times are true solar time", "ask for universal time (UT)")
-    with parsing(path, "cannot be read as CAMS radiation csv", DAMAGED):
+    with InputError.parsing(path, "cannot be read as CAMS radiation csv", DAMAGED):
         table, place = pvlib.iotools.read_cams(io.StringIO(text))
         place = place["latitude"], place["longitude"], max(place["altitude"], -500.0)
     columns = {"ghi": "GHI", "dhi": "DHI", "dni": "BNI"}
@@ -171,7 +171,7 @@ def read_point_series(path):
     # One table, or several of the same times in a zip, which must not unpack to far more than it
     # is.
     path = Path(path)
-    with parsing(path, "cannot be read as point series", DAMAGED):
+    with InputError.parsing(path, "cannot be read as point series", DAMAGED):
         if zipfile.is_zipfile(path):
             with zipfile.ZipFile(path) as archive:
                 size = sum(member.file_size for member in archive.infolist())
@@ -368,7 +368,7 @@ def _parse_power_csv(path, text):
     zone = re.search(r"through .* in (UTC|LST)", head)
     if not (place and zone):
         raise InputError(path, "its header has no place or no time zone", AGAIN)
-    with parsing(path, "cannot be read as NASA POWER csv", DAMAGED):
+    with InputError.parsing(path, "cannot be read as NASA POWER csv", DAMAGED):
         table = pd.read_csv(io.StringIO(body.lstrip()), dtype=str, skipinitialspace=True)
     if not {"YEAR", "MO", "DY", "HR"} <= set(table):
         raise InputError(path, "has no columns YEAR, MO, DY, HR", "ask for hourly data")

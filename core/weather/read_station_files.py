@@ -10,7 +10,7 @@ from pathlib import Path
 import pandas as pd
 
 from ..read.open_input import open_text
-from ..settings.errors import InputError, first_true, parsing
+from ..settings.errors import InputError, first_true
 from .weather import DAMAGED, Record, coerce_year, read_numbers
 
 # Our variable, and column of the file; units of the TMY3 stand in its names. Years of other sources
@@ -62,7 +62,7 @@ def read_tmy3(path):
     path = Path(path)
     with open_text(path) as file:
         header = next(csv.reader([file.readline().strip()]))
-        with parsing(path, "cannot be read as tmy3", DAMAGED):
+        with InputError.parsing(path, "cannot be read as tmy3", DAMAGED):
             table = pd.read_csv(file, low_memory=False)
     if sum(bool(field) for field in header) == 1:
         header = next(csv.reader([header[0]]))
@@ -141,7 +141,7 @@ def read_psm(path):
                 "(docs/reference/weather.md)",
             )
         # Programs that save the file fill its rows up with empty fields.
-        with parsing(path, "cannot be read as psm", DAMAGED):
+        with InputError.parsing(path, "cannot be read as psm", DAMAGED):
             table = pd.read_csv(file, header=None, dtype=str).iloc[:, : len(names)]
     table = table.set_axis(names[: table.shape[1]], axis=1)
     missing = [name for name in STAMP if name not in table]

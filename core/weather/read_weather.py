@@ -3,7 +3,7 @@
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
-from ..settings.errors import InputError, blame_file
+from ..settings.errors import InputError
 from ..sun.solar_position import POSITION
 from .add_sun import add_sun
 from .ask_services import ask_weather
@@ -211,4 +211,4 @@ def read_file(path, form, own, place):
         raise
     except (ValueError, OSError, EOFError) as error:
         # A file of a known format with bytes, words or numbers of another kind is damaged.
-        raise blame_file(path, f"cannot be read as {form.title}", error, DAMAGED) from error
+        raise InputError.blame(path, f"cannot be read as {form.title}", error, DAMAGED) from error

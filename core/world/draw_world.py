@@ -11,7 +11,7 @@ from ..results import picture
 from ..results.output_folder import write_whole
 from ..results.picture import DOTS, LINES
 from ..results.read_results import MONTHS
-from ..settings.errors import InputError, parsing
+from ..settings.errors import InputError
 from .draw_world_maps import (
     CLEAR,
     MERIDIAN,
@@ -202,7 +202,7 @@ def draw_world(path, folder):
         The file cannot be read, or is none of `citypv world`.
     """
     cure = "compute it again: citypv world … --overwrite"
-    with parsing(path, "cannot be read as NetCDF", cure), open_netcdf(path) as dataset:
+    with InputError.parsing(path, "cannot be read as NetCDF", cure), open_netcdf(path) as dataset:
         dataset.load()
     missing = [name for name in SHOWN if name not in dataset]
     if missing:

@@ -150,16 +150,9 @@ def name_switch(key):
 
 def _suggest_modules(settings, context, text):
     """Names of modules that have all words of a text, the Sandia library's first: list of str."""
-    from ...core.energy import pv_system
-    from ...core.energy.pv_system import CEC, SANDIA
+    from ...core.energy.pv_system import suggest_modules
 
-    words = pv_system.split_words(text)
-    names = dict.fromkeys(
-        name for library in (SANDIA, CEC) for name in pv_system.read_library(library)
-    )
-    return [name for name in names if all(word in pv_system.join_letters(name) for word in words)][
-        :100
-    ]
+    return suggest_modules(text)
 
 
 class FindModule(Action, bpy.types.Operator):

@@ -5,13 +5,12 @@ import numpy as np
 from mathutils import Color
 
 from ...core.city.city import whole_of_cell
-from ...core.patches import materials
-from ...core.patches.materials import CLEAR, DIFFUSE, MaterialSpec
+from ...core.patches.materials import EXAMPLES, MaterialSpec
 from ...core.settings.errors import InputError
 from .attributes import read_array, read_face_attribute
 from .keys import Key
 
-MATERIALS = (*DIFFUSE, *CLEAR, "mirror", "glossy:0.1")  # suggestions, with an example
+MATERIALS = EXAMPLES  # suggestions
 # type of node -> names of its inputs for colour, metallic, roughness, transmission; or their value
 NODES = {
     "BSDF_PRINCIPLED": ("Base Color", "Metallic", "Roughness", "Transmission Weight"),
@@ -132,9 +131,7 @@ def read_finishes(names, colours):
                 "take the meshes again, or give its faces another",
             )
         finishes[name] = (
-            read_finish(known[name])
-            if name in known
-            else materials.MaterialSpec.of_name(name, colours[name])
+            read_finish(known[name]) if name in known else MaterialSpec.of_name(name, colours[name])
         )
     unread = [name for name in wanted if finishes[name] is None]
     return {name: finish for name, finish in finishes.items() if finish is not None}, unread
@@ -147,17 +144,7 @@ def read_finish(material):
     """
     # From 5.0 on, Blender stores declared properties separately from custom properties of a file.
     choice = str(getattr(material, Key.MATERIAL, "") or material.get(Key.MATERIAL, "")).strip()
-    word = (
-        materials.recognise_material(choice)
-        or choice
-        or materials.recognise_material(material.name)
-    )
-    colour, *rest = _read_shader(material)
-    if word != "mirror" and not word.startswith("glossy"):
-        return (
-            MaterialSpec(material=word) if word else materials.MaterialSpec.of_shader(colour, *rest)
-        )
-    return None if colour is None else MaterialSpec(materials.albedo_of_colour(colour), word)
+    return MaterialSpec.of_choice(choice, material.name, *_read_shader(material))
 
 
 def _read_shader(material):
@@ -190,9 +177,11 @@ def _read_shader(material):
 def describe_material(material):
     """Description of a material's reflection for the panel."""
     try:
+        finish = read_finish(material)
         return (
-            materials.describe_finish(read_finish(material))
-            or "One value: a texture, another node or another shader defines its colour"
+            finish.describe()
+            if finish
+            else "One value: a texture, another node or another shader defines its colour"
         )
     except InputError as error:
         return f"{error.source}: {error.problem}"

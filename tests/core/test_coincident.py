@@ -10,7 +10,7 @@ from thorough import mark_cases
 
 from citypv.core.commands.plain_scenes import box
 from citypv.core.patches.facing_scene import FacingScene
-from citypv.core.patches.patches import patches_of_scene
+from citypv.core.patches.patches import Patches
 from citypv.core.rays.find_coincident import MOST_PAIRS, find_coincident
 from citypv.core.rays.ray_scene import RayScene
 
@@ -105,7 +105,7 @@ def test_rays_meet_the_front_of_a_sheet_from_either_side():
     up = strip([-10, -10, 5], [20, 0, 0], [0, 20, 0], 3)
     down = turned_over(strip([-12, -9, 5], [24, -1, 0], [1, 21, 0], 4))
     scene = join([up, down])
-    patches = patches_of_scene(scene, np.zeros(len(scene.triangles)), 0)
+    patches = Patches.of_scene(scene, np.zeros(len(scene.triangles)), 0)
     patches.receives[:] = True
     tree = FacingScene(scene, patches)
     generator = np.random.default_rng(4)
@@ -142,7 +142,7 @@ def test_party_walls_are_no_sheets():
     plain = strip([-50, -50, 0], [100, 0, 0], [0, 100, 0], 8)
     scene = join([*houses, board, turned_over(board), plain])
     scene.footprint[2:4] = True  # the floor of the first house
-    patches = patches_of_scene(scene, np.zeros(len(scene.triangles)), 0)
+    patches = Patches.of_scene(scene, np.zeros(len(scene.triangles)), 0)
     left = in_pairs(FacingScene(scene, patches).coincident)
     found = in_pairs(find_coincident(scene.vertices[scene.triangles], patches.offset))
     sheet = set(range(36, 44))

@@ -21,7 +21,7 @@ from citypv.core.light.follow_photons import (
 from citypv.core.light.light_of_photons import Tally
 from citypv.core.light.trace_sources import PHOTON_REPLICATES
 from citypv.core.patches.brdfs import Mirror
-from citypv.core.patches.patches import patches_of_scene
+from citypv.core.patches.patches import Patches
 from citypv.core.patches.read_albedo import TriangleBrdfs
 from citypv.core.rays.ray_scene import HitPlaces, RayScene
 from citypv.core.rays.sample_points import barycentric_of_square, cosine_direction
@@ -120,7 +120,7 @@ def test_closed_furnace(albedo, bounces, mirrors):
     Even light stays even, whether dull faces reflect it or mirrors.
     """
     scene = join(room((0, 0, 0), (4, 5, 3)))
-    patches = patches_of_scene(scene, np.full(12, albedo), 0)
+    patches = Patches.of_scene(scene, np.full(12, albedo), 0)
     brdfs = TriangleBrdfs([Mirror(albedo)], np.where(np.arange(12) < mirrors, 0, -1))
     ray_scene = RayScene(scene.vertices, scene.triangles)
     target = Target(ray_scene, patches, np.arange(12), 12, np.zeros((12, 64), bool), brdfs)

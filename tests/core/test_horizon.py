@@ -23,7 +23,7 @@ from weathers import BERLIN, HOUR
 
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.energy.compute_energy import compute_energy
-from citypv.core.patches.patches import patches_of_scene
+from citypv.core.patches.patches import Patches
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
 from citypv.core.sky.horizon import STEPS, TerrainHorizon, is_above
@@ -175,7 +175,7 @@ def test_suns_behind_the_ridge_are_off_hour_by_hour():
 def test_a_low_horizon_is_left_out_with_its_height_as_the_reason(slopes, tmp_path):
     for height, on in ((1.9, False), (2.1, True)):
         path = write_angles(tmp_path / f"{height}.csv", uniform(height))
-        patches = patches_of_scene(slopes, np.full(len(slopes.triangles), 0.2), 0)
+        patches = Patches.of_scene(slopes, np.full(len(slopes.triangles), 0.2), 0)
         plan = plan_effects(slopes, patches, Request(horizon=path))
         assert plan["terrain-horizon"].on == on and f"{height}°" in plan["terrain-horizon"].reason
         assert (plan.terrain is None) == (not on)

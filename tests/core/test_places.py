@@ -12,7 +12,7 @@ from thorough import mark_cases
 from citypv.core.city.build_scene import SceneOptions, build_scene
 from citypv.core.city.edit_city import CityChange, edit_city
 from citypv.core.patches.facing_scene import FacingScene
-from citypv.core.patches.patches import patches_of_scene
+from citypv.core.patches.patches import Patches
 from citypv.core.read.read_city import read_city
 
 BERLIN = Path(__file__).parents[2] / "examples" / "berlin" / "berlin_3910_5817.gml"
@@ -23,7 +23,7 @@ def describe(scene):
     """Middles in plan, (t, 2), and for each triangle all that its rays follow from: corners, key,
     offset and kind.
     """
-    patches = patches_of_scene(scene, np.full(len(scene.triangles), 0.2), seed=3)
+    patches = Patches.of_scene(scene, np.full(len(scene.triangles), 0.2), seed=3)
     corners = scene.vertices[scene.triangles]
     bits = [
         corners.reshape(len(corners), -1).view(np.uint64),
@@ -101,7 +101,7 @@ def test_polygons_without_names_are_told_by_where_they_are():
         city = make_city([polygons[row] for row in order])
         city.surface_id = [f"a_{number + 1}" for number in range(11)] + ["a_4~2"]
         scene = build_scene(city, 50.0, 8.0)
-        patches = patches_of_scene(scene, np.full(len(scene.triangles), 0.2), seed=3)
+        patches = Patches.of_scene(scene, np.full(len(scene.triangles), 0.2), seed=3)
         keys.append(set(patches.key.tolist()))
         assert len(keys[-1]) == len(scene.triangles)
     assert keys[0] == keys[1]
@@ -119,7 +119,7 @@ def test_of_faces_in_one_place_the_first_counts(swapped):
     scene = build_scene(
         make_city([("a", "", [ring]) for ring in square[:: -1 if swapped else 1]]), ground="none"
     )
-    patches = patches_of_scene(scene, np.full(len(scene.triangles), 0.2), seed=3)
+    patches = Patches.of_scene(scene, np.full(len(scene.triangles), 0.2), seed=3)
     places = np.random.default_rng(0).uniform(-3.4, 3.4, (500, 2))
     origins = np.column_stack([places, np.full(500, 4.0)]).astype(np.float32)
     down = np.tile(np.float32([0, 0, -1]), (500, 1))

@@ -19,7 +19,7 @@ from citypv.core.light.sun_sampling_error import trace_sun_samples
 from citypv.core.light.sun_visibility import SunWatch, sun_visibility
 from citypv.core.light.trace_forward import trace_forward
 from citypv.core.light.trace_gather import trace_gather
-from citypv.core.patches.patches import patches_of_scene
+from citypv.core.patches.patches import Patches
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.progress import silent
@@ -28,7 +28,7 @@ from citypv.core.settings.request import Request
 pytestmark = pytest.mark.every_python
 
 ALBEDO = np.full(COUNT, 0.25)
-PATCHES = patches_of_scene(HOUSE, ALBEDO, 0)
+PATCHES = Patches.of_scene(HOUSE, ALBEDO, 0)
 EVERY = np.ones(COUNT, bool)
 UP = np.tile(np.float32([0, 0, 1]), (1000, 1))
 
@@ -63,7 +63,7 @@ def broken_scenes():
 USERS = {
     "trace_gather": lambda scene: run_gather(scene, SUNS),
     "trace_forward": lambda scene: run_forward(scene, SUNS),
-    "patches_of_scene": lambda scene: patches_of_scene(scene, ALBEDO, 0),
+    "patches_of_scene": lambda scene: Patches.of_scene(scene, ALBEDO, 0),
     "find_resting_floors": find_resting_floors,
     "trace_sun_samples": lambda scene: trace_sun_samples(scene, None, [SUNS], Request(), silent),
 }
@@ -157,7 +157,7 @@ def test_broken_albedo():
         (spoiled(ALBEDO, 3, 1.5), "albedo: row 3 is 1.5"),
         (np.full(COUNT, "bright"), "albedo: values of type"),
     ):
-        refused(words, patches_of_scene, HOUSE, values, 0)
+        refused(words, Patches.of_scene, HOUSE, values, 0)
 
 
 def hemisphere(patches=PATCHES):

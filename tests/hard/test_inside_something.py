@@ -15,7 +15,7 @@ from towns import boxes
 from citypv.core.commands.plain_scenes import box, room
 from citypv.core.light.measure_cover import find_cover, measure_cover
 from citypv.core.patches.facing_scene import FacingScene
-from citypv.core.patches.patches import patches_of_scene
+from citypv.core.patches.patches import Patches
 from citypv.core.settings.progress import silent
 
 GROUND = strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 24)
@@ -145,7 +145,7 @@ def test_cover_of_a_block_does_not_depend_on_the_seed(width, height):
     edge = np.isclose(np.abs(vertices[..., :2]), count * width / 2).all(axis=1)
     found = []
     for seed in range(5):
-        patches = patches_of_scene(scene, np.zeros(len(scene.triangles)), seed)
+        patches = Patches.of_scene(scene, np.zeros(len(scene.triangles)), seed)
         own = scene.triangle_surface >= 0
         found.append(
             find_cover(FacingScene(scene, patches), patches, patches.receives & own, 1, silent)

@@ -16,7 +16,7 @@ from citypv.core.commands.plain_scenes import box, room
 from citypv.core.effects.plan_effects import plan_effects
 from citypv.core.light import sun_visibility, trace_hemisphere
 from citypv.core.patches import find_covered
-from citypv.core.patches.patches import patches_of_scene
+from citypv.core.patches.patches import Patches
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.settings.request import Request
 
@@ -78,7 +78,7 @@ def assert_same_means(one, other, limit):
 
 
 def hemisphere_of(scene, samples=256):
-    patches = patches_of_scene(scene, np.full(len(scene.triangles), 0.25), 0)
+    patches = Patches.of_scene(scene, np.full(len(scene.triangles), 0.25), 0)
     ray_scene = RayScene(scene.vertices, scene.triangles)
     return patches, trace_patches(ray_scene, patches, np.flatnonzero(patches.receives), samples)
 

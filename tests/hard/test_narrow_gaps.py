@@ -16,7 +16,7 @@ from towns import boxes, city_of_polygons
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.light.light_errors import ABRUPT, SMOOTH, remaining_error
-from citypv.core.patches.patches import patches_of_scene
+from citypv.core.patches.patches import Patches
 
 ERRORS = 3.0  # stated ones that gather may be off by
 SEEDS = 3
@@ -65,7 +65,7 @@ def light_of(transfer, surface):
 
 def light_by_paths(scene, surface):
     """The same by paths of the test's own, with the error of their mean."""
-    own = OwnRays(scene, patches_of_scene(scene, np.zeros(len(scene.triangles)), 0).offset)
+    own = OwnRays(scene, Patches.of_scene(scene, np.zeros(len(scene.triangles)), 0).offset)
     rows = np.flatnonzero(scene.triangle_surface == surface)
     return own.light(rows, PATHS, np.random.default_rng(7), bounces=3, suns=SUNS)
 

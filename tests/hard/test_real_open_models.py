@@ -12,7 +12,7 @@ from scenes import trace_patches
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.light.sun_visibility import SunWatch, sun_visibility
-from citypv.core.patches.patches import patches_of_scene
+from citypv.core.patches.patches import Patches
 from citypv.core.rays.ray_scene import RayScene
 from citypv.core.read.read_city import read_city
 
@@ -42,7 +42,7 @@ def scene_of(town):
 def walls_of(town):
     """Patches of the scene, some of its walls, and what their own rays say."""
     scene = scene_of(town)
-    patches = patches_of_scene(scene, np.full(len(scene.triangles), 0.25), 0)
+    patches = Patches.of_scene(scene, np.full(len(scene.triangles), 0.25), 0)
     own, generator = OwnRays(scene, patches.offset), np.random.default_rng(2)
     kind = np.append(scene.surfaces.kind, "ground")[scene.triangle_surface]
     weight = np.where((kind == "facade") & ~scene.closure, own.area, 0)

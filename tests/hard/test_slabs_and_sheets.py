@@ -14,7 +14,7 @@ from thorough import mark_cases
 from towns import box, city_of_polygons
 
 from citypv.core.city.build_scene import SceneOptions, build_scene
-from citypv.core.patches.patches import patches_of_scene
+from citypv.core.patches.patches import Patches
 
 ROOT = Path(__file__).parents[2]
 SUNS = suns_towards([[0.3, -0.8, 0.6]])
@@ -72,7 +72,7 @@ def sheets_of(scene):
 def follow(scene, surface, sheets, **settings):
     """Light of one surface by paths of the test's own: mean and standard error."""
     plain = replace(scene, sheet=None)
-    own = OwnRays(plain, patches_of_scene(plain, np.zeros(len(scene.triangles)), 0).offset)
+    own = OwnRays(plain, Patches.of_scene(plain, np.zeros(len(scene.triangles)), 0).offset)
     rows, both = (
         np.flatnonzero(np.isin(scene.triangle_surface, chosen)) for chosen in ([surface], sheets)
     )

@@ -19,7 +19,6 @@ from test_gather_is_forward import SAMPLES, light_of
 from citypv.core.light.measure_cover import find_cover
 from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.trace_all import prepare_gather
-from citypv.core.patches.find_covered import lie_in_earth
 from citypv.core.rays.sample_points import cell_of_point, cosine_direction
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
@@ -67,7 +66,7 @@ def follow_some(tracing, covered, chosen, generator):
         start = tuple(part[far] for part in place)
         below = (
             covered[start[0], cell_of_point(*start[1:], 8)]
-            | lie_in_earth(trees, patches, origins[far][None])[0]
+            | patches.lie_in_earth(trees, origins[far][None])[0]
         )
         if bounce < BOUNCES:
             seen = np.bincount(root[far[~below]], weight[far[~below]], count)

@@ -13,7 +13,7 @@ from towns import box, city_of_polygons
 
 from citypv.core.city.build_scene import build_scene
 from citypv.core.city.terrain import Layer, Terrain
-from citypv.core.patches.patches import patches_of_scene
+from citypv.core.patches.patches import Patches
 from citypv.core.read.read_city import read_city
 
 
@@ -127,7 +127,7 @@ def test_footprints_and_sheets_of_real_files():
     rows = np.flatnonzero(scene.sheet)
     turned = replace(scene, triangles=scene.triangles.copy(), sheet=None)
     turned.triangles[rows] = turned.triangles[rows][:, ::-1]
-    own = OwnRays(turned, patches_of_scene(turned, np.zeros(len(turned.triangles)), 0).offset)
+    own = OwnRays(turned, Patches.of_scene(turned, np.zeros(len(turned.triangles)), 0).offset)
     assert own.shares(rows, 64, 16, np.random.default_rng(1))[..., BACK].mean(axis=1).max() < 0.4
     assert any("without thickness" in note for note in scene.report.notes)
 
