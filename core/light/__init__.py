@@ -16,7 +16,6 @@ DOORS = (
     "merge_transfers.MATRICES",
     "prepare_scene.PreparedScene",
     "prepare_scene.prepare_scene",
-    "rays_file.NAME",
     "rays_file.read_rays",
     "rays_file.write_rays",
     "shadow_points.count_elements",

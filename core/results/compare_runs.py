@@ -7,6 +7,7 @@ whatever they are called. Those that only one state has are new or gone.
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 from zlib import crc32
 
 import numpy as np
@@ -31,7 +32,7 @@ TEXTS = [
     "surface_azimuth",
     "reason",
 ]
-# of `_yields_of`
+# of `tell_yields`
 YIELDS = [
     "mwh_per_hour",
     "full_load_hours",
@@ -91,7 +92,6 @@ def compare_folders(before, after):
     for one in (before, after) if len({*layouts}) > 1 else ():
         one.faces = _cover_area(one)
     _check_comparable(before, after)
-    match = match_shapes(_shapes_of(before), _shapes_of(after))
     # Settings of light that may differ; where one is a variant of the other, its file has the
     # errors of the difference, and perhaps the base in the light of the variant.
     traced = [(one.summary.get("traced") or {}).get("request") or {} for one in (before, after)]
@@ -106,24 +106,13 @@ def compare_folders(before, after):
             **_read_by_id(folders[1], BEFORE, BEFORE_COLUMNS, before)
         )
     # Yields of each surface in both on the modules of before, then sums of buildings and of all.
-    # Hours are means over the whole polygon; modules lie on the part that counts.
-    faces = before.faces, after.faces
-    power = [
-        (face["kwp"] * face["area"] / face["counted_area"].where(face["kwp"] > 0) / 1000).to_numpy()
-        for face in faces
-    ]
-    power[1], crossed = share_modules(power, [face["reason"].to_numpy() for face in faces], match)
-    states = [
-        pd.concat([face[TEXTS], _yields_of(face, own)], axis=1)
-        for face, own in zip(faces, power, strict=True)
-    ]
-    table = compare_surfaces(*states, match, known)
-    buildings = sum_buildings(table)
+    change = compare_states(_state_of(before), _state_of(after), known)
+    table, crossed = change.surfaces, change.crossed
     summary = {
         "before": before.name,
         "after": after.name,
         "weather": after.summary["weather"]["label"],
-        "sums": sum_states(buildings),
+        "sums": change.sums,
         "unit": "MWh per year",
         "light_differs_in": sorted(
             name for name in names if traced[0].get(name) != traced[1].get(name)
@@ -141,7 +130,7 @@ def compare_folders(before, after):
         summary["layout"] = "area"
     if again:
         summary["base_light"] = again
-    return Comparison(table, buildings, summary, after)
+    return Comparison(table, change.buildings, summary, after)
 
 
 def _read_by_id(folder, name, columns, results):
@@ -164,13 +153,72 @@ def mark_of(folder):
     return crc32((Path(folder) / "faces.csv").read_bytes())
 
 
+class CityState(NamedTuple):
+    """The n surfaces of a city in one state."""
+
+    texts: dict  # building_id and kind, and whatever else their table shall tell: (n,) each
+    power: np.ndarray  # (n,) float [MW] of their modules, NaN without any
+    reasons: np.ndarray  # (n,) str, why there are none, of `REASONS`
+    hours: np.ndarray  # (n,) float [h]
+    error: np.ndarray  # (n,) float [h], standard error of the hours
+    shapes: np.ndarray  # (n, 7) float64 [m], of `match_shapes`
+
+
+class StateChange(NamedTuple):
+    """What a later state of a city has more or less than an earlier one."""
+
+    match: np.ndarray  # (n,) int, row of the earlier state for each surface of the later one, or -1
+    crossed: dict  # of `share_modules`
+    surfaces: pd.DataFrame  # of `compare_surfaces`
+    buildings: pd.DataFrame  # of `sum_buildings`
+    sums: dict  # of `sum_states`
+
+
+def compare_states(before, after, errors=None):
+    """Hours and energy of two states of a city, both on the modules of before: StateChange.
+
+    Parameters
+    ----------
+    before, after : CityState
+    errors : (n,) float [h], optional
+        As of `compare_surfaces`.
+    """
+    match = match_shapes(before.shapes, after.shapes)
+    power, crossed = share_modules(
+        (before.power, after.power), (before.reasons, after.reasons), match
+    )
+    tables = [
+        tell_yields(own, state.hours, state.error).assign(**state.texts)
+        for state, own in ((before, before.power), (after, power))
+    ]
+    surfaces = compare_surfaces(*tables, match, errors)
+    buildings = sum_buildings(surfaces)
+    return StateChange(match, crossed, surfaces, buildings, sum_states(buildings))
+
+
+def _state_of(results):
+    """CityState of a run. Its hours are means over the whole polygon; modules lie on the part that
+    counts.
+    """
+    faces = results.faces
+    counted = faces["counted_area"].where(faces["kwp"] > 0)
+    return CityState(
+        dict(faces[TEXTS]),
+        (faces["kwp"] * faces["area"] / counted / 1000).to_numpy(),
+        faces["reason"].to_numpy(),
+        faces["full_load_hours"].to_numpy(),
+        faces["full_load_hours_standard_error"].to_numpy(),
+        _shapes_of(results),
+    )
+
+
 def compare_surfaces(before, after, match, errors=None):
     """What the surfaces of two states yield, side by side.
 
     Parameters
     ----------
     before, after : pandas.DataFrame
-        A row for each surface: building_id and kind, other texts, and the columns of `_yields_of`.
+        A row for each surface: building_id and kind, other texts, and the columns of `tell_yields`.
     match : (n,) int
         Of `match_shapes`.
     errors : (n,) float [h], optional
@@ -321,9 +369,9 @@ def share_modules(power, reasons, match):
 
     Parameters
     ----------
-    power : list of (m,) and (n,) float [MW]
+    power : tuple of (m,) and (n,) float [MW]
         Of surfaces before and after, NaN where there are no modules.
-    reasons : list of (m,) and (n,) str
+    reasons : tuple of (m,) and (n,) str
         Why there are none, of `REASONS`.
     match : (n,) int
         Of `match_shapes`.
@@ -340,13 +388,6 @@ def share_modules(power, reasons, match):
     crossed = {"no_longer": (old == "") & (new == few), "newly": (old == few) & (new == "")}
     shared = np.where(crossed["no_longer"], power[0][match], power[1])
     return np.where(crossed["newly"], np.nan, shared), crossed
-
-
-def _yields_of(faces, power):
-    """Hours [h] and energy [MWh] of each surface with modules of so much power, (n,) [MW], with
-    standard errors: pandas.DataFrame.
-    """
-    return tell_yields(power, faces["full_load_hours"], faces["full_load_hours_standard_error"])
 
 
 def tell_yields(power, hours, error):

@@ -7,10 +7,7 @@ Read first: sky_models.py, then horizon.py.
 
 DOORS = (
     "horizon.TerrainHorizon",
-    "horizon.UP",
     "horizon.is_above",
-    "horizon.mark_hidden",
-    "horizon.sunlit_year",
     "horizon.without_hidden",
     "horizon_band.HorizonBand",
     "horizon_band.SOURCES",

@@ -33,37 +33,26 @@ def compare_with_before(stage, city, ground):
         With results.
     """
     # The result before, in the same scene: surfaces are matched by shape.
-    before, match = find_before(stage, city), None
+    before, compared = find_before(stage, city), None
     faces, changes = Faces(city, ground), [name for name in RESULTS if name.startswith(CHANGE)]
     if before is not None and Key.KWP in before and Key.KWP in city:
-        from ...core.results import compare_runs
+        from ...core.results.compare_runs import compare_states
 
-        (olds, old_rows, old_shapes), (news, rows, shapes) = (
-            _read_state(before, city),
-            _read_state(city, city),
-        )
-        match = compare_runs.match_shapes(old_shapes, shapes)  # (n,) row of `olds`, -1 for new ones
-        # Energy counts on the modules of before.
-        power, reasons = ([state[name] for state in (olds, news)] for name in ("power", "reason"))
-        power[1], crossed = compare_runs.share_modules(power, reasons, match)
-        olds, news = (
-            _tell_yields(state, own) for state, own in zip((olds, news), power, strict=True)
-        )
+        (olds, old_rows), (news, rows) = _read_state(before, city), _read_state(city, city)
+        compared = compare_states(olds, news, _errors_of_surfaces(before, city, rows))
     # Nothing to compare: what an earlier comparison left on the faces goes.
-    if match is None or not (match >= 0).any():
+    if compared is None or not (compared.match >= 0).any():
         for key in (Key.COMPARED, Key.MATCHED):
             city.pop(key, None)
         faces.remove(CHANGE_ERROR, *changes)
         return False
     # Changes of each surface, with their errors, on its faces.
-    table, count, matched = (
-        compare_runs.compare_surfaces(olds, news, match, _errors_of_surfaces(before, city, rows)),
-        len(city[Key.KWP]),
-        match >= 0,
-    )
+    table, count, matched = compared.surfaces, len(city[Key.KWP]), compared.match >= 0
     for change_name in changes:
         name = change_name.removeprefix(CHANGE)
-        earlier = values_of_surfaces(before, name, len(before[Key.KWP]))[old_rows[match[matched]]]
+        earlier = values_of_surfaces(before, name, len(before[Key.KWP]))[
+            old_rows[compared.match[matched]]
+        ]
         change = np.full(count, np.nan)
         change[rows[matched]] = values_of_surfaces(city, name, count)[rows[matched]] - earlier
         faces.write_values(change_name, change)
@@ -71,21 +60,25 @@ def compare_with_before(stage, city, ground):
     errors[rows] = table["full_load_hours_change_standard_error"][: len(rows)]
     faces.write_values(CHANGE_ERROR, errors)
     # Changes of buildings and of the whole, for the panel.
-    buildings = compare_runs.sum_buildings(table)
-    sums = compare_runs.sum_states(buildings)
     tables = {
-        "sums": [_tell_change(name, one) for name, one in sums.items() if one["buildings"]],
+        "sums": [
+            _tell_change(name, own) for name, own in compared.sums.items() if own["buildings"]
+        ],
         "buildings": [
-            _tell_change(row["building_id"], row) for row in buildings.to_dict("records")
+            _tell_change(row["building_id"], row) for row in compared.buildings.to_dict("records")
         ],
     }
     city[Key.COMPARED] = json.dumps(tables)
-    new, gone = int((~matched).sum()), len(olds) - int(matched.sum())
+    new, gone = int((~matched).sum()), len(olds.power) - int(matched.sum())
     city[Key.MATCHED] = (
         f"{count_of(int(matched.sum()), 'surface')} matched by shape; grey: {new:,} new, and changes below \
 two standard errors"
         + (f"; {gone:,} are gone" if gone else "")
-        + (f"; {few:,} would no longer pay" if (few := int(crossed["no_longer"].sum())) else "")
+        + (
+            f"; {few:,} would no longer pay"
+            if (few := int(compared.crossed["no_longer"].sum()))
+            else ""
+        )
     )
     return True
 
@@ -101,14 +94,13 @@ def _read_state(item, city):
 
     Returns
     -------
-    surfaces : dict
-        building_id, kind, power [MW] of modules, NaN without; reason why there are none, hours and
-        error [h]: k rows.
+    CityState
+        Of k surfaces.
     rows : (k,) int
-        Surfaces.
-    shapes : (k, 7) float64 [m]
-        Of `core.results.compare_runs.match_shapes`.
+        Their numbers.
     """
+    from ...core.results.compare_runs import CityState
+
     # Surfaces by number, with the faces of each.
     mesh = item.data
     rows, first, own = np.unique(
@@ -141,25 +133,14 @@ def _read_state(item, city):
         {code: kind for kind, code in CODES["kind"].items()},
     )
     kinds = attributes.read_face_attribute(mesh, "kind")[first].tolist()
-    table = {
+    texts = {
         "building_id": names[attributes.read_face_attribute(mesh, "building")[first]],
         "kind": [words[code] for code in kinds],
-        "power": np.where(kwp > 0, kwp / 1000, np.nan),
-        "reason": np.select([kwp > 0, few], ["", "low-hours"], "other"),
-        "hours": hours.astype(float),
-        "error": error.astype(float),
     }
-    return table, rows, shapes
-
-
-def _tell_yields(surfaces, power):
-    """What surfaces of `_read_state` yield on modules of some power, (k,) [MW]: pandas.DataFrame of
-    `core.results.compare_runs.tell_yields`, with building_id and kind.
-    """
-    from ...core.results.compare_runs import tell_yields
-
-    table = tell_yields(power, surfaces["hours"], surfaces["error"])
-    return table.assign(building_id=surfaces["building_id"], kind=surfaces["kind"])
+    power = np.where(kwp > 0, kwp / 1000, np.nan)
+    reasons = np.select([kwp > 0, few], ["", "low-hours"], "other")
+    state = CityState(texts, power, reasons, hours.astype(float), error.astype(float), shapes)
+    return state, rows
 
 
 def _errors_of_surfaces(before, city, rows):
