@@ -1,5 +1,5 @@
 """What a choice of suns does to full load hours, measured on patches of the scene itself against
-every hour's sun.
+four times as many days, or every hour's sun.
 """
 
 from typing import NamedTuple
@@ -55,12 +55,13 @@ def measure_ways(inputs, transfer, ways, progress=silent, *, patches=LOOKED_AT):
         `bias_standard_error`, `of_groups` (rms of the means of kinds and orientations), `rms`
         (patch by patch) and its `rms_standard_error`, and how many `patches`.
     """
-    # Every hour's sun is the truth; if the run has it already, the error is nothing.
+    # The suns of more days are the truth; if the run has every hour's already, the error is nothing.
     scene, prepared, weather, request = inputs
     every, surfaces = {suns.sampling: suns for suns in ways}, transfer.surfaces
     if every.keys() == {"hourly"} or not surfaces.eligible.any():
         return [NO_ERROR | {"patches": 0} for _ in ways]
-    every.setdefault("hourly", choose_suns("hourly", *weather.axis, position=weather.data))
+    truth = _choose_truth(every, weather.axis)
+    every.setdefault(truth, choose_suns(truth, *weather.axis, position=weather.data))
     # A few patches under each choice of suns, and their full load hours.
     few = trace_sun_samples(
         scene, transfer, [*every.values()], request, progress, prepared=prepared, count=patches
@@ -81,8 +82,23 @@ def measure_ways(inputs, transfer, ways, progress=silent, *, patches=LOOKED_AT):
     sample = few[0].surfaces
     least = surfaces.area[surfaces.eligible].sum() / patches
     weight, names = np.maximum(sample.area, least), name_groups(sample)
-    true = hours_by["hourly"]
+    true = hours_by[truth]
     return [compare_hours(hours_by[suns.sampling], true, weight, names) for suns in ways]
+
+
+def _choose_truth(ways, axis):
+    """A choice of suns against which some others, of str, are measured: of four times their days
+    where that is less than half of all, else every hour's.
+
+    Suns between days are interpolated, so that the error falls with their distance or faster: of
+    four times the days it is a quarter or less, which adds at most 3 % by squares.
+    """
+    names, counts = zip(*(way.partition(":")[::2] for way in ways), strict=True)
+    if set(names) == {"days"}:
+        days = 4 * max(map(int, counts))
+        if 2 * days <= min((axis.times[-1] - axis.times[0]).days, 365):
+            return f"days:{days}"
+    return "hourly"
 
 
 def name_groups(surfaces):

@@ -389,7 +389,7 @@ def list_errors(budget):
             )
             for one in budget.get("windows") or ()
         ),
-        ("Choice of sun positions: shift of the mean, against every hour's sun", shift),
+        ("Choice of sun positions: shift of the mean, against many more suns", shift),
         (
             "Choice of sun positions: effect on a single surface (rms)",
             percent(suns.get("rms"), "± "),
