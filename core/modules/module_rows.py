@@ -49,23 +49,43 @@ def fill_polygons(shapes, formats, gaps, most):
     count, chosen = np.zeros(polygons, np.int64), np.zeros(polygons, np.int64)
     left, low = np.empty(most[-1]), np.empty(most[-1])
     row = np.empty(most[-1], np.int64)
+    # Room for what the loops below find, in a polygon or a strip.
+    largest = 0
     for polygon in range(polygons):
-        own = edges[edge_start[polygon] : edge_start[polygon + 1]]
-        taken = boxes[box_start[polygon] : box_start[polygon + 1]]
+        shape = (
+            edge_start[polygon],
+            edge_start[polygon + 1],
+            box_start[polygon],
+            box_start[polygon + 1],
+        )
+        largest = max(largest, shape[1] - shape[0] + shape[3] - shape[2])
+    taken, free = np.empty((largest, 2)), np.empty((largest + 1, 2))
+    for polygon in range(polygons):
+        shape = (
+            edge_start[polygon],
+            edge_start[polygon + 1],
+            box_start[polygon],
+            box_start[polygon + 1],
+        )
+        strips = edges, boxes, shape, taken, free
         # Rows of each format at their best places; the best format is kept.
-        best = np.empty(0)
+        best, rows = np.empty(0), 0
         for number in range(len(formats)):
-            width, height = formats[number]
-            rows, total = _choose_rows(own, taken, width, height, gaps[polygon])
+            width, height = formats[number, 0], formats[number, 1]
+            starts = _list_starts(strips, height, gaps[polygon, 0])
+            distances = gaps[polygon, 0], gaps[polygon, 1]
+            found, total = _choose_rows(strips, starts, (width, height), distances)
             if total > count[polygon]:
-                count[polygon], chosen[polygon], best = total, number, rows
+                count[polygon], chosen[polygon], best, rows = total, number, starts, found
         # Modules side by side in the middle of each free stretch.
-        width, height = formats[chosen[polygon]]
+        width, height = formats[chosen[polygon], 0], formats[chosen[polygon], 1]
         place, gap = most[polygon], gaps[polygon, 0]
-        for number in range(len(best)):
-            for stretch in _free_stretches(own, taken, best[number], best[number] + height, width):
-                fits = _fit(stretch, width, gap)
-                start = 0.5 * (stretch[0] + stretch[1] - fits * (width + gap) + gap)
+        for number in range(rows):
+            stretches = _free_stretches(strips, best[number], best[number] + height, width)
+            for stretch in range(stretches):
+                begin, end = free[stretch, 0], free[stretch, 1]
+                fits = _fit(begin, end, width, gap)
+                start = 0.5 * (begin + end - fits * (width + gap) + gap)
                 for step in range(fits):
                     left[place], low[place] = start + step * (width + gap), best[number]
                     row[place] = number
@@ -74,31 +94,30 @@ def fill_polygons(shapes, formats, gaps, most):
 
 
 @njit(nogil=True, cache=True)
-def _fit(stretch, width, gap):
+def _fit(begin, end, width, gap):
     """Number of modules that fit side by side into a stretch."""
-    return int((stretch[1] - stretch[0] + gap + SLACK) / (width + gap))
+    return int((end - begin + gap + SLACK) / (width + gap))
 
 
 @njit(nogil=True, cache=True)
-def _choose_rows(edges, boxes, width, height, gaps):
-    """Lower edges of rows, (r,) float64 from below, that hold most modules, and their number.
+def _choose_rows(strips, starts, size, distances):
+    """Write into the first of `starts` the lower edges of the rows that hold most modules, from
+    below; return how many rows they are, and how many modules.
 
     Of all places where a row may begin the best are chosen from above (dynamic programming).
     """
-    gap = gaps[0]
-    starts = _list_starts(edges, boxes, height, gap)
-    count = len(starts)
+    (width, height), (gap, path), free, count = size, distances, strips[4], len(starts)
     fits = np.zeros(count, np.int64)
     for number in range(count):
-        high = starts[number] + height
-        for stretch in _free_stretches(edges, boxes, starts[number], high, width):
-            fits[number] += _fit(stretch, width, gap)
+        stretches = _free_stretches(strips, starts[number], starts[number] + height, width)
+        for stretch in range(stretches):
+            fits[number] += _fit(free[stretch, 0], free[stretch, 1], width, gap)
     # after[k, j]  the first place behind a row at the j-th, with a gap (k = 0) or a path (k = 1).
     after = np.empty((2, count), np.int64)
     for kind in range(2):
-        behind = count
+        behind, distance = count, gap if kind == 0 else path
         for number in range(count - 1, -1, -1):
-            end = starts[number] + height + gaps[kind] - SLACK
+            end = starts[number] + height + distance - SLACK
             while behind > 0 and starts[behind - 1] >= end:
                 behind -= 1
             after[kind, number] = behind
@@ -106,90 +125,131 @@ def _choose_rows(edges, boxes, width, height, gaps):
     # (k = 0) or the second (k = 1) behind a path.
     most = np.zeros((2, count + 1), np.int64)
     for number in range(count - 1, -1, -1):
-        beyond_path = most[0, after[1, number]]
-        beyond_gap = max(most[1, after[0, number]], beyond_path)
-        most[0, number] = max(most[0, number + 1], fits[number] + beyond_gap)
-        most[1, number] = max(most[1, number + 1], fits[number] + beyond_path)
+        most[0, number], most[1, number] = most[0, number + 1], most[1, number + 1]
+        if fits[number]:
+            beyond_path = most[0, after[1, number]]
+            beyond_gap = max(most[1, after[0, number]], beyond_path)
+            most[0, number] = max(most[0, number], fits[number] + beyond_gap)
+            most[1, number] = max(most[1, number], fits[number] + beyond_path)
     # From below: a row wherever it belongs to the most.
-    rows, found, number, kind = np.empty(count), 0, 0, 0
+    rows, number, kind = 0, 0, 0
     while number < count:
         beyond_path = most[0, after[1, number]]
         beyond_gap = most[1, after[0, number]] if kind == 0 else -1
         if fits[number] and fits[number] + max(beyond_gap, beyond_path) == most[kind, number]:
-            rows[found] = starts[number]
-            found += 1
+            starts[rows] = starts[number]
+            rows += 1
             kind = int(beyond_gap >= beyond_path)
             number = after[1 - kind, number]
         else:
             number += 1
-    return rows[:found], most[0, 0]
+    return rows, most[0, 0]
 
 
 @njit(nogil=True, cache=True)
-def _list_starts(edges, boxes, height, gap):
+def _list_starts(strips, height, gap):
     """Where rows may begin, ascending: at eighths of their height from the bottom and from the top
     of a polygon, and up to four above and below each blocked box; none where a row is too high.
     """
+    edges, boxes, (first_edge, last_edge, first_box, last_box) = strips[0], strips[1], strips[2]
     left, bottom, right, top = np.inf, np.inf, -np.inf, -np.inf
-    for x0, y0, x1, y1 in edges:
-        left, right = min(left, x0, x1), max(right, x0, x1)
-        bottom, top = min(bottom, y0, y1), max(top, y0, y1)
-    # Bounds of the polygon; a row that is higher than it fits nowhere.
+    for edge in range(first_edge, last_edge):
+        left = min(left, edges[edge, 0], edges[edge, 2])
+        right = max(right, edges[edge, 0], edges[edge, 2])
+        bottom = min(bottom, edges[edge, 1], edges[edge, 3])
+        top = max(top, edges[edge, 1], edges[edge, 3])
+    # A row that is higher than the polygon fits nowhere.
     highest, pitch = top - height, height + gap
     if not highest + SLACK >= bottom:
         return np.empty(0)
     # Candidates up from the bottom and down from the top, an eighth of a row apart.
-    count = 2 * (int((highest - bottom + SLACK) / pitch * 8) + 1)
-    starts = np.empty(count + 8 * len(boxes))
-    starts[:count:2] = bottom + pitch / 8 * np.arange(count // 2)
-    starts[1:count:2] = highest - pitch / 8 * np.arange(count // 2)
+    eighths = int((highest - bottom + SLACK) / pitch * 8) + 1
+    starts = np.empty(2 * eighths + 8 * (last_box - first_box))
+    for number in range(eighths):
+        starts[2 * number] = bottom + pitch / 8 * number
+        starts[2 * number + 1] = highest - pitch / 8 * number
     # Rows that touch a blocked box from above or below, and the next three.
-    for box in boxes:
-        for number in range(4):
-            for start in (box[3] + number * pitch, box[1] - height - number * pitch):
-                if bottom <= start <= highest:
-                    starts[count] = start
-                    count += 1
+    count = 2 * eighths
+    for box in range(first_box, last_box):
+        for number in range(8):
+            above, below = number * pitch, height + (number - 4) * pitch
+            start = boxes[box, 3] + above if number < 4 else boxes[box, 1] - below
+            if bottom <= start <= highest:
+                starts[count] = start
+                count += 1
     # Strips that a box takes in their whole width hold nothing.
-    starts = np.sort(starts[:count])
-    free = np.ones(count, np.bool_)
+    kept = 0
     for number in range(count):
-        for box in boxes:
-            if box[0] <= left and box[2] >= right:
-                begins = box[1] < starts[number] + height - SLACK
-                free[number] &= not (begins and box[3] > starts[number] + SLACK)
-    return starts[free]
+        blocked = False
+        for box in range(first_box, last_box):
+            if boxes[box, 0] <= left and boxes[box, 2] >= right:
+                begins = boxes[box, 1] < starts[number] + height - SLACK
+                blocked |= begins and boxes[box, 3] > starts[number] + SLACK
+        starts[kept] = starts[number]
+        kept += not blocked
+    return _sort(starts, kept)
 
 
 @njit(nogil=True, cache=True)
-def _free_stretches(edges, boxes, low, high, least):
-    """Stretches of a strip that lie inside a polygon and outside of boxes in its whole height, and
-    are at least as long as `least`: (s, 2) float64, left and right end [m].
+def _sort(values, count):
+    """The first of some numbers, ascending (Shell's method, which compiles faster than NumPy's)."""
+    found = np.empty(count)
+    for number in range(count):
+        found[number] = values[number]
+    step = count // 2
+    while step:
+        for number in range(step, count):
+            value, place = found[number], number
+            while place >= step and found[place - step] > value:
+                found[place] = found[place - step]
+                place -= step
+            found[place] = value
+        step //= 2
+    return found
+
+
+@njit(nogil=True, cache=True)
+def _free_stretches(strips, low, high, least):
+    """Number of stretches of a strip that lie inside a polygon and outside of boxes in its whole
+    height, and are at least as long as `least`.
+
+    Parameters
+    ----------
+    strips : tuple
+        `edges` and `boxes` of all polygons; first and last + 1 of both of this one; room for what
+        is taken; (s, 2) float64, where left and right ends of the stretches are written [m].
+    low, high, least : float [m]
     """
+    edges, boxes, (first_edge, last_edge, first_box, last_box), taken, free = strips
     # What an edge or a box takes of the strip, from its leftmost to its rightmost point there.
-    taken, count = np.empty((len(edges) + len(boxes), 2)), 0
-    for x0, y0, x1, y1 in edges:
+    count = 0
+    for edge in range(first_edge, last_edge):
+        x0, y0, x1, y1 = edges[edge, 0], edges[edge, 1], edges[edge, 2], edges[edge, 3]
         if max(y0, y1) <= low + SLACK or min(y0, y1) >= high - SLACK:
             continue
         begin = x0 if low <= y0 <= high else x0 + _share(y0, y1, low, high) * (x1 - x0)
         end = x1 if low <= y1 <= high else x1 + _share(y1, y0, low, high) * (x0 - x1)
         _insert(taken, count, min(begin, end), max(begin, end))
         count += 1
-    for x0, y0, x1, y1 in boxes:
-        if y1 > low + SLACK and y0 < high - SLACK:
-            _insert(taken, count, x0, x1)
+    for box in range(first_box, last_box):
+        if boxes[box, 3] > low + SLACK and boxes[box, 1] < high - SLACK:
+            _insert(taken, count, boxes[box, 0], boxes[box, 2])
             count += 1
     # Between these no edge passes: a stretch lies inside if its middle does.
-    free, found, reach = np.empty((count + 1, 2)), 0, -np.inf
+    found, reach, middle = 0, -np.inf, 0.5 * (low + high)
     for number in range(count):
         begin = taken[number, 0]
-        if begin - reach >= least - SLACK and _lies_inside(
-            edges, 0.5 * (reach + begin), 0.5 * (low + high)
-        ):
-            free[found, 0], free[found, 1] = reach, begin
-            found += 1
+        if begin - reach >= least - SLACK:
+            inside, x = False, 0.5 * (reach + begin)
+            for edge in range(first_edge, last_edge):
+                x0, y0, x1, y1 = edges[edge, 0], edges[edge, 1], edges[edge, 2], edges[edge, 3]
+                if (y0 <= middle) != (y1 <= middle):
+                    inside ^= x0 + (middle - y0) / (y1 - y0) * (x1 - x0) < x
+            if inside:
+                free[found, 0], free[found, 1] = reach, begin
+                found += 1
         reach = max(reach, taken[number, 1])
-    return free[:found]
+    return found
 
 
 @njit(nogil=True, cache=True)
@@ -206,13 +266,3 @@ def _insert(taken, count, begin, end):
 def _share(height, other, low, high):
     """Share of an edge's length, from an end that lies outside a strip, where it enters it."""
     return ((low if height < low else high) - height) / (other - height)
-
-
-@njit(nogil=True, cache=True)
-def _lies_inside(edges, x, y):
-    """Whether a place lies inside a polygon: an odd number of edges passes to the left of it."""
-    inside = False
-    for x0, y0, x1, y1 in edges:
-        if (y0 <= y) != (y1 <= y) and x0 + (y - y0) / (y1 - y0) * (x1 - x0) < x:
-            inside = not inside
-    return inside

@@ -76,6 +76,18 @@ def test_flat_roofs_have_paths():
     assert np.all(distances[:-1] + distances[1:] >= GAP + 0.6 - 1e-6)
 
 
+def test_the_paths_of_two_parts_of_a_flat_roof_begin_anew():
+    """0.5 m from the edges 4 × 1.7 m, and 4.3 m above it 4 × 3.4 m: there two upright rows fit with
+    a gap, none with a path, after the one below: 3 + 2 × 3.
+    """
+    parts = shapely.union(shapely.box(0, 0, 5, 2.7), shapely.box(0, 6, 5, 10.4))
+    layout = lay(parts, kind="flat")
+    assert len(layout) == 9
+    inset = parts.buffer(-0.5, join_style="mitre")
+    assert all(inset.buffer(2e-4).covers(module) for module in draw(layout))
+    np.testing.assert_array_equal(layout.row, np.repeat([0, 1, 2], 3))
+
+
 @st.composite
 def polygons(draw_number):
     """Stars around a middle, some with a hole."""
