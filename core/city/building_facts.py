@@ -49,7 +49,7 @@ OTHER_NAMES = ("altname", "officialname", "oldname", "shortname", "locname", "in
 FUNCTION = (
     *("function", "bezgfk", "gebaeudefunktion", "gebäudefunktion", "funktion", "gfk"),
     *("gebaeudefu", "currentuse", "usage", "building", "subtype", "buildingtype", "mainuse"),
-    *("usage1", "gebruiksdoel", "type"),
+    *("usage1", "gebruiksdoel", "type", "amenity", "shop", "tourism", "office", "leisure"),
 )
 YEAR = (
     *("yearofconstruction", "dateofconstruction", "oorspronkelijkbouwjaar", "bouwjaar"),

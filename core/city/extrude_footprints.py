@@ -39,6 +39,9 @@ class Footprints:
     height_source: list  # (f,) str: the attribute that gives the height, or what stands for it
     above_sea: np.ndarray  # (f,) bool: the top is above the sea, not above the ground
     roofs: dict = field(default_factory=dict)  # row of the f -> roof_shapes.Roof
+    attributes: list = field(default_factory=list)  # (f,) dict; [] without any
+    # row of a part -> attributes of the outline of its building, dict
+    outline_attributes: dict = field(default_factory=dict)
 
 
 @dataclass
@@ -140,6 +143,7 @@ def extrude_footprints(contents, crs, report, ground_height=None):
         lod=lods,
         part=[part[row] for row in owner[drawn.outline]],
         height_source=[source[row] for row in owner[drawn.outline]],
+        attributes=_list_told(tables, names, part),
     )
     # The report counts buildings by what told their height.
     report.building_count = len(set(building[owner]))
@@ -151,6 +155,20 @@ def extrude_footprints(contents, crs, report, ground_height=None):
     report.lods_met = {lod: lods.count(lod) for lod in sorted(set(lods))}
     report.lods_chosen = dict(report.lods_met)
     return city.take(find_strays(city, report))
+
+
+def _list_told(tables, names, part):
+    """What the files tell of buildings and parts: dict as of City."""
+    told, first = {}, 0
+    for table in tables:
+        for row, own in enumerate(table.attributes, start=first):
+            outline = table.outline_attributes.get(row - first)
+            if outline:
+                told.setdefault((names[row], ""), {"attributes": outline})
+            if own:
+                told[names[row], part[row]] = {"attributes": own}
+        first += len(table.building_id)
+    return told
 
 
 def _name_buildings(contents, report):

@@ -30,6 +30,7 @@ class FlatMap:
     ids: list  # (f,) str, "" where a feature has none
     # name of an attribute -> list of (f,) values, None where a feature has none
     columns: dict = field(default_factory=dict)
+    rows: list = field(default_factory=list)  # (f,) dict, where a file has them one by one
 
     def __len__(self):
         return len(self.ids)
@@ -145,7 +146,7 @@ class FeatureList:
         # Attributes as columns.
         names = dict.fromkeys(chain.from_iterable(self._rows))
         columns = {name: [row.get(name) for row in self._rows] for name in names}
-        return FlatMap(points, *starts, owner, self._ids, columns)
+        return FlatMap(points, *starts, owner, self._ids, columns, self._rows)
 
 
 def _list_polygons(geometry, depth=3):

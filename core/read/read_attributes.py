@@ -1,4 +1,5 @@
-"""Attributes and addresses of buildings and parts of CityGML 1, 2 and 3, in the form of CityJSON.
+"""Attributes and addresses of buildings and parts, in the form of CityJSON: of CityGML 1, 2 and 3, of
+CityJSON itself, and of rows of outlines.
 
 An attribute that holds a text has the name of its element, without its prefix; a number stands as a
 number where the standard says that it is one. Generic attributes have the names that the file gives
@@ -6,6 +7,8 @@ them. Addresses in xAL 2 and 3 become a list of objects.
 """
 
 import math
+import re
+import sys
 from contextlib import suppress
 
 # what the standards count or measure; others are texts
@@ -65,6 +68,36 @@ def read_attributes(element):
     addresses = [address for address in addresses if address]
     told = {"attributes": attributes} if attributes else {}
     return told | ({"address": addresses} if addresses else {})
+
+
+def take_attributes(one):
+    """What a city object of CityJSON tells of itself, unchanged: as of `read_attributes`.
+
+    An address is a list also where older files have a single one; the place of one, in vertices of
+    the file, is left out.
+    """
+    attributes, addresses = one.get("attributes"), one.get("address")
+    told = {}
+    if isinstance(attributes, dict) and attributes:
+        # Lines of CityJSONSeq spell the same names again and again: each is kept once.
+        told["attributes"] = {sys.intern(name): value for name, value in attributes.items()}
+    addresses = addresses if isinstance(addresses, list) else [addresses]
+    addresses = [
+        {name: value for name, value in address.items() if name != "location"}
+        for address in addresses
+        if isinstance(address, dict)
+    ]
+    return told | ({"address": addresses} if any(addresses) else {})
+
+
+def list_tags(value):
+    """Keys and texts of tags that a column holds together, an object or GDAL's text of
+    `"key"=>"value"`: list of tuples.
+    """
+    if isinstance(value, dict):
+        return list(value.items())
+    pair = r'"((?:[^"\\]|\\.)*)"\s*=>\s*"((?:[^"\\]|\\.)*)"'
+    return re.findall(pair, value) if isinstance(value, str) else []
 
 
 def _add_plain(element, name, attributes):

@@ -19,6 +19,7 @@ from .collect_trees import collect_json_tree, finish_trees
 from .lifetimes import GONE, is_terminated, leave_out_demolished, note_demolitions
 from .open_input import clean_name
 from .parse_json import READ, iterate_json
+from .read_attributes import take_attributes
 from .read_relief import collect_json_relief
 from .walk_boundaries import read_transform, read_vertices
 
@@ -197,6 +198,8 @@ class _Reading:
         note_demolitions(
             {place: _attributes(objects[name]) for name, place in own.items()}, content
         )
+        told = {place: take_attributes(objects[name]) for name, place in own.items()}
+        content.attributes |= {place: one for place, one in told.items() if one}
         # Then shapes of each object: of buildings, trees, terrain.
         for number, (name, city_object) in enumerate(objects.items()):
             if number % 64 == 0:

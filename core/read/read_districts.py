@@ -113,7 +113,7 @@ def _read_map(path, column):
     choose = partial(_choose_layer, column=column)
     readers = {
         "geojson": read_geojson,
-        "geopackage": partial(read_geopackage, choose=choose, useful=lambda _: True),
+        "geopackage": partial(read_geopackage, choose=choose),
         "vector": partial(read_vector, choose=choose),
         "geoparquet": read_geoparquet,
     }

@@ -19,6 +19,7 @@ from . import footprint_names as names
 from .flat_map import OPENSTREETMAP
 from .footprint_heights import DEFAULT, OUTLINE, STOREY, measure_heights
 from .open_input import clean_name
+from .read_attributes import list_tags
 
 COMPASS = (
     "n",
@@ -38,6 +39,7 @@ COMPASS = (
     "nw",
     "nnw",
 )
+TAGS = ("tags", "other_tags")  # columns that hold tags together
 SHAPES = {"gabled": "gabled", "hipped": "hipped", "pyramidal": "pyramidal", "skillion": "skillion"}
 
 
@@ -88,7 +90,7 @@ def read_footprints(contents, hints):
         _replace_outlines(features, flat)
     for features in flat:
         _fill_heights(features, hints)
-        features.content.footprints = _make_footprints(features)
+        features.content.footprints = _make_footprints(features, flat)
         features.content.flat_map = None
 
 
@@ -111,14 +113,9 @@ def _spread_tags(flat_map):
     """Make attributes of the tags that a column holds together: an object, or GDAL's text of
     `"key"=>"value"`.
     """
-    pair = re.compile(r'"((?:[^"\\]|\\.)*)"\s*=>\s*"((?:[^"\\]|\\.)*)"')
-    for column in ("tags", "other_tags"):
-        values = flat_map.columns.pop(column, None)
-        for row, value in enumerate(values or ()):
-            pairs = value.items() if isinstance(value, dict) else ()
-            if isinstance(value, str):
-                pairs = pair.findall(value)
-            for key, text in pairs:
+    for column in TAGS:
+        for row, value in enumerate(flat_map.columns.get(column) or ()):
+            for key, text in list_tags(value):
                 if names.is_useful(key):
                     own = flat_map.columns.setdefault(key, [None] * len(flat_map))
                     own[row] = text if own[row] is None else own[row]
@@ -326,8 +323,8 @@ def _fill_heights(features, hints):
     features.kept[missing] = False
 
 
-def _make_footprints(features):
-    """Footprints of the features that are left."""
+def _make_footprints(features, flat):
+    """Footprints of the features that are left, of one of some files."""
     heights, flat_map = features.heights, features.map
     # What begins above its own top is no solid.
     upside = features.kept & ~((heights.top > heights.bottom) | heights.above_sea)
@@ -361,7 +358,37 @@ def _make_footprints(features):
         [heights.source[row] for row in rows],
         heights.above_sea[rows],
         {int(number[row]): roof for row, roof in roofs.items() if number[row] >= 0},
+        [_list_attributes(flat_map, row) for row in rows.tolist()],
+        {
+            int(number[row]): _list_attributes(flat[file].map, outline)
+            for row, (file, outline) in features.outline.items()
+            if number[row] >= 0
+        },
     )
+
+
+def _list_attributes(flat_map, row):
+    """All that a file tells of a feature, as it tells it, tags one by one: dict."""
+    told = flat_map.rows[row] if flat_map.rows else _take_row(flat_map.columns, row)
+    for name in TAGS:
+        if name in told:
+            told = {key: value for key, value in told.items() if key != name}
+            told |= dict(list_tags(flat_map.columns[name][row]))
+    return told
+
+
+def _take_row(columns, row):
+    """Values of a row of a table, by column, without those that are unknown."""
+    values = ((name, column[row]) for name, column in columns.items())
+    return {
+        name: value
+        for name, value in values
+        if not (value is None or isinstance(value, bytes) or _is_nan(value))
+    }
+
+
+def _is_nan(value):
+    return isinstance(value, float) and math.isnan(value)
 
 
 def _name_part(features, row):

@@ -101,8 +101,8 @@ def read_geoparquet(path, report_share=silent):
     if own.get("encoding", "WKB") != "WKB":
         raise InputError(path, f"has geometries as {own['encoding']}", "write them as WKB")
     with InputError.parsing(path, "cannot be read as Parquet", CUT):
-        # All columns but nested ones that are of no use here.
-        kept = [one for one in file.schema_arrow.names if one not in ("bbox", "names", "addresses")]
+        # All columns but the boxes around the geometries.
+        kept = [one for one in file.schema_arrow.names if one != "bbox"]
         table = file.read(columns=kept)
         columns = {one: table.column(one).to_pylist() for one in kept if one != name}
         geometries = table.column(name).to_pylist()

@@ -9,14 +9,13 @@ from pathlib import Path
 from ..city.city import FileContent
 from ..settings.errors import InputError
 from ..settings.progress import silent
-from . import footprint_names as names
 from .flat_map import choose_layer, map_of_wkb, name_of_definition
 from .open_input import CUT, Budget, open_input
 
 ENVELOPES = (0, 32, 48, 48, 64)  # bytes of the envelope in a header, by its kind
 
 
-def read_geopackage(path, report_share=silent, *, choose=choose_layer, useful=names.is_useful):
+def read_geopackage(path, report_share=silent, *, choose=choose_layer):
     """Read the outlines of the layer of a GeoPackage that has buildings, or of another one.
 
     Parameters
@@ -26,8 +25,6 @@ def read_geopackage(path, report_share=silent, *, choose=choose_layer, useful=na
         As in `open_input`.
     choose : callable, optional
         Name of the layer, as `choose_layer`.
-    useful : callable, optional
-        Whether an attribute of that name is read; all are where none is useful.
 
     Returns
     -------
@@ -51,10 +48,9 @@ def read_geopackage(path, report_share=silent, *, choose=choose_layer, useful=na
             }
             columns = {name: _list_columns(file, name, layers[name][0]) for name in layers}
         name = choose(columns, content)
-        kept = list(filter(useful, columns[name])) or columns[name]
         with InputError.parsing(path, "cannot be read as a GeoPackage", CUT):
             _note_system(file, layers[name][1], content)
-            geometries, attributes = _read_layer(file, (name, layers[name][0]), kept, path)
+            geometries, attributes = _read_layer(file, (name, layers[name][0]), columns[name], path)
     report_share(0.5)
     content.flat_map = map_of_wkb(geometries, [""] * len(geometries), attributes, content)
     report_share(0.9)
@@ -121,7 +117,6 @@ def _read_layer(file, layer, columns, path):
     layer : tuple of str
         Its table, and the column of geometries.
     columns : list of str
-        Those that are read.
     path : path-like
     """
     chosen = ", ".join(map(_quote, (layer[1], *columns)))

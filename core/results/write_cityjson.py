@@ -16,6 +16,7 @@ from ..settings.progress import silent
 from .cityjson_surroundings import list_objects, list_points
 from .columns import TABLED
 from .write_buildings import sum_buildings
+from .write_summary import finite
 
 PREFIX = "citypv_"
 MONTHS = [f"full_load_hours_{number:02d}" for number in range(1, 13)]  # of buildings.csv
@@ -41,9 +42,9 @@ def write_cityjson(path, run, progress=silent, *, further_decimals=6):
     on it, OuterCeilingSurface for what else faces down, RoofSurface for the rest. Trees, and the
     terrain of the files, are objects of their own. Coordinates stand as in the files. Its ``id`` is
     the ``surface_id`` of faces.csv, its attributes bear the names of that table behind ``citypv_``,
-    and ``citypv_full_load_hours_by_month`` holds twelve values. What is unknown is left out. A
-    format that knows no levels of detail is written as level 2, the outer shell of level 4 as level
-    3.
+    and ``citypv_full_load_hours_by_month`` holds twelve values. What is unknown is left out.
+    Buildings and parts keep the attributes and addresses of their files. A format that knows no
+    levels of detail is written as level 2, the outer shell of level 4 as level 3.
 
     Parameters
     ----------
@@ -79,20 +80,19 @@ def write_cityjson(path, run, progress=silent, *, further_decimals=6):
     vertices, index = np.unique(whole, axis=0, return_inverse=True)
     index = index.reshape(-1).tolist()
     boundaries, surfaces = _list_boundaries(city, index), _describe_surfaces(city, transfer, energy)
-    # Polygons by building, part of it, and level of detail.
-    members = {}
-    for polygon, building in enumerate(city.building_id):
-        lod = (city.lod[polygon] if city.lod else "") or "2"
-        # CityJSON has no level 4; its outer shell corresponds to level 3.
-        lod = "3" if lod.startswith("4") else lod
-        part = city.part[polygon] if city.part else ""
-        members.setdefault(building, {}).setdefault(part, {}).setdefault(lod, []).append(polygon)
+    members = _sort_polygons(city)
     # Energy of each building becomes its attributes.
     sums, objects = (
         sum_buildings(transfer, energy, weather, monthly=True).set_index("building_id"),
         {},
     )
     colours = list(city.colours)
+
+    def tell(building, part, results):
+        """Members of a city object with what the files tell of it, and attributes of results."""
+        told = finite(city.attributes.get((building, part), {}))
+        attributes = told.get("attributes", {}) | results
+        return told | ({"attributes": attributes} if attributes else {})
 
     def draw(levels):
         """Geometries of some polygons, by their level of detail."""
@@ -114,18 +114,19 @@ def write_cityjson(path, run, progress=silent, *, further_decimals=6):
     taken = dict.fromkeys(members, 1)
     for number, (building, parts) in enumerate(members.items()):
         progress(stage, number, len(members), "buildings")
-        attributes, own = _describe_building(sums.loc[building]), {}
+        own = {}
         for part, levels in parts.items():
             if part:
                 name = free_name(f"{building}_part_{len(own) + 1}", taken)
                 own[name] = {
                     "type": "BuildingPart",
                     "parents": [building],
+                    **tell(building, part, {}),
                     "geometry": draw(levels),
                 }
         objects[building] = {
             "type": "Building",
-            "attributes": attributes,
+            **tell(building, "", _describe_building(sums.loc[building])),
             "geometry": draw(parts.get("", {})),
         }
         objects[building] |= {"children": list(own)} if own else {}
@@ -154,10 +155,28 @@ def write_cityjson(path, run, progress=silent, *, further_decimals=6):
         "CityObjects": objects,
         "vertices": vertices.tolist(),
     }
-    path.write_text(
-        json.dumps(document, ensure_ascii=False, separators=(",", ":")) + "\n", encoding="utf-8"
-    )
+    # Dates and decimals of other formats become texts; halves of signs stay as JSON spells them.
+    text = json.dumps(document, ensure_ascii=False, separators=(",", ":"), default=str)
+    path.write_text(text + "\n", encoding="utf-8", errors="backslashreplace")
     progress(stage, len(members), len(members), "buildings")
+
+
+def _sort_polygons(city):
+    """Polygons of a city by building, part of it, and level of detail: dict of dict of dict of list
+    of int; a part of which the files only tell something has none.
+    """
+    members = {}
+    for polygon, building in enumerate(city.building_id):
+        lod = (city.lod[polygon] if city.lod else "") or "2"
+        # CityJSON has no level 4; its outer shell corresponds to level 3.
+        lod = "3" if lod.startswith("4") else lod
+        part = city.part[polygon] if city.part else ""
+        members.setdefault(building, {}).setdefault(part, {}).setdefault(lod, []).append(polygon)
+    # Parts without a polygon that was kept still have what the file tells of them.
+    for building, part in city.attributes:
+        if building in members:
+            members[building].setdefault(part, {})
+    return members
 
 
 def _wear_materials(city, own, colours):

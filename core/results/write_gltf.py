@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..city.building_facts import BuildingFacts
 from ..modules.module_shapes import draw_modules, triangulate_modules
 from ..settings.progress import silent
 from .colour_map import GROUND, MODULES, choose_range, linear_light, srgb_colour
@@ -25,8 +26,8 @@ def write_gltf(path, run, progress=silent):
 
     Axes are glTF's: x east, y up, z south; metres from the scene's origin, which `asset.extras`
     names together with the scale of the colours. Each building is a node of its own (all together
-    where there are more than 2,000), with the sums of its modules in `extras`, the ground another,
-    and all modules one more. The material is unlit, so that colours
+    where there are more than 2,000), with what its file tells and the sums of its modules in
+    `extras`, the ground another, and all modules one more. The material is unlit, so that colours
     show as they are; viewers without that extension light a rough surface. Ground and surfaces
     without full load hours are grey.
 
@@ -38,12 +39,12 @@ def write_gltf(path, run, progress=silent):
         See `core.settings.progress`.
     """
     stage = "writing city.glb"
-    _, scene, _, energy, weather = run
+    _, scene, transfer, energy, weather = run
     progress(stage, 0, 2, "steps")
     # Colours are full load hours between the limits of the scale; corners are not shared, so that
     # each face has its own.
     level = choose_range(energy.full_load_hours, scene.surfaces.area)
-    names, sums, node = _group_triangles(scene, energy)
+    names, sums, node = _group_triangles(scene, energy, transfer.facts or BuildingFacts())
     corners = np.asarray(scene.vertices, float)[scene.triangles]  # (t, 3, 3) [m]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
@@ -111,8 +112,10 @@ def write_gltf(path, run, progress=silent):
     progress(stage, 2, 2, "steps")
 
 
-def _group_triangles(scene, energy):
-    """Names of the nodes, sums of the modules of each, and the node of each triangle (t,)."""
+def _group_triangles(scene, energy, facts):
+    """Names of the nodes, what is told of each and sums of its modules, and the node of each
+    triangle (t,).
+    """
     surface = scene.surface_of_triangle
     names, building = np.unique(
         np.array(scene.surfaces.building_id, dtype=object).astype(str), return_inverse=True
@@ -130,6 +133,11 @@ def _group_triangles(scene, energy):
         name: np.bincount(building.reshape(-1), values, len(names)).tolist()
         for name, values in numbers.items()
     }
-    told = [{name: own[k] for name, own in sums.items()} for k in range(len(names))]
+    words = facts.of(names)
+    told = [
+        {name: own[k] for name, own in words.items() if own[k]}
+        | {name: own[k] for name, own in sums.items()}
+        for k in range(len(names))
+    ]
     names, told = [*map(str, names), "ground"], [*told, {}]
     return [names[k] for k in used], [told[k] for k in used], node.reshape(-1)

@@ -1,18 +1,33 @@
 """What files tell of buildings beside shapes: attributes, addresses, names, functions, years."""
 
+import gzip
+import json
 import re
 import shutil
+import sqlite3
+import struct
+from contextlib import closing
 from pathlib import Path
+from types import SimpleNamespace
 
 import citygml_text as text
+import cityjson_text as cityjson
 import pandas as pd
+import pytest
+import shapely
+from cities import box, make_city
+from footprint_text import feature, square, write_map
 
 from citypv.core.city.building_facts import tell_facts
 from citypv.core.read.read_city import read_city
 from citypv.core.read.read_citygml import read_citygml
+from citypv.core.results import write_cityjson
+from citypv.core.results.exports import RunResults
 from citypv.core.results.read_results import read_results
+from citypv.core.results.write_geopackage import TABLES, write_system
 
 DEMO = Path(__file__).parents[2] / "examples/berlin/berlin_3910_5817.gml"
+DATA = Path(__file__).parents[1] / "data"
 XAL_2 = """<bldg:address><Address><xalAddress><xAL:AddressDetails xmlns:xAL="urn:xal2"><xAL:Country>
 <xAL:CountryName>Germany</xAL:CountryName><xAL:Locality Type="Town"><xAL:LocalityName>Halle
 </xAL:LocalityName><xAL:Thoroughfare Type="Street"><xAL:ThoroughfareNumber>12
@@ -134,3 +149,179 @@ def test_results_of_earlier_versions_tell_nothing_of_buildings(small_results, tm
     assert (read_results(folder).buildings.to_numpy()[:, 1:] == "").all()
     (folder / "buildings.csv").unlink()
     assert read_results(folder).buildings["building"].tolist() == ["a", "b", "c"]
+
+
+@pytest.fixture
+def written(tmp_path, monkeypatch):
+    """Write the city of a file as CityJSON, without light and results: its city objects."""
+    monkeypatch.setattr(write_cityjson, "_describe_surfaces", lambda city, *_: [{}] * len(city))
+
+    def sum_nothing(transfer, *_, **__):
+        names = sorted(set(transfer.building_id))
+        return pd.DataFrame({"building_id": names, "kwp": 0.0, "eligible_area": 0.0})
+
+    monkeypatch.setattr(write_cityjson, "sum_buildings", sum_nothing)
+
+    def write(path):
+        city = read_city(path)
+        weather = SimpleNamespace(label="none")
+        run = RunResults(city, None, city, None, weather)
+        write_cityjson.write_cityjson(tmp_path / "city.city.json", run)
+        document = json.loads((tmp_path / "city.city.json").read_text("utf-8"))
+        return document["CityObjects"]
+
+    return write
+
+
+def list_own(objects):
+    """Attributes of buildings and parts without those of results, as sorted texts."""
+    told = [
+        {
+            name: value
+            for name, value in one.get("attributes", {}).items()
+            if not name.startswith("citypv_")
+        }
+        for one in objects
+        if one["type"].startswith("Building")
+    ]
+    return sorted(json.dumps(own, sort_keys=True) for own in told if own)
+
+
+def test_attributes_of_cityjson_stay_as_they_are(tmp_path, written):
+    """Values of every type, unusual names, of a building and of its part without a shape; an
+    address without its place, which is in vertices of the file.
+    """
+    told = {"a": 1, "b": None, "c": [1, {"d": 2.5}], "e": True, "naïve": "\ud800 ½", "f": 1e300}
+    address = {"Country": "NL", "location": {"type": "MultiPoint", "boundaries": [0], "lod": "1"}}
+    part = {"parents": ["a"], "attributes": {"roofType": "1070"}}
+    one = cityjson.house(cityjson.solid(), attributes=told, address=address, children=["p"])
+    objects = {"a": one, "p": cityjson.house(kind="BuildingPart", **part)}
+    source = tmp_path / "city.json"
+    source.write_text(json.dumps(cityjson.model(objects)), encoding="utf-8")
+    again = written(source)
+    assert list_own(again.values()) == list_own(objects.values())
+    assert again["a"]["address"] == [{"Country": "NL"}]
+    assert "citypv_eligible_area" in again["a"]["attributes"]
+    assert [one["parents"] for one in again.values() if one["type"] == "BuildingPart"] == [["a"]]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "rotterdam_delfshaven_v20.city.json.gz",
+        "3dbag_delft_subset_v20.city.jsonl.gz",
+        "denhaag_random_5.city.jsonl",
+    ],
+)
+def test_attributes_of_real_cityjson_are_unchanged(name, written):
+    path = DATA / "cityjson" / name
+    data = path.read_bytes()
+    texts = (gzip.decompress(data) if name.endswith("gz") else data).decode().splitlines()
+    objects = [one for text in texts for one in json.loads(text).get("CityObjects", {}).values()]
+    told = list_own(objects)
+    assert list_own(written(path).values()) == told and len(told) >= 10
+
+
+def test_attributes_of_the_demo_are_written(written):
+    """Counted in the text of the file."""
+    plain, objects = DEMO.read_text("utf-8"), written(DEMO).values()
+    assert sum(len(one.get("address", ())) for one in objects) == plain.count("<Address>")
+    for name in ("function", "roofType", "measuredHeight"):
+        told = [one["attributes"][name] for one in objects if name in one.get("attributes", {})]
+        assert len(told) == plain.count(f"<bldg:{name}>") > 100
+        assert sorted(map(str, told)) == sorted(re.findall(f"<bldg:{name}>(.*?)</", plain))
+
+
+def test_attributes_of_outlines_are_unchanged(written):
+    path = DATA / "footprints/geoclimate_building_part.geojson.gz"
+    features = json.loads(gzip.decompress(path.read_bytes()))["features"]
+    told = sorted(json.dumps(one["properties"], sort_keys=True) for one in features)
+    own = list_own(written(path).values())
+    assert set(own) <= set(told)
+    assert len(own) == len({one["properties"]["ID_SOURCE"] for one in features}) - 1
+
+
+def test_what_outlines_and_their_parts_tell(tmp_path):
+    """A building that is drawn by its part keeps the address of its outline; tags in a column are
+    told one by one.
+    """
+    house = {"addr:street": "Kirchgasse", "addr:housenumber": "3", "addr:city": "Köln"}
+    church = {"tags": {"name": "St. Maria", "start_date": "C12, 1904"}, "building": "church"}
+    path = write_map(
+        tmp_path / "town.geojson",
+        feature(square(0, 0), "way/1", building="house", height=9, **house),
+        feature(square(0, 0, 10, 5), "way/2", **{"building:part": "yes", "height": 7}),
+        feature(square(40, 0), "way/3", height=20, **church),
+    )
+    city = read_city(path)
+    assert city.attributes["way/1", ""]["attributes"]["addr:street"] == "Kirchgasse"
+    assert "tags" not in city.attributes["way/3", ""]["attributes"]
+    facts = tell_facts(city)
+    assert facts.of(["way/1", "way/3"]) == {
+        "address": ["Kirchgasse 3, Köln", ""],
+        "name": ["", "St. Maria"],
+        "function": ["house", "church"],
+        "year": ["", "1904"],
+    }
+
+
+def test_a_geopackage_keeps_all_columns(tmp_path):
+    """Of which heights need no more than one; blobs are left out."""
+    path = tmp_path / "town.gpkg"
+    with closing(sqlite3.connect(path)) as file, file:
+        file.executescript(TABLES)
+        number = write_system(file, "EPSG:25832")
+        file.execute("CREATE TABLE houses (geom, height, strasse, hausnr, gfk, photo, note)")
+        file.execute(
+            "INSERT INTO gpkg_geometry_columns VALUES ('houses', 'geom', 'POLYGON', ?, 0, 0)",
+            (number,),
+        )
+        shape = struct.pack("<2sBBi", b"GP", 0, 1, number)
+        shape += shapely.box(5e5, 5.6e6, 5e5 + 10, 5.6e6 + 10).wkb
+        row = (shape, 9.5, "Gässle", 4, "31001_1010", b"\x00", None)
+        file.execute("INSERT INTO houses VALUES (?, ?, ?, ?, ?, ?, ?)", row)
+    city = read_city(path)
+    (told,) = city.attributes.values()
+    assert told["attributes"] == {
+        "height": 9.5,
+        "strasse": "Gässle",
+        "hausnr": 4,
+        "gfk": "31001_1010",
+    }
+    facts = tell_facts(city)
+    assert (facts.address, facts.function) == (["Gässle 4"], ["Wohnhaus (31001_1010)"])
+
+
+@pytest.mark.parametrize(
+    ("attributes", "function", "year"),
+    [
+        ({"function": "31001_2463"}, "Garage (31001_2463)", ""),
+        # the same digits mean something else in each list
+        ({"function": "1220"}, "1220", ""),
+        (
+            {"function": "1220", "function_codeSpace": "http://www.sig3d.org/codelists/citygml"},
+            "youth hostel (1220)",
+            "",
+        ),
+        (
+            {"gebaeudefunktion": 1220},
+            "Land- und forstwirtschaftliches Wohn- und Betriebsgebäude (1220)",
+            "",
+        ),
+        ({"function": "31001_7777"}, "31001_7777", ""),
+        (
+            {"currentUse": "http://inspire.ec.europa.eu/codelist/CurrentUseValue/residential"},
+            "residential",
+            "",
+        ),
+        ({"building": "yes", "amenity": "school", "start_date": "1904-05-01"}, "school", "1904"),
+        ({"oorspronkelijkbouwjaar": 1870}, "", "1870"),
+        ({"dateOfConstruction": "1929-01-01", "yearOfConstruction": 0}, "", "1929"),
+        ({"usage": "422", "usage_codeSpace": "../../codelists/Building_usage.xml"}, "422", ""),
+    ],
+)
+def test_functions_and_years_in_words(attributes, function, year):
+    city = make_city(box("a", 0, 0, 5, 5, 0, 5))
+    city.attributes = {(city.building_id[0], ""): {"attributes": attributes}}
+    facts = tell_facts(city)
+    assert (facts.function, facts.year) == ([function], [year])
