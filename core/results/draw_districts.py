@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import shapely
 
-from ..settings.errors import InputError, parsing
+from ..settings.errors import InputError
 from .colour_map import MAPS, linear_light, srgb_colour
 from .surfaces_file import GIVE_RESULTS
 from .words import number, say
@@ -45,7 +45,7 @@ def read_districts_of(folders):
         )
     rows = {}
     for path in paths if not missing else ():
-        with parsing(path, "cannot be read as sums by district", GIVE_RESULTS):
+        with InputError.parsing(path, "cannot be read as sums by district", GIVE_RESULTS):
             for feature in json.loads(path.read_text("utf-8"))["features"]:
                 own, drawn = feature["properties"], feature["geometry"]
                 shape = shapely.geometry.shape(drawn) if drawn else None
