@@ -112,6 +112,7 @@ def describe_assumptions(summary):
     light = settings | (traced.get("request") or {})
     years, away = weather.get("years") or 1, weather.get("distance_km") or 0
     inverter = settings["inverter"]
+    words = {name: details.choices for name, _, details in declared_settings()}
     # What comes behind the modules: losses, and an inverter if there is one.
     behind = f"{settings['losses']:g} % of the DC energy, " + (
         f"inverter {inverter}" if inverter else "no inverter"
@@ -125,8 +126,8 @@ def describe_assumptions(summary):
         ),
         ("Irradiation in a year", LIGHT.format(**weather)),
         ("Module", " ".join(settings["module"].replace("_", " ").split())),
-        ("Mounting", words_of("mounting", settings["mounting"])),
-        ("Strings", words_of("strings", settings.get("strings", "module"))),
+        ("Mounting", words["mounting"][settings["mounting"]]),
+        ("Strings", words["strings"][settings.get("strings", "module")]),
         (
             "Losses and inverter",
             behind
@@ -139,16 +140,16 @@ def describe_assumptions(summary):
                 settings["method"] == "paper"
             ],
         ),
-        ("Sky", words_of("sky", summary["sky"])),
+        ("Sky", words["sky"][summary["sky"]]),
         ("Sun positions", f"{WAYS[way].format(number)}: {summary['suns']['count']:,} positions"),
         ("Reflections", f"{traced.get('max_bounces', light['max_bounces'])} in succession"),
         ("Albedo (share of light reflected)", _describe_albedo(summary, light)),
-        ("Azimuths that count", words_of("sectors", settings["sectors"])),
-        ("Walls that a neighbour covers", words_of("hidden_walls", settings["hidden_walls"])),
+        ("Azimuths that count", words["sectors"][settings["sectors"]]),
+        ("Walls that a neighbour covers", words["hidden_walls"][settings["hidden_walls"]]),
     ]
     # What is not considered depends on what was switched on.
     usable = ", ".join(f"{kind} {100 * share:g} %" for kind, share in settings["usable"].items())
-    rows.append(("Modules", words_of("layout", settings.get("layout", "area"))))
+    rows.append(("Modules", words["layout"][settings.get("layout", "area")]))
     rows.append(("Share left to them by what the city does not show", usable or "all"))
     if least := settings.get("least_hours"):
         rows.append(("Least hours of a face with modules", f"{least:g} h a year"))
@@ -474,11 +475,4 @@ def describe_poor_years(summary):
         f"Of the {years} years of the weather, half exceed {totals['p50_mwh_per_year']:,.0f} MWh "
         "(P50) and nine of ten "
         f"{totals['p90_mwh_per_year']:,.0f} MWh (P90{few})."
-    )
-
-
-def words_of(name, value):
-    """What a value of a setting with choices means, in words: str."""
-    return next(
-        details.choices[value] for found, _, details in declared_settings() if found == name
     )
