@@ -76,7 +76,7 @@ class Patches(Faces):
         )
 
     def reseed(self, scene, seed):
-        """The same patches with the random numbers of another seed."""
+        """Patches with the random numbers of another seed, and else as they are."""
         return replace(self, key=_keys_of_triangles(scene, seed)[0])
 
     def lie_in_earth(self, ray_scene, points):
