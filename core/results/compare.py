@@ -7,10 +7,11 @@ import importlib.util
 import numpy as np
 
 from ..settings.errors import count_of, list_some, show_number
-from . import write_report
+from . import page
 from .columns import write_table
 from .compare_runs import EXISTING, compare_folders, describe_light
 from .output_folder import whole_folder
+from .write_report import compose_city
 from .write_summary import write_summary
 
 CAPTIONS = {
@@ -167,7 +168,7 @@ def _compose_page(comparison):
         with plain_style():
             for show, caption in CAPTIONS.items():
                 maps.append(
-                    write_report.picture(
+                    page.picture(
                         embed_figure(
                             draw_change(comparison.surfaces, comparison.later.outlines, show), "png"
                         ),
@@ -176,7 +177,7 @@ def _compose_page(comparison):
                     )
                 )
     # The later state in 3D, and one sentence on what happens to neighbours.
-    city, data = write_report.compose_city(comparison.later, comparison.surfaces)
+    (view, tables), data = compose_city(comparison.later, comparison.surfaces)
     kept = summary["sums"][EXISTING]
     lead = (
         f"What stays as it is {'gains' if kept['mwh_change'] > 0 else 'loses'} "
@@ -187,13 +188,13 @@ def _compose_page(comparison):
         "before."
     )
     body = [
-        write_report.section(
+        page.section(
             "In short",
-            write_report.paragraph(f"Weather: {summary['weather']}. {lead}"),
-            *(write_report.paragraph(note) for note in _note_paying(comparison)),
-            *(write_report.paragraph(note, "warning") for note in _note_light(comparison)),
-            write_report.table(("", "Buildings", *HEAD), sums, numbers=range(1, 8)),
-            write_report.paragraph(
+            page.paragraph(f"Weather: {summary['weather']}. {lead}"),
+            *(page.paragraph(note) for note in _note_paying(comparison)),
+            *(page.paragraph(note, "warning") for note in _note_light(comparison)),
+            page.table(("", "Buildings", *HEAD), sums, numbers=range(1, 8)),
+            page.paragraph(
                 "± is the standard error of the change: from the rays that both states share where "
                 "one is a variant of "
                 "the other, else as if both were independent, which is more. What sees nothing new "
@@ -201,21 +202,20 @@ def _compose_page(comparison):
                 "small",
             ),
         ),
-        city,
-        write_report.section("Where", *maps) if maps else "",
-        write_report.section(
+        view,
+        tables,
+        page.section("Where", *maps) if maps else "",
+        page.section(
             "Who loses, who gains",
-            write_report.paragraph(
+            page.paragraph(
                 f"{len(sure):,} of {len(buildings):,} buildings change by more than two standard "
                 "errors."
             ),
-            write_report.table(("Building", "", *HEAD, "%"), rows, numbers=range(2, 9)),
-            write_report.paragraph(
-                "All are in buildings.csv, all surfaces in surfaces.csv.", "small"
-            ),
+            page.table(("Building", "", *HEAD, "%"), rows, numbers=range(2, 9)),
+            page.paragraph("All are in buildings.csv, all surfaces in surfaces.csv.", "small"),
         ),
     ]
-    return write_report.fill_page(
+    return page.fill_page(
         f"Comparison: {summary['before']} and {summary['after']}",
         "\n".join(filter(None, body)),
         data,

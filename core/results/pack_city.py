@@ -11,6 +11,7 @@ import zlib
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ..city.building_facts import FACTS
 from ..city.classify import ORIENTATIONS
 from ..city.polygons import triangulate
 from ..energy.pv_system import KINDS
@@ -72,6 +73,8 @@ def pack_city(results, change=None, *, with_modules=True):
             "building_change": sums.to_numpy(float),
             "building_change_error": np.sqrt(square.to_numpy(float)),
         }
+    texts, sums = _take_buildings(results.buildings, buildings)
+    arrays |= sums
     supply = sum_counting(faces["kind"].to_numpy(str), values)
     # Shapes of the surfaces, then the header that says what each array is, then all in one stream.
     shapes = {} if results.outlines is None else pack_shapes(results.outlines, building)
@@ -80,14 +83,31 @@ def pack_city(results, change=None, *, with_modules=True):
     packed = [_pack_array(name, array) for name, array in (arrays | shapes).items()]
     header = {
         "buildings": buildings.tolist(),
+        "texts": texts,
         "surface_id": faces["surface_id"].tolist(),
-        **describe_view(kinds, sides, list_layers(values, mounted), supply),
+        **describe_view(
+            kinds, sides, list_layers(values, mounted), supply, results.summary["totals"]
+        ),
         "arrays": [entry for entry, _ in packed],
     }
     text = json.dumps(header, separators=(",", ":")).encode("ascii")
     stream = zlib.compressobj(9, zlib.DEFLATED, -zlib.MAX_WBITS)
     parts = [len(text).to_bytes(4, "little"), text, *(data for _, data in packed)]
     return base64.b64encode(stream.compress(b"".join(parts)) + stream.flush()).decode("ascii")
+
+
+def _take_buildings(table, names):
+    """Texts of the buildings by column, of columns that have any; and their sums as buildings.csv
+    has them, so that page and table agree to the last digit: dict of list of str, dict of arrays.
+    """
+    if table is None:
+        return {}, {}
+    table = table.set_index("building").reindex(names)
+    texts = {name: table[name].tolist() for name in FACTS if table[name].any()}
+    if table["kwp"].isna().any():  # of a folder without them the page adds up its surfaces
+        return texts, {}
+    own = {"kwp": "kwp", "mwh": "mwh_per_year", "mwh_error": "mwh_standard_error"}
+    return texts, {f"building_{name}": table[own[name]].to_numpy(float) for name in own}
 
 
 def _pack_modules(layout):

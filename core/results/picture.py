@@ -22,7 +22,6 @@ LINES = {
     "west": {"color": "#009E73", "marker": "v", "linestyle": (0, (1, 1))},
     "northwest": {"color": "#000000", "marker": ".", "linestyle": (0, (1, 1))},
 }
-OTHER = {"color": "#555555", "marker": "D", "linestyle": "-"}
 STYLE = {
     "font.family": "DejaVu Sans",
     "font.size": 10,

@@ -36,6 +36,7 @@ FACE_TEXTS = ("surface_id", "building_id", "kind", "orientation", "eligible")
 FACE_TEXTS += ("reason", "reason_note")
 FACE_NUMBERS = ("area", "open_area", "kwp", "module_count", "surface_tilt", "surface_azimuth")
 FACE_NUMBERS += ("sky_view_factor", "full_load_hours", "full_load_hours_standard_error")
+BUILDING_SUMS = ("kwp", "mwh_per_year", "mwh_standard_error")
 GROUP_TEXTS = ("kind", "orientation", "period")
 SECTIONS = {  # of summary.json, and what must stand in each
     "input": ("site", "surfaces"),
@@ -81,7 +82,8 @@ class Results:
     outlines: Outlines | None  # None where the light comes from a file without them
     months: np.ndarray  # (n, 12) [h] full load hours of each surface by month
     layout: ModuleLayout | None = None  # where modules lie; None: every square metre counts
-    # a row per building, texts: building, address, name, function, year; "" where nothing is told
+    # a row per building: building, address, name, function, year, texts, "" where nothing is told;
+    # kwp, mwh_per_year and mwh_standard_error, NaN where they are not known
     buildings: pd.DataFrame | None = None
 
 
@@ -135,21 +137,23 @@ def read_results(folder):
 
 
 def _read_buildings(path, faces):
-    """What is told of the buildings of faces.csv, as of Results; nothing in folders of earlier
-    versions.
+    """What is told of the buildings of faces.csv, and their sums, as of Results; nothing in folders
+    of earlier versions.
     """
     table = pd.DataFrame({"building_id": []})
     if path.is_file():
         texts = {"building_id": str, **dict.fromkeys(FACTS, str)}
+        columns = {*texts, *BUILDING_SUMS}
         try:
             table = pd.read_csv(
-                path, usecols=texts.__contains__, dtype=texts, keep_default_na=False
+                path, usecols=columns.__contains__, dtype=texts, keep_default_na=False
             )
         except (ValueError, OSError) as error:
             raise InputError(path, f"cannot be read as a table ({error})", GIVE_RESULTS) from error
-    table = check_columns(path, table, [*table], ()).set_index("building_id")
-    table = table.reindex(sorted(set(faces["building_id"])), columns=FACTS).fillna("")
-    return table.rename_axis("building").reset_index()
+    table = check_columns(path, table, [*texts], ()).set_index("building_id")
+    names = sorted(set(faces["building_id"]))
+    table = table.reindex(names, columns=[*FACTS, *BUILDING_SUMS])
+    return table.fillna(dict.fromkeys(FACTS, "")).rename_axis("building").reset_index()
 
 
 def read_summary(path):

@@ -10,19 +10,24 @@ import zlib
 
 import numpy as np
 
+from ..city.building_facts import FACTS
 from ..settings.errors import InputError
 from .tile_tree import SIDE
+from .words import plain
 
 
 class Store:
     """Surfaces by square, and buildings, in a file of their own."""
 
     def __init__(self, path):
+        self.filled = set()  # columns of the table of buildings that hold anything
         self.base = sqlite3.connect(path, isolation_level=None)
         self.base.executescript(
             """PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF; BEGIN;
             CREATE TABLE building (number INTEGER PRIMARY KEY, name TEXT UNIQUE, folder INTEGER, x INTEGER, y INTEGER,
-                sorted BLOB, energy REAL, row TEXT);
+                energy REAL, row TEXT);
+            CREATE TABLE entry (sorted BLOB, key TEXT, number INTEGER);
+            CREATE TABLE told (name TEXT PRIMARY KEY, told TEXT);
             CREATE TABLE piece (x INTEGER, y INTEGER, data BLOB); CREATE INDEX squares ON piece (x, y);"""
         )
 
@@ -81,30 +86,59 @@ class Store:
         )
         return [pickle.loads(zlib.decompress(data)) for (data,) in stored]
 
-    def describe_buildings(self, rows):
-        """Keep what the index says of buildings: (number, id or None, box, parts, part of flat
-        roofs) each.
-        """
+    def keep_texts(self, table):
+        """Keep what buildings.csv says of some buildings: a pandas.DataFrame by building_id."""
+        rows = zip(table.index, table.to_dict("records"), strict=True)
         self.base.executemany(
-            "UPDATE building SET row = ?, energy = ?, sorted = ? WHERE number = ?",
-            [
-                # Texts are compared by a browser as their UTF-16 is.
-                (
-                    json.dumps(row, separators=(",", ":")),
-                    sum(part[3] for part in row[3]),
-                    key,
-                    row[1] + 1,
-                )
-                for row in rows
-                for key in [
-                    None if row[0] is None else row[0].lower().encode("utf-16-be", "replace")
-                ]
-            ],
+            "INSERT OR IGNORE INTO told VALUES (?, ?)",
+            ((name, json.dumps(values)) for name, values in rows),
         )
 
-    def building_rows(self, order, most=-1):
-        """Rows of the index as JSON, in the order of a column: yields str."""
+    def texts_of(self, name):
+        """What was kept of a building: dict, empty where nothing was."""
+        told = self.base.execute("SELECT told FROM told WHERE name = ?", (name,)).fetchone()
+        return json.loads(told[0]) if told else {}
+
+    def describe_buildings(self, rows):
+        """Keep what the index says of buildings: (id or None, number, box, parts, part of flat
+        roofs, MWh, kWp, texts …) each, and under which texts each is searched.
+        """
+        for row in rows:
+            name, number, _, _, flat, energy, _, *texts = row
+            self.filled |= {column for column, text in zip(FACTS, texts, strict=True) if text}
+            self.filled |= {"flatKwp"} if flat and flat[1] else set()
+            self.base.execute(
+                "UPDATE building SET row = ?, energy = ? WHERE number = ?",
+                (json.dumps(row, separators=(",", ":")), energy, number + 1),
+            )
+            # Each text by its beginning, and names and functions by that of each word, too.
+            keys = set() if name is None else {plain(text) for text in (name, *texts) if text}
+            for text in map(plain, texts[1:3]):
+                keys |= {text[place:] for place in word_starts(text)}
+            # Texts are compared by a browser as their UTF-16 is.
+            self.base.executemany(
+                "INSERT INTO entry VALUES (?, ?, ?)",
+                ((key.encode("utf-16-be", "replace"), key, number + 1) for key in keys),
+            )
+
+    def entries(self):
+        """The index by what is searched: yields key and JSON of an entry."""
         stored = self.base.execute(
-            f"SELECT row FROM building ORDER BY {order}, number LIMIT ?", (most,)
+            "SELECT key, row FROM entry JOIN building USING (number) ORDER BY sorted, number"
         )
-        return (row for (row,) in stored)
+        return ((key, f"[{json.dumps(key)},{row[1:]}") for key, row in stored)
+
+    def largest(self, most):
+        """Entries of the buildings with most energy, as JSON, without a key: list of str."""
+        stored = self.base.execute(
+            "SELECT row FROM building WHERE row NOT NULL ORDER BY energy DESC, number LIMIT ?",
+            (most,),
+        )
+        return [f'["",{row[1:]}' for (row,) in stored]
+
+
+def word_starts(text):
+    """Places in a text where a word begins, but the first: list of int."""
+    return [
+        place for place in range(1, len(text)) if text[place - 1] == " " and text[place].isalpha()
+    ]

@@ -12,6 +12,7 @@ from ..energy.paying import sum_by_hours, supply_curve
 from .colour_map import DIVERGING, GROUND, MAPS, MISSING, choose_range
 from .columns import COLUMNS
 from .read_results import MONTHS, WORDS, select_mounted
+from .words import say
 
 FLAT = "modules lie flat; not among the totals of the city"
 
@@ -95,20 +96,32 @@ VIEWED = (
 )
 
 
-def describe_view(kinds, sides, layers, supply):
-    """What the page must know to show any surface, and all of them: dict. `supply` is of
-    `sum_counting`.
+def describe_view(kinds, sides, layers, supply, totals):
+    """What the page must know to show any surface, and all of them: dict.
+
+    `supply` is of `sum_counting`, `totals` of summary.json: the curve begins with the sums that
+    stand there.
     """
+    curve = supply_curve(supply)
+    for name, column in (("kwp", "kwp"), ("mwh", "mwh_per_year")):
+        facades = totals["kinds"].get("facade", {}).get(column, 0.0)
+        curve["facades"][name][0] = facades
+        curve["roofs"][name][0] = totals[column] - facades
     return {
         "kinds": [
-            {"name": name, "single": WORDS[name][0], "many": WORDS[name][1]} for name in kinds
+            {"name": name, "single": say(WORDS[name][0]), "many": say(WORDS[name][1])}
+            for name in kinds
         ],
         "sides": sides,
-        "columns": [column._asdict() for column in VIEWED if column.title],
-        "reasons": ["", FLAT, *REASONS.values()],
-        "months": MONTHS,
+        "columns": [
+            column._asdict() | {"title": say(column.title), "unknown": say(column.unknown)}
+            for column in VIEWED
+            if column.title
+        ],
+        "reasons": ["", say(FLAT), *map(say, REASONS.values())],
+        "months": [say(month) for month in MONTHS],
         "layers": layers,
-        "supply": supply_curve(supply),
+        "supply": curve,
         "missing": f"#{MISSING}",
         "ground": f"#{GROUND}",
     }
@@ -166,7 +179,7 @@ def list_layers(values, mounted):
     """What the city can be coloured by: list of dict.
 
     Each has the name of its values, title, unit, colours, their lowest and highest value and, if a
-    month, the lowest and highest of all months.
+    month, the lowest and highest of all months. What is unknown of all surfaces is left out.
     """
     # Titles and units as in the tables; limits of colours from what carries modules, by area.
     titles = {column.name: (column.title, column.legend_unit) for column in COLUMNS if column.title}
@@ -181,7 +194,10 @@ def list_layers(values, mounted):
         "energy": ("Energy of the surface", "kWh per year"),
         "sky": titles["sky_view_factor"],
     }
-    words |= {name: (f"Full load hours in {MONTHS[int(name[-2:]) - 1]}", "h") for name in months}
+    words |= {
+        name: (say("Full load hours in {month}", month=say(MONTHS[int(name[-2:]) - 1])), "h")
+        for name in months
+    }
     # Months share one scale, so that they can be compared.
     every = np.concatenate([values[name][rows] for name in months])
     shared = dict.fromkeys(months, choose_range(every, np.tile(area, len(months))))
@@ -198,11 +214,12 @@ def list_layers(values, mounted):
     return [
         {
             "name": name,
-            "title": title,
-            "unit": unit,
+            "title": say(title),
+            "unit": say(unit),
             "range": ranges[name],
             "shared": shared.get(name),
             "stops": stops["change" if name == "change" else "viridis"],
         }
         for name, (title, unit) in words.items()
+        if name in ("hours", "energy") or np.isfinite(values[name]).any()
     ]

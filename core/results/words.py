@@ -26,6 +26,7 @@ runs print and what is tested stays as it is.
 import json
 import re
 import string
+import unicodedata
 from contextlib import contextmanager
 from contextvars import ContextVar
 from html import escape
@@ -95,6 +96,15 @@ def number(value, form=",.0f"):
     if value is None or isnan(value):
         return "–"
     return _Writer().format_field(value, form)
+
+
+def plain(text):
+    """A text as it is searched: small letters without accents, as `plain` of web/viewer.js."""
+    letters = [
+        sign for sign in unicodedata.normalize("NFD", text) if unicodedata.category(sign)[0] != "M"
+    ]
+    signs = {"ß": "ss", "æ": "ae", "œ": "oe", "ø": "o", "ł": "l", "đ": "d"}
+    return "".join(letters).lower().translate(str.maketrans(signs))
 
 
 def read_html(name):

@@ -16,29 +16,30 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from ..city.building_facts import FACTS
 from ..city.classify import ORIENTATIONS
 from ..energy.pv_system import KINDS
-from ..settings.errors import InputError
+from ..settings.errors import InputError, id_of_cell
 from ..settings.version import __version__
 from .compare_runs import layout_of, list_differences
-from .describe_run import attributions_of, describe_assumptions, describe_windows
+from .describe_run import attributions_of, describe_assumptions
 from .draw_districts import read_districts_of
+from .headline import compose_headline
 from .output_folder import SITE_FILES, SITE_NAMES, whole_folder
+from .page import fill_template, paragraph, section, table
 from .read_pieces import frame_of, join_pieces, read_pieces
 from .read_results import in_order, read_summary
 from .site_store import Store
 from .surfaces_file import GIVE_RESULTS
 from .tile_tree import SIDE, bound, join_squares, write_square, write_tileset
 from .viewer_columns import describe_view, list_layers, measure_faces, sum_counting
-from .words import WEB, read_html, speaking
+from .words import WEB, read_html, say, speaking, words_as_data
 from .write_report import (
     compose_districts,
     compose_errors,
-    fill_template,
+    compose_totals,
+    describe_origin,
     list_warnings,
-    paragraph,
-    section,
-    table,
 )
 
 SCRIPTS = ("three.js", "tiles.js", "viewer.js", "supply.js", "map.js")
@@ -129,6 +130,7 @@ def write_site(
             "box": box.round(2).tolist(),
             "buildings": total,
         }
+        header["filled"] = sorted(store.filled)
         _write_index(work, store, header | view, private)
         _write_page(work, summary, title, attribution, read_districts_of(folders))
         # Names of what was written, so that the next run may replace just these.
@@ -169,11 +171,36 @@ def _join_summaries(folders):
             )
         first["date"] = max(first["date"], summary["date"])
         first["input"]["surfaces"] += summary["input"]["surfaces"]
-        for name in ("eligible_area", "kwp", "mwh_per_year"):
-            first["totals"][name] += summary["totals"][name]
-        first["totals"]["kinds"] = {}  # not summed up
+        first["totals"] = _add_totals(first["totals"], summary["totals"])
+        first["edge"] = None  # of each folder, not of all
         first["error_budget"] = _worse(first["error_budget"], summary["error_budget"])
     return first
+
+
+def _add_totals(one, other):
+    """Sums of two folders: numbers are added, means follow from sums, and what can be neither is
+    left out, such as poor years.
+    """
+    both = {}
+    for name in dict.fromkeys([*one, *other]):
+        own, more = one.get(name), other.get(name)
+        if isinstance(own or more, dict):
+            both[name] = _add_totals(own or {}, more or {})
+        elif name in ("layout", "unit", "area_per_kwp", "counted"):
+            both[name] = own
+        elif isinstance(own or more, (int, float)) and name[:4] not in ("p50_", "p90_"):
+            both[name] = (own or 0) + (more or 0)
+    for end in ("", "_dc"):
+        if f"mwh{end}_per_year" in both and f"full_load_hours{end}" in both:
+            energy = 1000 * both[f"mwh{end}_per_year"]
+            both[f"full_load_hours{end}"] = energy / both["kwp"] if both["kwp"] else None
+    if "string_shade" in both:  # its shares are of the energy of each
+        energies = [part["mwh_per_year"] for part in (one, other)]
+        shares = [(part.get("string_shade") or {}).get("percent") for part in (one, other)]
+        both["string_shade"] |= {"kinds": {}, "groups": {}, "percent": None}
+        if None not in shares and sum(energies):
+            both["string_shade"]["percent"] = np.average(shares, weights=energies)
+    return both
 
 
 def _worse(one, other):
@@ -193,6 +220,7 @@ def _sort_surfaces(store, folders, frame, summary):
     step = 1 + summary["input"]["surfaces"] // 100_000
     sampled, kinds, sides, count, supply = [], set(), set(), 0, 0
     for number, folder in enumerate(folders):
+        _keep_texts(store, folder / "buildings.csv")
         for found in read_pieces(folder, frame):
             piece = store.add_piece(found, number, folder)
             kinds, sides = kinds | set(piece.faces["kind"]), sides | set(piece.faces["orientation"])
@@ -205,7 +233,25 @@ def _sort_surfaces(store, folders, frame, summary):
     sampled = dict(zip(values, np.concatenate(sampled).T, strict=True))
     layers = list_layers(sampled, pd.DataFrame(index=range(len(sampled["hours"]))))
     words = in_order(kinds, KINDS), in_order(sides, ORIENTATIONS)
-    return count, describe_view(*words, layers, supply)
+    return count, describe_view(*words, layers, supply, summary["totals"])
+
+
+def _keep_texts(store, path):
+    """Keep texts and sums of buildings.csv, where it is there, some rows at a time."""
+    if not path.is_file():
+        return
+    wanted = ("building_id", "kwp", "mwh_per_year", *FACTS)
+    tables = pd.read_csv(
+        path,
+        dtype=str,
+        keep_default_na=False,
+        usecols=lambda name: name in wanted,
+        chunksize=50_000,
+    )
+    with tables:
+        for table in tables:
+            names = table.pop("building_id").map(id_of_cell)
+            store.keep_texts(table.set_index(names))
 
 
 def _write_tiles(work, store, frame, *, look, private):
@@ -246,7 +292,7 @@ def _write_tiles(work, store, frame, *, look, private):
             shapes.corners -= origin
         boxes.append(bound(piece.shapes.corners, piece.modules.corners))
         columns = _tabulate_columns(piece, look["enums"])
-        store.describe_buildings(_list_buildings(piece, columns, private))
+        store.describe_buildings(_list_buildings(store, piece, columns, private))
         if not private:
             columns |= {
                 name: piece.faces[name].to_numpy(object) for name in ("surface_id", "building_id")
@@ -271,11 +317,12 @@ def _tabulate_columns(piece, enums):
     return columns | {name: numbers.astype(np.float32) for name, numbers in values.items()}
 
 
-def _list_buildings(piece, columns, private):
-    """What the index says of the buildings of a square: yields (id or None, number, box, parts,
-    part of flat roofs).
+def _list_buildings(store, piece, columns, private):
+    """What the index says of the buildings of a square: yields lists of id or None, number, box,
+    parts, part of flat roofs, energy [MWh], power [kWp] and the texts.
 
     A part has its kind, area that counts [m²], power [kWp], energy [MWh] and full load hours [h].
+    Energy and power of the whole are those of buildings.csv where it is there.
     """
     of_corner = columns["building"][piece.shapes.feature]
     numbers = {name: columns[name].astype(float) for name in ("counted", "kwp", "hours")}
@@ -293,26 +340,34 @@ def _list_buildings(piece, columns, private):
                 sums = [area.sum(), kwp.sum(), kwp @ hours / 1000, area @ hours / area.sum()]
                 part = [int(kind), *(float(f"{value:.6g}") for value in sums)]
                 parts, flat = ([*parts, part], flat) if reason == 0 else (parts, part[1:])
-        name = None if private else piece.faces["building_id"].iloc[rows[0]]
-        yield [name, int(building), bound(corners).round(1).tolist(), parts, flat]
+        name = piece.faces["building_id"].iloc[rows[0]]
+        told = store.texts_of(name)
+        energy = float(told.get("mwh_per_year") or sum(part[3] for part in parts))
+        power = float(told.get("kwp") or sum(part[2] for part in parts))
+        texts = ["" if private else told.get(text, "") for text in FACTS]
+        box = bound(corners).round(1).tolist()
+        name = None if private else name
+        yield [name, int(building), box, parts, flat, energy, power, *texts]
 
 
 def _write_index(work, store, header, private, *, shard=1000):
     """Write the index of buildings: the largest, all by id, and what the page must know of both.
 
-    `shards` of the header are what the files of buildings by id begin with, in small letters.
+    `shards` of the header are what the files of the index begin with, as `words.plain` writes it.
     """
     (work / "buildings").mkdir()
     (work / "page").mkdir()
-    rows, begins = iter(()) if private else store.building_rows("sorted"), []
-    # `shard`: buildings in a file of the index, and in the file of the largest.
-    name, some = "largest", list(store.building_rows("energy DESC", shard))
-    while some:
-        (work / "buildings" / f"{name}.json").write_text(
-            f"[{','.join(some)}]", "ascii", newline="\n"
-        )
-        name, some = len(begins), list(islice(rows, shard))
-        begins += [json.loads(row)[0].lower() for row in some[:1]]
+
+    def write_shard(name, entries):
+        path = work / "buildings" / f"{name}.json"
+        path.write_text(f"[{','.join(entries)}]", "ascii", newline="\n")
+
+    # `shard`: entries in a file of the index, and buildings in the file of the largest.
+    write_shard("largest", store.largest(shard))
+    entries, begins = iter(()) if private else store.entries(), []
+    while some := list(islice(entries, shard)):
+        write_shard(len(begins), [entry for _, entry in some])
+        begins.append(some[0][0])
     header["shards"] = begins
     (work / "page" / "map.json").write_text(
         json.dumps(header, separators=(",", ":")), "ascii", newline="\n"
@@ -329,28 +384,21 @@ def _write_page(work, summary, title, attribution, districts):
     for name in SCRIPTS:
         shutil.copyfile(WEB / name, work / "page" / name)
     shutil.copyfile(WEB / "three.LICENSES.txt", work / "page" / "LICENSES.txt")
-    # The map's controls, then what its numbers mean, and how far they hold.
-    totals, date = summary["totals"], datetime.fromtimestamp(summary["date"], UTC)
+    # How much and how sure, the map, then what its numbers mean, and how far they hold.
+    written = datetime.fromtimestamp(summary["date"], UTC)
     body = [
-        read_html("viewer.html").replace(
-            ", which are those of faces.csv for the area that counts", ""
-        ),
+        describe_origin(summary, written, attribution),
         *(paragraph(text, "warning") for text in list_warnings(summary)),
+        compose_headline(summary),
+        read_html("viewer.html"),
+        "" if attribution else paragraph(say(NO_LICENCE), "warning"),
+        compose_totals(summary),
         compose_districts(districts),
-        section(
-            "What this map rests on",
-            paragraph(
-                f"All suitable surfaces together: {totals['kwp']:,.0f} kWp, "
-                f"{totals['mwh_per_year']:,.0f} MWh a year. "
-                f"{describe_windows(summary)} Building law, statics and cost are not considered."
-            ),
-            paragraph(f"City model: {attribution}" if attribution else NO_LICENCE),
-            paragraph(f"Results of {date:%Y-%m-%d}."),
-            table((), describe_assumptions(summary)),
-        ),
+        read_html("viewer_tables.html"),
         compose_errors(summary),
-        paragraph(f"Made by CityPV {__version__}.", "small"),
+        section(say("What was assumed"), table((), describe_assumptions(summary))),
+        paragraph(say("Made by CityPV {version}.", version=__version__), "small"),
     ]
-    scripts = [f'<script src="page/{name}"></script>' for name in SCRIPTS]
+    scripts = [words_as_data(), *(f'<script src="page/{name}"></script>' for name in SCRIPTS)]
     page = fill_template(title, "\n".join(body), scripts, "script-src 'self'; connect-src 'self'")
     (work / "index.html").write_text(page, "utf-8", newline="\n")

@@ -148,7 +148,8 @@ class Picture:
         """
         rng, found = np.random.default_rng(seed), []
         while len(found) < count:
-            x, y = self.frame[:2] + rng.uniform(0.2, 0.8, 2) * self.frame[2:]
+            # Buttons stand above these places, the legend below them.
+            x, y = self.frame[:2] + rng.uniform(0.2, (0.8, 0.72)) * self.frame[2:]
             met = {
                 self.meet(x + dx, y + dy) for dx, dy in ((0, 0), (2, 0), (-2, 0), (0, 2), (0, -2))
             }

@@ -62,7 +62,10 @@ async function addTile({ scene, tile }) {
   let mesh;
   scene.traverse((part) => {
     if (part.geometry?.getAttribute("_feature_id_0")) mesh = part;
-    else if (part.isMesh) part.material.color.set(header.ground);
+    else if (part.isMesh) {
+      view.grounds.push(part.material);
+      part.material.color.set(scheme.ground);
+    }
   });
   const owner = mesh.geometry.getAttribute("_feature_id_0").array;
   if (mesh.userData.modules) {
@@ -170,18 +173,26 @@ function showMark() {
     view.mark.removeFromParent();
     view.mark.geometry.dispose();
   }
-  view.mark = chosen.surface < 0 ? null : buildLines(findEdges(chosen.record, chosen.surface), LOOK_OF_MARK);
+  view.mark = chosen.surface < 0 ? null : buildLines(findEdges(chosen.record, chosen.surface), {
+        ...LOOK_OF_MARK,
+        color: scheme.mark,
+      });
   if (view.mark) chosen.record.mesh.add(view.mark);
 }
 
 // ---- Buildings
 
-function readRow([id, building, box, counted, flat]) {
-  const parts = counted.map(([kind, area, kwp, mwh, hours]) => ({ kind, area, kwp, mwh, hours }));
-  const [area, kwp, mwh, hours] = flat ?? [];
-  const beside = flat ? { area, kwp, mwh, hours } : null;
-  const name = id ?? `Building ${building + 1}`;
-  const row = { id: name, building, shape: [box], parts, beside, ...addParts(parts), flatKwp: kwp ?? 0 };
+function namedSums([area, kwp, mwh, hours]) {
+  return { area, kwp, mwh, hours };
+}
+
+function readRow([id, building, box, counted, flat, mwh, kwp, ...texts]) {
+  const parts = counted.map(([kind, ...sums]) => ({ kind, ...namedSums(sums) }));
+  const beside = flat ? namedSums(flat) : null;
+  const name = id ?? say("Building {number}", { number: building + 1 });
+  const sums = { ...addParts(parts), kwp, mwh, hours: (1000 * mwh) / kwp, flatKwp: beside?.kwp ?? 0 };
+  const row = { id: name, building, shape: [box], parts, beside, ...sums };
+  TEXTS.forEach((text, k) => (row[text] = texts[k] ?? ""));
   known.set(building, row);
   return row;
 }
@@ -194,7 +205,7 @@ function rowOf(building) {
   chosen.record = record;
   city = record.columns;
   const surfaces = [...city.hours.keys()].filter((surface) => city.building[surface] === building);
-  const id = city.building_id?.[surfaces[0]] ?? `Building ${building + 1}`;
+  const id = city.building_id?.[surfaces[0]] ?? say("Building {number}", { number: building + 1 });
   return { id, building, shape: [header.box], ...known.get(building), surfaces };
 }
 
@@ -206,24 +217,36 @@ function findRows() {
   return [...found];
 }
 
-// Shards stand in the order of what they begin with: those that may hold names with a beginning.
+// Shards stand in the order of what they begin with: those that may hold texts with a beginning.
 function shardsOf(beginning) {
   const last = header.shards.findLastIndex((first) => first.slice(0, beginning.length) <= beginning);
   const before = header.shards.findLastIndex((first) => first < beginning);
   return [...header.shards.keys()].slice(Math.max(before, 0), last + 1);
 }
 
-async function searchBuildings() {
-  const wanted = byId("search").value.trim().toLowerCase();
-  order.shown = PAGE_OF_ROWS;
-  const names = wanted ? shardsOf(wanted).slice(0, 3) : ["largest"];
+// Entries of some files of the index: of each what is searched, and the row of its building.
+async function readShards(names) {
   for (const name of names) {
-    if (!shards.has(name)) shards.set(name, readJson(`buildings/${name}.json`).then((rows) => rows.map(readRow)));
+    const read = (entries) => entries.map(([key, ...row]) => ({ key, row: readRow(row) }));
+    if (!shards.has(name)) shards.set(name, readJson(`buildings/${name}.json`).then(read));
   }
-  const rows = (await Promise.all(names.map((name) => shards.get(name)))).flat();
-  if (wanted !== byId("search").value.trim().toLowerCase()) return; // more was typed meanwhile
-  found = wanted ? rows.filter((row) => row.id.toLowerCase().startsWith(wanted)) : rows;
+  return (await Promise.all(names.map((name) => shards.get(name)))).flat();
+}
+
+async function searchBuildings() {
+  const wanted = plain(byId("search").value.trim());
+  const entries = await readShards(wanted ? shardsOf(wanted).slice(0, 3) : ["largest"]);
+  if (wanted !== plain(byId("search").value.trim())) return; // more was typed meanwhile
+  // A building whose name and address both begin so stands in the list once.
+  const hits = entries.filter(({ key }) => !wanted || key.startsWith(wanted));
+  found = [...new Map(hits.map(({ row }) => [row.building, row])).values()];
   showTable();
+}
+
+// Number of a building by its id, −1 if there is none.
+async function findBuilding(id) {
+  const entries = header.shards.length ? await readShards(shardsOf(plain(id))) : [];
+  return entries.find(({ row }) => row.id === id)?.row.building ?? -1;
 }
 
 // ---- Beginning
@@ -235,12 +258,13 @@ async function beginMap() {
   }
   header = await readJson("page/map.json");
   city = header;
-  byId("search-words").textContent = "Search by the beginning of an id";
+  byId("search").placeholder = say("Beginning of street, name or id");
   byId("search").parentElement.hidden = !header.shards.length;
-  byId("search").addEventListener("input", () => searchBuildings());
+  dropColumns((name) => header.filled.includes(name));
+  listenToSearch(searchBuildings);
   view = tryView(buildView);
-  showPage();
   await searchBuildings();
+  showPage();
 }
 
 beginMap().catch(() => note(NOTES.lost));

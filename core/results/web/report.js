@@ -37,11 +37,20 @@ function sumBuildings() {
     building,
     surfaces,
     shape: surfaces,
+    ...Object.fromEntries(TEXTS.map((name) => [name, city.texts[name]?.[building] ?? ""])),
     change: city.building_change?.[building],
     changeError: city.building_change_error?.[building],
-    ...sumSurfaces(surfaces.filter((surface) => city.reason[surface] === 0)),
+    ...sumBuilding(surfaces, building),
     flatKwp: sumSurfaces(surfaces.filter((surface) => city.reason[surface] === 1)).kwp,
   }));
+}
+
+// Sums of a building as buildings.csv has them, where it is there.
+function sumBuilding(surfaces, building) {
+  const sum = sumSurfaces(surfaces.filter((surface) => city.reason[surface] === 0));
+  if (!city.building_kwp) return sum;
+  const [kwp, mwh] = [city.building_kwp[building], city.building_mwh[building]];
+  return { ...sum, kwp, mwh, mwhError: city.building_mwh_error[building], hours: (1000 * mwh) / kwp };
 }
 
 function rowOf(building) {
@@ -116,7 +125,7 @@ function buildGround() {
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.BufferAttribute(points, 3));
   geometry.setIndex(corners);
-  return new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({ color: city.ground, side: THREE.DoubleSide }));
+  return new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({ side: THREE.DoubleSide }));
 }
 
 function paintPicture(layer, stops, missing) {
@@ -146,7 +155,9 @@ function paintModules() {
 function buildView() {
   const parts = { ...startView(), ...buildMesh(), mark: null, modules: null };
   const all = [...city.surface_id.keys()];
-  parts.scene.add(buildGround(), parts.mesh, buildEdges(all, LOOK_OF_EDGES));
+  const ground = buildGround();
+  parts.grounds.push(ground.material);
+  parts.scene.add(ground, parts.mesh, buildEdges(all, LOOK_OF_EDGES));
   if (city.module_surface?.length) {
     parts.modules = buildModules(city.module_surface.length, shapeOfModule);
     parts.scene.add(parts.modules);
@@ -173,17 +184,24 @@ function showMark() {
     view.scene.remove(view.mark);
     view.mark.geometry.dispose();
   }
-  view.mark = chosen.surface < 0 ? null : buildEdges([chosen.surface], LOOK_OF_MARK);
+  view.mark = chosen.surface < 0 ? null : buildEdges([chosen.surface], { ...LOOK_OF_MARK, color: scheme.mark });
   if (view.mark) view.scene.add(view.mark);
 }
 
 // ---- The table
 
 function findRows() {
-  const wanted = byId("search").value.trim().toLowerCase();
-  const holds = (text) => text.toLowerCase().includes(wanted);
+  const wanted = plain(byId("search").value.trim());
+  if (!wanted) return [...rows];
+  const holds = (text) => text && plain(text).includes(wanted);
+  const inTexts = (row) => holds(row.id) || TEXTS.some((name) => holds(row[name]));
   const inSurfaces = (row) => row.surfaces.some((surface) => holds(city.surface_id[surface]));
-  return wanted ? rows.filter((row) => holds(row.id) || inSurfaces(row)) : [...rows];
+  return rows.filter((row) => inTexts(row) || inSurfaces(row));
+}
+
+// Number of a building by its id, −1 if there is none.
+async function findBuilding(id) {
+  return city.buildings.indexOf(id);
 }
 
 // ---- Beginning
@@ -195,16 +213,14 @@ async function begin() {
   }
   city = await unpack(byId("data").textContent);
   rows = sumBuildings();
-  if (!rows.some((row) => row.flatKwp)) COLUMNS.pop();
+  dropColumns((name) => rows.some((row) => row[name]));
   if (city.building_change) {
-    COLUMNS.splice(4, 0, { name: "change", title: "Change [MWh]", digits: 2, plus: "+" });
+    const place = tableColumns.findIndex(({ name }) => name === "hours");
+    tableColumns.splice(place, 0, { name: "change", title: "Change [MWh]", digits: 2, plus: "+" });
     // The largest loss first; where nothing loses, the largest gain.
-    Object.assign(order, { column: 4, down: !city.building_change.some((change) => change < 0) });
+    Object.assign(order, { name: "change", down: !city.building_change.some((change) => change < 0) });
   }
-  byId("search").addEventListener("input", () => {
-    order.shown = PAGE_OF_ROWS;
-    showTable();
-  });
+  listenToSearch(showTable);
   if (city.corners) view = tryView(buildView);
   else note(NOTES.shapes);
   showPage();

@@ -1,12 +1,12 @@
-// Which faces pay: the supply curve of a city, and a slider that takes away what has fewer full load hours.
+// Which surfaces pay: the supply curve of a city, and a slider that takes away what has fewer full load hours.
 //
 // Between viewer.js and report.js or map.js. The curve, city.supply, was summed up by core/energy/paying.py: power
 // and energy of facades and roofs with at least 0, step, 2 · step … hours.
 
 const LINES = [
-  { name: "Facades", colour: "#0072b2", sides: ["facades"] },
-  { name: "Roofs", colour: "#b34700", sides: ["roofs"] },
-  { name: "All", colour: "#222222", sides: ["facades", "roofs"] },
+  { name: "Facades", look: "facades", sides: ["facades"] },
+  { name: "Roofs", look: "roofs", sides: ["roofs"] },
+  { name: "All", look: "all", sides: ["facades", "roofs"] },
 ];
 const CURVES = [
   { name: "mwh", title: "Energy in a year [MWh]" },
@@ -42,10 +42,10 @@ function drawChart({ name, title }) {
   const most = left(LINES[2], name, 0);
   const x = (hours) => west + (hours / longest) * (width - west - right);
   const y = (value) => height - bottom - (value / most) * (height - top - bottom);
-  const label = `${title} that is left by least hours; the table below has the numbers`;
+  const label = say("{title} that is left by least hours; the table below has the numbers", { title: say(title) });
   const chart = drawn("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": label });
   for (const value of listTicks(most)) {
-    chart.append(drawn("line", { x1: west, x2: width - right, y1: y(value), y2: y(value), stroke: "#dcdcd8" }));
+    chart.append(drawn("line", { x1: west, x2: width - right, y1: y(value), y2: y(value), class: "grid" }));
     const text = format(value, value % 1 ? 1 : 0);
     chart.append(drawn("text", { x: west - 6, y: y(value) + 4, "text-anchor": "end" }, text));
   }
@@ -54,17 +54,16 @@ function drawChart({ name, title }) {
     chart.append(drawn("text", place, format(hours, 0)));
   }
   const below = { x: (west + width - right) / 2, y: height - 6, "text-anchor": "middle" };
-  chart.append(drawn("text", below, "at least so many full load hours"));
+  chart.append(drawn("text", below, say("at least so many full load hours")));
   for (const line of LINES) {
     const place = (step) => [x(step * city.supply.step), y(left(line, name, step))].map((part) => part.toFixed(1));
     const points = Array.from({ length: steps }, (_, step) => place(step).join(",")).join(" ");
-    chart.append(drawn("polyline", { points, fill: "none", stroke: line.colour, "stroke-width": 2 }));
+    chart.append(drawn("polyline", { points, class: line.look }));
   }
-  const look = { stroke: "#d5007f", "stroke-width": 2, "stroke-dasharray": "4 3" };
-  const marker = drawn("line", { y1: top, y2: height - bottom, ...look });
+  const marker = drawn("line", { y1: top, y2: height - bottom, class: "marker" });
   markers.push({ marker, place: x });
   chart.append(marker);
-  const figure = make("figure", "", make("figcaption", title));
+  const figure = make("figure", "", make("figcaption", say(title)));
   figure.append(chart);
   return figure;
 }
@@ -76,17 +75,18 @@ function showLeft() {
     marker.setAttribute("x2", place(least));
   }
   byId("least-hours").textContent = format(least, 0);
-  byId("least").setAttribute("aria-valuetext", `${least} hours`);
+  byId("least").setAttribute("aria-valuetext", say("{hours} hours", { hours: format(least, 0) }));
   const rows = LINES.map((line) => {
     const [kwp, mwh, all] = [left(line, "kwp", step), left(line, "mwh", step), left(line, "mwh", 0)];
-    const texts = [line.name, format(kwp, 0), format(mwh, mwh < 100 ? 1 : 0), format((1000 * mwh) / kwp, 0)];
+    const texts = [say(line.name), format(kwp, 0), format(mwh, mwh < 100 ? 1 : 0), format((1000 * mwh) / kwp, 0)];
     return [...texts, all ? `${format((100 * mwh) / all, 0)} %` : "–"];
   });
-  byId("left").textContent = `leave ${rows[2][1]} kWp and ${rows[2][2]} MWh a year, ${rows[2][4]} of the energy`;
+  const [, kwp, mwh, , share] = rows[2];
+  byId("left").textContent = say("leave {kwp} kWp and {mwh} MWh a year, {share} of the energy", { kwp, mwh, share });
   const body = rows.map((texts, k) => {
     const row = tableRow("td", texts);
     const key = make("i");
-    key.style.background = LINES[k].colour;
+    key.className = LINES[k].look;
     row.firstChild.prepend(key);
     return row;
   });

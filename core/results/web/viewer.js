@@ -1,21 +1,28 @@
-// A city in 3D, the numbers of a surface or building that is clicked, and the table of buildings: what the report
-// (report.js) and a city's solar map (map.js) share. supply.js, between them, shows which faces pay.
+// A city in 3D, the numbers of a surface or building that is clicked, the search and the table of buildings: what the
+// report (report.js) and a city's solar map (map.js) share. supply.js, between them, shows which surfaces pay.
 //
 // Each of them defines what it does in its own way: paintPicture, paintModules, visitCorners, showMark, choosePicked,
-// rowOf, partsOf and findRows. Texts of the data become part of the page by textContent alone. THREE is the bundle of three.js.
+// rowOf, partsOf, findRows and findBuilding. Texts of the data become part of the page by textContent alone. THREE is
+// the bundle of three.js. Further scripts join in by two events of the document: "city-ready", when everything stands,
+// and "city-chosen" after each choice (detail: building and surface, −1 if none, and the building's row), and choose by
+// chooseBuilding(number, true) or chooseSurface(number).
 "use strict";
 
 const WORDS = JSON.parse(document.getElementById("words").textContent); // English to the language of the page
-const PAGE_OF_ROWS = 25;
-const MARK = 0xd5007f; // of the chosen surface
-const FADED = [236, 236, 232]; // towards which colours of other buildings go
+const PAGE_OF_ROWS = 10;
+const MOST_HITS = 50; // in the list beside the picture
 const NOTES = {
   shapes: "There is no picture in 3D here, as this folder has no shapes of the surfaces. The table has all numbers.",
   webgl: "This browser shows no picture in 3D, as WebGL is missing or switched off. The table has all numbers.",
   old: "This browser is too old for the city in 3D and the table of its buildings. All else on this page is there.",
 };
-const COLUMNS = [
+const TEXTS = ["address", "name", "function", "year"]; // of a building, where its file has them
+let tableColumns = [
   { name: "id", title: "Building" },
+  { name: "address", title: "Address" },
+  { name: "name", title: "Name" },
+  { name: "function", title: "Function" },
+  { name: "year", title: "Built" },
   { name: "area", title: "Area [m²]", digits: 0 },
   { name: "kwp", title: "Power [kWp]", digits: 1 },
   { name: "mwh", title: "Energy in a year [MWh]", digits: 2 },
@@ -24,10 +31,11 @@ const COLUMNS = [
 ];
 
 let city; // header and arrays of the data; of a map those of a tile
-let least = 0; // [h] of the slider: faces with fewer hours are grey
+let least = 0; // [h] of the slider: surfaces with fewer hours are grey
 let view = null; // of `startView`; null without WebGL or shapes
+const scheme = {}; // colours of the style sheet for what is drawn in 3D: sky, ground, faded, mark
 const chosen = { building: -1, surface: -1 };
-const order = { column: 3, down: true, shown: PAGE_OF_ROWS };
+const order = { name: "mwh", down: true, shown: PAGE_OF_ROWS };
 
 // ---- The page
 
@@ -62,6 +70,12 @@ function format(value, digits, plus = "") {
   const signs = say("1,234.5");
   const written = { ",": signs[1], ".": signs.at(-2), "-": "−" };
   return (rounded > 0 ? plus : "") + text.replace(/[,.-]/g, (sign) => written[sign]);
+}
+
+// A text as it is searched: small letters without accents, ß as ss; as words.py does for the index of a map.
+function plain(text) {
+  const letters = text.normalize("NFD").replace(/\p{M}/gu, "").toLowerCase();
+  return letters.replace(/[ßæœøłđ]/g, (letter) => ({ ß: "ss", æ: "ae", œ: "oe", ø: "o", ł: "l", đ: "d" })[letter]);
 }
 
 function tableRow(tag, texts, firstNumber = 1) {
@@ -136,7 +150,7 @@ function colourOf(surface, layer, stops, missing) {
     colour = stops[place].map((part, k) => part + (share - place) * (stops[place + 1][k] - part));
   }
   const faded = chosen.building >= 0 && city.building?.[surface] !== chosen.building;
-  return faded ? colour.map((part, k) => 0.3 * part + 0.7 * FADED[k]) : colour;
+  return faded ? colour.map((part, k) => 0.3 * part + 0.7 * scheme.faded[k]) : colour;
 }
 
 function paint() {
@@ -148,8 +162,8 @@ function paint() {
   const digits = ticks[2] - ticks[0] >= 10 ? 0 : 2;
   byId("ticks").replaceChildren(...ticks.map((tick) => make("span", format(tick, digits))));
   byId("grey").style.background = city.missing;
-  const few = least ? ` or has less than ${format(least, 0)} h` : "";
-  byId("grey-words").textContent = `${layer.name === "change" ? "is new, or " : ""}does not count${few}`;
+  const few = least ? say(" or has less than {hours} h", { hours: format(least, 0) }) : "";
+  byId("grey-words").textContent = (layer.name === "change" ? say("is new, or ") : "") + say("does not count") + few;
   if (!view) return;
   paintPicture(layer, layer.stops.map(readColour), readColour(city.missing));
   paintModules();
@@ -165,7 +179,7 @@ function startView() {
   renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
   renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
   const scene = new THREE.Scene();
-  scene.background = new THREE.Color(0xe9eef3);
+  scene.background = new THREE.Color();
   const camera = new THREE.PerspectiveCamera(35, 1, 1, 1000);
   camera.up.set(0, 0, 1);
   const controls = new THREE.OrbitControls(camera, canvas);
@@ -173,12 +187,25 @@ function startView() {
   controls.keyPanSpeed = 30;
   controls.listenToKeyEvents(canvas);
   controls.addEventListener("change", draw);
-  return { canvas, renderer, scene, camera, controls };
+  return { canvas, renderer, scene, camera, controls, grounds: [] };
 }
 
-// So that edges show, and colours stay those of the legend: light from the south-west.
+// Colours of the style sheet, light or dark as the reader's system is.
+function wearScheme() {
+  const style = getComputedStyle(document.documentElement);
+  for (const name of ["sky", "ground", "faded", "mark"]) scheme[name] = style.getPropertyValue(`--${name}`).trim();
+  scheme.faded = readColour(scheme.faded);
+  if (!view) return;
+  view.scene.background.set(scheme.sky);
+  for (const material of view.grounds) material.color.set(scheme.ground);
+  showMark();
+  paint();
+}
+
+// Light of a sun in the south-west and of the sky above: faces of a shape differ in brightness alone, by a factor of
+// 0.55 to 1, so that their colours stay those of the legend.
 function shadeOf(normal) {
-  return 0.87 + 0.13 * normal.dot(new THREE.Vector3(-0.35, -0.6, 0.72).normalize());
+  return 0.74 + 0.17 * normal.dot(new THREE.Vector3(-0.35, -0.6, 0.72).normalize()) + 0.09 * normal.z;
 }
 
 function lookOfSurfaces() {
@@ -186,9 +213,9 @@ function lookOfSurfaces() {
   return { ...look, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };
 }
 
-const LOOK_OF_EDGES = { color: 0x1d2433, transparent: true, opacity: 0.28 };
+const LOOK_OF_EDGES = { color: 0x10161f, transparent: true, opacity: 0.3 };
 const LOOK_OF_MODULES = { color: 0x14213d, transparent: true, opacity: 0.6, side: 2 }; // seen from both sides
-const LOOK_OF_MARK = { color: MARK, depthTest: false, transparent: true }; // what is transparent is drawn last
+const LOOK_OF_MARK = { depthTest: false, transparent: true }; // what is transparent is drawn last
 
 function buildLines(points, look) {
   const geometry = new THREE.BufferGeometry();
@@ -283,11 +310,12 @@ function fitSurfaces(surfaces, target, direction) {
 }
 
 // Look at surfaces from a direction, so that all are in view with some room; half a second on the way where `slowly`.
-function fly(surfaces, direction, { room = 1, slowly = true } = {}) {
+function fly(surfaces, direction, { room = 1, slowly = true, centred = false } = {}) {
   const { camera, controls } = view;
   const { lower, upper } = boundSurfaces(surfaces);
   const target = lower.add(upper).multiplyScalar(0.5);
   direction.normalize();
+  if (centred) centreTarget(surfaces, target, direction);
   const position = target.clone().addScaledVector(direction, room * fitSurfaces(surfaces, target, direction));
   const from = { position: camera.position.clone(), target: controls.target.clone(), time: performance.now() };
   const calm = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
@@ -303,10 +331,31 @@ function fly(surfaces, direction, { room = 1, slowly = true } = {}) {
   step(from.time);
 }
 
+// Move a target so that what is seen of surfaces lies in the middle of the picture, though what is near is larger.
+function centreTarget(surfaces, target, direction) {
+  const right = new THREE.Vector3().crossVectors(view.camera.up, direction).normalize();
+  const upward = new THREE.Vector3().crossVectors(direction, right);
+  for (let step = 0; step < 4; step++) {
+    const distance = fitSurfaces(surfaces, target, direction);
+    const ends = { right: [Infinity, -Infinity], upward: [Infinity, -Infinity] };
+    visitCorners(surfaces, (corner) => {
+      corner.sub(target);
+      const scale = distance / (distance - corner.dot(direction));
+      for (const [name, axis] of [["right", right], ["upward", upward]]) {
+        const place = corner.dot(axis) * scale;
+        ends[name] = [Math.min(ends[name][0], place), Math.max(ends[name][1], place)];
+      }
+    });
+    target.addScaledVector(right, (ends.right[0] + ends.right[1]) / 2);
+    target.addScaledVector(upward, (ends.upward[0] + ends.upward[1]) / 2);
+  }
+}
+
 function showWhole(slowly = true) {
   const { x, y } = view.box.upper.clone().sub(view.box.lower);
   const fromSouth = view.camera.aspect > 1 ? x > 0.7 * y : y > 0.7 * x; // the longer side lies across the picture
-  fly(view.all, fromSouth ? new THREE.Vector3(-0.3, -1, 1) : new THREE.Vector3(-1, -0.3, 1), { slowly });
+  const direction = fromSouth ? new THREE.Vector3(-0.3, -1, 1) : new THREE.Vector3(-1, -0.3, 1);
+  fly(view.all, direction, { slowly, centred: true });
 }
 
 function changeDistance(factor) {
@@ -350,7 +399,7 @@ function listenToCanvas() {
     acts[event.key]();
   });
   byId("home").addEventListener("click", () => showWhole());
-  byId("above").addEventListener("click", () => fly(view.all, new THREE.Vector3(0, -1e-3, 1)));
+  byId("above").addEventListener("click", () => fly(view.all, new THREE.Vector3(0, -1e-3, 1), { centred: true }));
   byId("closer").addEventListener("click", acts["+"]);
   byId("farther").addEventListener("click", acts["-"]);
   new ResizeObserver(fitCanvas).observe(canvas.parentElement);
@@ -361,7 +410,7 @@ function listenToCanvas() {
 function nameSurface(surface) {
   const side = city.sides[city.orientation[surface]];
   const kind = city.kinds[city.kind[surface]].single;
-  return side === "none" || side === "" ? kind : `${kind}, ${side}`;
+  return side === "none" || side === "" ? kind : `${kind}, ${say(side)}`;
 }
 
 function monthBars(surface) {
@@ -378,7 +427,7 @@ function monthBars(surface) {
     const number = make("span", format(value, value < 9.5 ? 1 : 0));
     bars.append(make("div", "", number, bar, make("span", city.months[k][0])));
   });
-  return [make("p", "Full load hours of the months [h]"), bars];
+  return [make("p", say("Full load hours of the months [h]")), bars];
 }
 
 function writeFact({ name, unit, digits, error, plus }, surface) {
@@ -387,7 +436,7 @@ function writeFact({ name, unit, digits, error, plus }, surface) {
 }
 
 function describeSurface(surface) {
-  const found = city.surface_id ? [["Surface", city.surface_id[surface]]] : [];
+  const found = city.surface_id ? [[say("Surface"), city.surface_id[surface]]] : [];
   for (const column of city.columns) {
     const known = Number.isFinite(city[column.name]?.[surface]);
     if (city[column.name] && (carries(surface) || (known && !column.mounted))) {
@@ -395,31 +444,42 @@ function describeSurface(surface) {
     }
   }
   const reason = city.reasons[city.reason[surface]];
-  if (reason) found.push([carries(surface) ? "Note" : "Does not count", reason]);
+  if (reason) found.push([carries(surface) ? say("Note") : say("Does not count"), reason]);
   const body = make("tbody", "", ...found.map((texts) => tableRow("td", texts, 2)));
   const table = make("table", "", body);
   table.className = "facts";
   return [make("h3", nameSurface(surface)), table, ...(carries(surface) ? monthBars(surface) : [])];
 }
 
+// What a reader calls a building: its address, else its name, else its id.
+function titleOf(row) {
+  return row.address || row.name || row.id;
+}
+
 function describeBuilding(row) {
   const { counted, flat } = partsOf(row);
   const parts = counted.map((sum) => ({ ...sum, title: city.kinds[sum.kind].many }));
-  if (parts.length > 1) parts.push({ title: "Together", ...addParts(counted) });
-  if (flat) parts.push({ title: "In addition flat roofs, modules lying flat", ...flat });
+  if (parts.length > 1) parts.push({ ...row, area: addParts(counted).area, title: say("Together") });
+  if (flat) parts.push({ title: say("In addition flat roofs, modules lying flat"), ...flat });
   const texts = (sum) => [sum.title, format(sum.area, 0), format(sum.kwp, 1), format(sum.mwh, 2), format(sum.hours, 1)];
   const body = make("tbody", "", ...parts.map((sum) => tableRow("td", texts(sum))));
   const head = make("thead", "", tableRow("th", ["", "m²", "kWp", "MWh/a", "h"]));
-  const sums = parts.length ? make("table", "", head, body) : make("p", "None of its surfaces counts.");
+  const sums = parts.length ? make("table", "", head, body) : make("p", say("None of its surfaces counts."));
   const name = make("p", "", button(row.id, () => chooseBuilding(row.building, true)));
+  const title = titleOf(row) === row.id ? say("Building") : titleOf(row);
+  const texts_of = TEXTS.map((text) => row[text]).filter((text) => text && text !== title);
+  const known = texts_of.length ? [make("p", texts_of.join(" · "))] : [];
   const signed = `${format(row.change, 2, "+")} ± ${format(row.changeError, 2)}`;
-  const change = Number.isFinite(row.change) ? [make("p", `Change of its energy in a year: ${signed} MWh`)] : [];
-  return [make("h3", "Building"), name, sums, ...change, ...(row.surfaces ? [foldSurfaces(row.surfaces)] : [])];
+  const words = say("Change of its energy in a year: {change} MWh", { change: signed });
+  const change = Number.isFinite(row.change) ? [make("p", words)] : [];
+  const surfaces = row.surfaces ? [foldSurfaces(row.surfaces)] : [];
+  return [make("h3", title), name, ...known, sums, ...change, ...surfaces];
 }
 
 function foldSurfaces(surfaces) {
   const list = make("ul");
-  const folded = make("details", "", make("summary", `Its ${surfaces.length} surfaces`), list);
+  const count = say("Its {count} surfaces", { count: format(surfaces.length, 0) });
+  const folded = make("details", "", make("summary", count), list);
   folded.addEventListener("toggle", () => {
     const hours = (surface) => (carries(surface) ? `${format(city.hours[surface], 1)} h` : "–");
     const item = (surface) => button(`${nameSurface(surface)}: ${hours(surface)}`, () => chooseSurface(surface));
@@ -430,13 +490,17 @@ function foldSurfaces(surfaces) {
 
 function showChosen() {
   const parts = [];
+  if (chosen.building >= 0) parts.push(button(say("‹ All buildings"), () => chooseBuilding(-1)));
   if (chosen.surface >= 0) parts.push(...describeSurface(chosen.surface));
-  if (chosen.building >= 0) parts.push(...describeBuilding(rowOf(chosen.building)));
-  const hint = "Click on a surface, or on a building in the table below.";
-  byId("chosen").replaceChildren(...(parts.length ? parts : [make("p", hint)]));
+  const row = chosen.building >= 0 ? rowOf(chosen.building) : null;
+  if (row) parts.push(...describeBuilding(row));
+  byId("chosen").replaceChildren(...parts);
+  byId("chosen").scrollTop = 0;
+  byId("best").hidden = parts.length > 0;
   if (view) showMark();
   paint();
   showTable();
+  document.dispatchEvent(new CustomEvent("city-chosen", { detail: { ...chosen, row } }));
 }
 
 function chooseSurface(surface) {
@@ -459,27 +523,37 @@ function chooseBuilding(building, go = false) {
 
 // ---- The table
 
-function sortRows(found) {
-  const { name } = COLUMNS[order.column];
-  const sign = order.down ? -1 : 1;
+function isNumber(column) {
+  return column.digits !== undefined;
+}
+
+function sortRows(found, { name, down }) {
+  const sign = down ? -1 : 1;
   const number = (row) => (Number.isFinite(row[name]) ? row[name] : -Infinity);
-  const compare = order.column ? (a, b) => number(a) - number(b) : (a, b) => (a.id < b.id ? -1 : 1);
-  return found.sort((a, b) => (number(a) === number(b) && order.column ? 0 : sign * compare(a, b)));
+  const text = (row) => row[name] ?? "";
+  if (isNumber(tableColumns.find((column) => column.name === name))) {
+    return found.sort((a, b) => (number(a) === number(b) ? 0 : sign * (number(a) - number(b))));
+  }
+  return found.sort((a, b) => (text(a) === text(b) ? 0 : text(a) < text(b) ? -sign : sign));
 }
 
 function showTable() {
-  const found = sortRows(findRows());
-  const head = COLUMNS.map((column, place) => {
-    const sorted = place === order.column;
+  const found = sortRows(findRows(), order);
+  const head = tableColumns.map((column, place) => {
+    const sorted = column.name === order.name;
     const arrow = order.down ? " ▾" : " ▴";
-    const cell = make("th", "", button(column.title + (sorted ? arrow : ""), () => sortBy(place)));
+    const cell = make("th", "", button(say(column.title) + (sorted ? arrow : ""), () => sortBy(place)));
     cell.setAttribute("aria-sort", !sorted ? "none" : order.down ? "descending" : "ascending");
-    if (place) cell.className = "number";
+    if (isNumber(column)) cell.className = "number";
     return cell;
   });
+  const firstNumber = tableColumns.findIndex(isNumber);
   const body = found.slice(0, order.shown).map((row) => {
-    const texts = COLUMNS.map(({ name, digits, plus }) => (digits === undefined ? "" : format(row[name], digits, plus)));
-    const line = tableRow("td", texts);
+    const texts = tableColumns.map(({ name, digits, plus }) => {
+      if (digits !== undefined) return format(row[name], digits, plus);
+      return name === "id" ? "" : row[name];
+    });
+    const line = tableRow("td", texts, firstNumber);
     line.firstChild.append(button(row.id, () => chooseBuilding(row.building, true)));
     if (row.building === chosen.building) line.className = "chosen";
     return line;
@@ -487,21 +561,65 @@ function showTable() {
   const table = byId("buildings");
   table.tHead.rows[0].replaceChildren(...head);
   table.tBodies[0].replaceChildren(...body);
-  byId("found").textContent = `${format(found.length, 0)} of ${format(city.buildings.length ?? city.buildings, 0)}`;
   byId("more").hidden = found.length <= order.shown;
+  showHits(found);
+}
+
+// The list beside the picture: what was searched, or the buildings with most energy, or with the largest change.
+function showHits(found) {
+  const wanted = byId("search").value.trim();
+  const changes = tableColumns.some(({ name }) => name === "change");
+  const { name, digits, plus } = tableColumns.find((column) => column.name === (changes ? "change" : "mwh"));
+  const size = (row) => (Number.isFinite(row[name]) ? Math.abs(row[name]) : -1);
+  const best = [...found].sort((a, b) => size(b) - size(a)).slice(0, MOST_HITS);
+  const count = { count: format(found.length, 0), all: format(city.buildings.length ?? city.buildings, 0) };
+  byId("found").textContent = wanted ? say("{count} of {all} buildings", count) : say("{all} buildings", count);
+  const changed = say("Largest change of energy in a year");
+  byId("best-title").textContent = changes ? changed : say("Most energy in a year");
+  const items = best.map((row) => {
+    const item = button("", () => chooseBuilding(row.building, true));
+    const energy = make("span", `${format(row[name], digits, plus)} MWh`);
+    energy.className = "number";
+    const more = TEXTS.map((text) => row[text]).filter((text) => text && text !== titleOf(row));
+    const power = say("{kwp} kWp, {hours} h", { kwp: format(row.kwp, 1), hours: format(row.hours, 0) });
+    const bar = make("i");
+    bar.style.width = `${(100 * Math.max(size(row), 0)) / Math.max(size(best[0]), 1e-9)}%`;
+    item.append(make("b", titleOf(row)), energy, make("small", [...more, power].join(" · ")), bar);
+    return make("li", "", item);
+  });
+  byId("hits").replaceChildren(...items);
 }
 
 function sortBy(place) {
-  order.down = place === order.column ? !order.down : place > 0;
-  order.column = place;
+  const { name } = tableColumns[place];
+  order.down = name === order.name ? !order.down : isNumber(tableColumns[place]);
+  order.name = name;
   showTable();
   byId("buildings").tHead.rows[0].cells[place].firstChild.focus();
+}
+
+// Columns that hold nothing, or only zeros, are not shown.
+function dropColumns(holds) {
+  const always = ["id", "area", "kwp", "mwh", "hours"];
+  tableColumns = tableColumns.filter(({ name }) => always.includes(name) || holds(name));
+}
+
+// What is typed shows the list in place of a chosen building; Enter goes to the first that was found.
+function listenToSearch(find) {
+  byId("search").addEventListener("input", () => {
+    order.shown = PAGE_OF_ROWS;
+    if (chosen.building >= 0) chooseBuilding(-1);
+    find();
+  });
+  byId("search").addEventListener("keydown", (event) => {
+    if (event.key === "Enter") byId("hits").querySelector("button")?.click();
+  });
 }
 
 // ---- Beginning
 
 function note(words) {
-  byId("note").textContent = words;
+  byId("note").textContent = say(words);
   byId("note").hidden = false;
 }
 
@@ -537,6 +655,9 @@ function showPage() {
     listenToCanvas();
     fitCanvas();
     showWhole(false);
-  } else byId("stage").className = "alone";
+  } else byId("stage").classList.add("alone");
+  wearScheme();
+  window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", wearScheme);
   showChosen();
+  document.dispatchEvent(new CustomEvent("city-ready"));
 }

@@ -1,0 +1,128 @@
+"""What a council asks first, for report and solar map: how much, as four numbers, and how sure, as
+one sentence.
+"""
+
+import math
+from html import escape
+
+from .describe_run import has_losses, percent
+from .words import number, say
+
+YEARS = 8  # [%] by which a year differs from the mean of many at most, as in `OF_RECORDS`
+
+
+def compose_headline(summary):
+    """The four numbers and the sentence below them, as HTML: str.
+
+    Parameters
+    ----------
+    summary : dict
+        summary.json, of a map the sums of several.
+    """
+    totals = summary["totals"]
+    cards = [_modules(totals), _power(totals), _energy(totals), _shares(totals)]
+    lines = ['<dl class="cards">']
+    for title, figure, words, more in cards:
+        lines.append(
+            f'<div class="card"><dt>{escape(title)}</dt><dd class="figure">{figure}</dd>'
+            f"{more}<dd>{escape(words)}</dd></div>"
+        )
+    sure = f"<b>{escape(say('How sure?'))}</b> {escape(describe_certainty(summary))}"
+    return "\n".join([*lines, "</dl>", f'<p class="sure">{sure}</p>'])
+
+
+def _figure(text, unit=""):
+    """A large number with its small unit."""
+    return f"{escape(text)} <small>{escape(unit)}</small>" if unit else escape(text)
+
+
+def _modules(totals):
+    """How many modules; where they are not laid out, their area."""
+    area = number(totals["module_area"])
+    if totals.get("layout") == "rows" and totals.get("module_count"):
+        words = say("{area} m² of modules in rows on roofs and facades", area=area)
+        return say("Solar modules"), _figure(number(totals["module_count"])), words, ""
+    words = say("on every square metre of roofs and facades that counts")
+    return say("Area of modules"), _figure(area, "m²"), words, ""
+
+
+def _power(totals):
+    """Nominal power, and the area that a kilowatt takes."""
+    words = say("{area:,.2f} m² of modules for each kilowatt", area=totals["area_per_kwp"])
+    return say("Power"), _figure(number(totals["kwp"]), "kWp"), words, ""
+
+
+def _energy(totals):
+    """Energy of a year, in GWh from one on, and in the MWh of the tables."""
+    energy = totals["mwh_per_year"]
+    if energy >= 1000:
+        figure = _figure(number(energy / 1000, ",.2f"), say("GWh a year"))
+    else:
+        figure = _figure(number(energy, ",.1f"), say("MWh a year"))
+    if not totals["kwp"]:
+        return say("Energy"), figure, say("no surface carries modules"), ""
+    hours = 1000 * energy / totals["kwp"]
+    words = say("{energy:,.0f} MWh, {hours:,.0f} kWh for each kWp", energy=energy, hours=hours)
+    return say("Energy"), figure, words, ""
+
+
+def _shares(totals):
+    """What roofs and what facades give of the energy, with a bar in their colours."""
+    whole = totals["mwh_per_year"]
+    facades = (totals["kinds"].get("facade") or {}).get("mwh_per_year", 0.0)
+    if not whole:
+        return say("Roofs and facades"), "–", say("no surface carries modules"), ""
+    share = round(100 * (whole - facades) / whole)
+    bar = (
+        '<dd aria-hidden="true"><svg viewBox="0 0 100 1" preserveAspectRatio="none">'
+        f'<rect class="roofs" width="{share}" height="1" stroke="none"/>'
+        f'<rect class="facades" x="{share}" width="{100 - share}" height="1" stroke="none"/>'
+        "</svg></dd>"
+    )
+    words = say(
+        "roofs {roofs:,.0f} MWh, facades {facades:,.0f} MWh", roofs=whole - facades, facades=facades
+    )
+    figure = f"{share} <small>%</small> : {100 - share} <small>%</small>"
+    return say("Roofs : facades"), figure, words, bar
+
+
+def describe_certainty(summary):
+    """How far the energy holds, together with the weather's variation: one plain sentence, or two.
+
+    Several years of weather tell their own spread; a single one may be off by what years differ
+    elsewhere; the built-in climate errs by what it did where it was compared.
+    """
+    budget, totals = summary["error_budget"], summary["totals"]
+    shift = (budget.get("sun_sampling") or {}).get("bias")
+    known = None not in (shift, budget.get("sampling_total"))
+    calculated = (
+        say(
+            "the calculation adds ± {error}",
+            error=percent(math.hypot(budget["sampling_total"], shift)),
+        )
+        if known
+        else say("what the calculation adds is not known")
+    )
+    count = int(summary["weather"].get("years") or 1)
+    if "p90_mwh_per_year" in totals:
+        weather = say(
+            "In nine of ten years of the weather (of {count}) it is at least {energy:,.0f} MWh",
+            count=count,
+            energy=totals["p90_mwh_per_year"],
+        )
+    elif "climatology" in summary["weather"]["label"]:
+        weather = say(
+            "The weather is a built-in climate, with which facades were 5 to 11 % too high on average"
+        )
+    else:
+        weather = say(
+            "A sunny or dull year changes the energy by up to {share} %, which is {energy:,.0f} MWh",
+            share=YEARS,
+            energy=YEARS / 100 * totals["mwh_per_year"],
+        )
+    rest = (
+        say("Errors of the city model, the modules and the losses come on top.")
+        if has_losses(summary)
+        else say("Errors of the city model and the modules come on top; losses are not counted.")
+    )
+    return f"{weather}; {calculated}. {rest}"
