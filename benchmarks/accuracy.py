@@ -43,7 +43,7 @@ from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.trace_forward import trace_forward
 from citypv.core.light.trace_gather import trace_gather
-from citypv.core.light.trace_run import trace_round, trace_run
+from citypv.core.light.trace_run import trace_run
 from citypv.core.results.picture import DOTS, make_figure, make_logarithmic, plain_style
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
@@ -203,7 +203,7 @@ def run_rounds(city, threads):
     yield "1 × 64 rays, 4 points", spent, city.error(run.transfer)
     for _ in range(ROUNDS - 1):
         before = time.process_time()
-        run = trace_round(run, run.transfer.record.rounds)
+        run = run.add_round(run.transfer.record.rounds)
         spent += time.process_time() - before
         yield f"{run.transfer.record.rounds} × 64 rays, 4 points", spent, city.error(run.transfer)
 

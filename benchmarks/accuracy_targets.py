@@ -16,7 +16,7 @@ from citypv.core.accuracy.rounds_to_target import Goal, largest_round, refine
 from citypv.core.accuracy.yield_errors import LEAST_HOURS, YieldErrors
 from citypv.core.energy.standard_errors import join_own
 from citypv.core.light.prepare_scene import prepare_scene
-from citypv.core.light.trace_run import trace_round, trace_run
+from citypv.core.light.trace_run import trace_run
 from citypv.core.light.transfer import variance_of_mean
 
 MOST_SECONDS = 300.0  # wall time of each target
@@ -70,7 +70,7 @@ def refine_to(targets, scene, suns, request, wanted):
 
         def trace(run, size, seconds=seconds):
             started = time.process_time()
-            more = trace_round(run, size)
+            more = run.add_round(size)
             seconds.append(time.process_time() - started)
             return more
 

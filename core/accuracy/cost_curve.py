@@ -20,7 +20,10 @@ from .pilot import Pilot, PilotRun, run_pilot
 from .sun_sampling import FEWER, CityYear, measure_ways
 from .yield_errors import SAMPLED
 
-WRITING = 20e6  # [B/s] of tables and transfer.nc
+
+def seconds_of_writing(size):
+    """Time [s] in which tables and transfer.nc of so many bytes are written."""
+    return size / 20e6
 
 
 @dataclass
@@ -115,7 +118,7 @@ class PredictedCity:
         )
         # Seconds by the pilot's model of work; threads and waiting as in the pilot.
         processor = rounds * self.pilot.run.predict_seconds(run)
-        writing = 8.0 * len(self.prepared.scene.surfaces) * suns / WRITING
+        writing = seconds_of_writing(8.0 * len(self.prepared.scene.surfaces) * suns)
         return processor * self.pilot.run.pace, processor, writing
 
     def predict_errors(self, request, rounds=1):

@@ -31,6 +31,11 @@ class Goal:
     deadline: float | None  # `time.monotonic()` at which tracing must end [s]
     largest: int = 1  # round, in units of the first
 
+    @staticmethod
+    def of(request, deadline):
+        """Goal of a request whose tracing must end by a deadline, or None."""
+        return Goal(request.target_error, deadline, largest_round(request))
+
 
 def largest_round(request):
     """Size of the largest round of a run, in units of the first: int, a power of two."""

@@ -37,7 +37,6 @@ DOORS = (
     "trace_gather.trace_gather",
     "trace_hemisphere.trace_rows",
     "trace_run.choose_year",
-    "trace_run.trace_round",
     "trace_run.trace_run",
     "trace_run.weigh_kept_suns",
     "traced.RayCity",

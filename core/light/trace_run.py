@@ -42,6 +42,54 @@ class _Run:
         # What the rays of several rounds met may take 4 GB.
         return kept * (1 + size / self.transfer.record.rounds) <= 4e9
 
+    def add_round(self, size, progress=silent, folder=None):
+        """Trace a further round of a run: the same scene and suns, at the next points of its
+        sequences.
+
+        Rounds of forward, and with mirrors, are runs with random numbers of their own.
+
+        Parameters
+        ----------
+        size : int
+            Samples, in units of the first round's: a power of two that divides the number of
+            earlier ones.
+        progress, folder
+            As of `study.trace_scene`.
+
+        Returns
+        -------
+        Run
+
+        Raises
+        ------
+        CancelledError
+            It was cancelled; the Transfer of `self` is as it was, but it can take no further round.
+        """
+        request, record = self.request, self.transfer.record
+        # What rays met is kept: the round goes on in the same sequences of points.
+        if self.city:
+            city = add_round(self.city, size, progress, folder)
+            transfer = city.transfer
+            transfer = replace(
+                transfer, record=replace(transfer.record, sun_sampling=record.sun_sampling)
+            )
+            return replace(self, transfer=transfer, city=city)
+        # Otherwise a run with random numbers of its own, of so many samples, is merged by its
+        # weight.
+        seed = seed_of_round(request.seed, record.rounds)
+        samples, points = size * request.samples, size * request.shadow_samples
+        request = replace(request, seed=seed, samples=samples, shadow_samples=points)
+        prepared = replace(
+            self.prepared.reseed(seed), bounces=record.max_bounces, suns=self.transfer.suns
+        )
+        other = trace_run(
+            self.scene, self.weather, request, progress, folder, prepared=prepared
+        ).transfer
+        if other.record.interrupted:  # by some suns only: not a whole round
+            raise CancelledError
+        other = replace(other, record=replace(other.record, rounds=size))
+        return replace(self, transfer=merge_rounds(self.transfer, other))
+
 
 def choose_year(weather, request):
     """Sun positions to trace for the year of a weather: Suns."""
@@ -51,7 +99,7 @@ def choose_year(weather, request):
 def trace_run(scene, weather, request, progress=silent, folder=None, *, prepared=None):
     """Trace a scene for the suns of a year: Run. Parameters and errors as of `study.trace_scene`.
 
-    `trace_round` goes on with what its rays met where `prepared.rounds` says so.
+    `_Run.add_round` goes on with what its rays met where `prepared.rounds` says so.
     """
     # The suns of the year, and the scene prepared for its rays.
     suns = (
@@ -102,53 +150,6 @@ def _trace_photons(scene, suns, request, progress, folder, *, prepared):
         record = replace(leaf.record, interrupted=bare.record.interrupted)
         leaf = replace(leaf, suns=bare.suns, record=record, **columns)
     return join_seasons([leaf, bare], prepared.plan.foliage)
-
-
-def trace_round(run, size, progress=silent, folder=None):
-    """Trace a further round of a run: the same scene and suns, at the next points of its sequences.
-
-    Rounds of forward, and with mirrors, are runs with random numbers of their own.
-
-    Parameters
-    ----------
-    run : Run
-        Of all rounds before; overwritten.
-    size : int
-        Samples, in units of the first round's: a power of two that divides the number of earlier
-        ones.
-    progress, folder
-        As of `study.trace_scene`.
-
-    Returns
-    -------
-    Run
-
-    Raises
-    ------
-    CancelledError
-        It was cancelled; the Transfer of `run` is as it was, but it can take no further round.
-    """
-    request, record = run.request, run.transfer.record
-    # What rays met is kept: the round goes on in the same sequences of points.
-    if run.city:
-        city = add_round(run.city, size, progress, folder)
-        transfer = city.transfer
-        transfer = replace(
-            transfer, record=replace(transfer.record, sun_sampling=record.sun_sampling)
-        )
-        return replace(run, transfer=transfer, city=city)
-    # Otherwise a run with random numbers of its own, of so many samples, is merged by its weight.
-    seed = seed_of_round(request.seed, record.rounds)
-    samples, points = size * request.samples, size * request.shadow_samples
-    request = replace(request, seed=seed, samples=samples, shadow_samples=points)
-    prepared = replace(
-        run.prepared.reseed(seed), bounces=record.max_bounces, suns=run.transfer.suns
-    )
-    other = trace_run(run.scene, run.weather, request, progress, folder, prepared=prepared).transfer
-    if other.record.interrupted:  # by some suns only: not a whole round
-        raise CancelledError
-    other = replace(other, record=replace(other.record, rounds=size))
-    return replace(run, transfer=merge_rounds(run.transfer, other))
 
 
 def weigh_kept_suns(transfer, axis):

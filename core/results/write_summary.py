@@ -11,9 +11,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from ..accuracy import error_budget
-from ..accuracy.error_budget import WHAT
-from ..accuracy.yield_errors import split_errors
+from ..accuracy.error_budget import budget_errors
 from ..city.edge_distance import FURTHEST, NEAREST
 from ..energy.counted_area import name_group, sum_left_out
 from ..energy.energy import exceeded_energy
@@ -196,63 +194,6 @@ def _describe_input(transfer, energy, scene):
             description["ground_squares"] = squares
         description["ground_triangles"] = int((scene.surface_of_triangle < 0).sum())
     return description
-
-
-def budget_errors(transfer, energy, weather):
-    """Error budget of the full load hours, in percent.
-
-    - `sampling_total`: standard error of the mean over the counted area of all eligible surfaces,
-      from rays and points.
-    - `sampling_median`, `sampling_95`: standard error of single eligible surfaces, median and 95th
-      percentile by
-      counted area, among those with at least a tenth of the mean hours: walls hidden by a neighbour
-      have a few or none.
-    - `surfaces`: what each source alone does to a surface: shadow points, rays, light passed on,
-      discretisation, choice of suns.
-    - `groups`: what each source does to the mean of each group, in hours and percent, as `meaning`
-      says.
-    - `bounces`: upper bound of what reflections beyond the last one could add; by photons to all
-      light, else to the
-      eligible surfaces' hours, and of each group in `groups`.
-    - `string_shade`: what strings of modules lose in shade, of the energy of single modules.
-    - `patches`: discretisation error of reflected light, from light uneven within the cells of
-      patches; one third of
-      the measured effect of light that is uneven between the cells.
-    """
-    # What further reflections would add: by group where it is known, else by a geometric series.
-    record, budget = transfer.record, {"unit": "percent", "bounces": None}
-    cut = error_budget.bound_cut_reflections(transfer, weather, energy)
-    if cut["all"] is not None:
-        budget["bounces"] = 100 * cut["all"]
-    elif record is not None and record.photons_per_source and record.brightest_albedo < 1:
-        # The energy of each reflection is at most the albedo times the one before.
-        last = (
-            max(record.last_bounce_share_diffuse, record.last_bounce_share_direct)
-            if record.max_bounces
-            else 1.0
-        )
-        budget["bounces"] = 100 * last * record.brightest_albedo / (1 - record.brightest_albedo)
-    # Errors by sampling of the mean, of single surfaces, and of groups.
-    eligible = energy.eligible & np.isfinite(energy.full_load_hours)
-    whole = float(energy.full_load_hours[eligible] @ transfer.surfaces.area[eligible])
-    errors = split_errors(transfer, weather, energy)
-    if whole > 0:
-        budget["sampling_total"] = (
-            100 * energy.sampling_error * energy.counted_area[eligible].sum() / whole
-        )
-        budget["sampling_median"], budget["sampling_95"] = (
-            errors.at_share(share=0.5),
-            errors.at_share(),
-        )
-        budget["surfaces"] = error_budget.budget_surfaces(errors)
-        budget["groups"] = error_budget.budget_groups(transfer, weather, energy, cut)
-        budget["meaning"] = WHAT
-    # Errors by discretisation and by the choice of suns, as tracing measured them.
-    if record and record.discretisation_error:
-        budget["patches"] = 100 * max(map(abs, record.discretisation_error.values())) / 3
-    if record and record.sun_sampling:
-        budget["sun_sampling"] = record.sun_sampling
-    return budget
 
 
 def sum_totals(transfer, energy, system):

@@ -2,15 +2,11 @@
 
 import time
 
-from ..accuracy import rounds_to_target
-from ..accuracy.cost_curve import WRITING
-from ..accuracy.rounds_to_target import Goal
+from ..accuracy.cost_curve import seconds_of_writing
+from ..accuracy.rounds_to_target import Goal, refine
 from ..accuracy.yield_errors import split_errors
-from ..light.trace_run import trace_round
 from ..settings.progress import TerminalProgress
 from .study import compute_energy
-
-MOMENT = 1.0  # [s] for the rest of writing
 
 
 def refine_run(run, log, progress, folder):
@@ -34,7 +30,9 @@ def refine_run(run, log, progress, folder):
     weather, request, transfer = run.weather, run.request, run.transfer
     started = time.monotonic()
     energy = compute_energy(transfer, weather, request)
-    finishing = time.monotonic() - started + 2 * transfer.visible_share.nbytes / WRITING + MOMENT
+    # and a second for the rest.
+    written = seconds_of_writing(2 * transfer.visible_share.nbytes)
+    finishing = time.monotonic() - started + written + 1.0
     deadline = (
         None if request.time_budget is None else log.started + request.time_budget - finishing
     )
@@ -62,7 +60,10 @@ def refine_run(run, log, progress, folder):
         log.write(words)
 
     # Rounds go on until target or deadline.
-    goal = Goal(target, deadline, rounds_to_target.largest_round(request))
-    return rounds_to_target.refine(
-        run, judge, goal, lambda run, size: trace_round(run, size, progress, folder), log.write
+    return refine(
+        run,
+        judge,
+        Goal.of(request, deadline),
+        lambda run, size: run.add_round(size, progress, folder),
+        log.write,
     )

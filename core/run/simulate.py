@@ -5,6 +5,7 @@ Transfer.
 from dataclasses import replace
 from pathlib import Path
 
+from ..accuracy.check_goal import check_goal
 from ..accuracy.error_budget import suggest_more
 from ..accuracy.rounds_to_target import CELLS
 from ..energy import left_out
@@ -23,7 +24,6 @@ from ..settings.errors import InputError
 from ..settings.presets import METHODS
 from ..settings.progress import CancelledError
 from . import run_tasks, study
-from .check_goal import check_goal
 from .interruption import Interruption
 from .rounds import refine_run
 from .run_log import (

@@ -15,7 +15,7 @@ from citypv.core.accuracy.sun_sampling import name_groups
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.light.solve_radiosity import bound_further
-from citypv.core.light.trace_run import trace_round, trace_run
+from citypv.core.light.trace_run import trace_run
 from citypv.core.run.join_tiles import _largest_of_groups
 from citypv.core.run.study import prepare_study
 from citypv.core.sky.sky_models import choose_sky
@@ -32,7 +32,7 @@ def trace(name, rounds=(), **changes):
     )
     run = trace_run(scene, weather, request, prepared=prepared)
     for size in rounds:
-        run = trace_round(run, size)
+        run = run.add_round(size)
     energy = compute_energy(
         run.transfer, weather, build_system(request), 1, sky=choose_sky(request, run.transfer)
     )

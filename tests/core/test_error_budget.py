@@ -12,12 +12,11 @@ from test_closed_forms import SUNS
 from test_tracing import three_houses
 from transfers import unshaded_transfer
 
-from citypv.core.accuracy.error_budget import budget_groups, suggest_more
+from citypv.core.accuracy.error_budget import budget_errors, budget_groups, suggest_more
 from citypv.core.accuracy.yield_errors import SOURCES, seconds_of_rounds, split_errors
 from citypv.core.effects.beyond_scene import change_unshaded
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.light.transfer import ErrorParts
-from citypv.core.results.write_summary import budget_errors
 from citypv.core.sun.sun_sampling import choose_suns
 
 COUNT = 52

@@ -18,7 +18,7 @@ from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.rounds import add_round
 from citypv.core.light.trace_forward import trace_forward
 from citypv.core.light.trace_gather import trace_gather, trace_light
-from citypv.core.light.trace_run import trace_round, trace_run
+from citypv.core.light.trace_run import trace_run
 from citypv.core.light.transfer import variance_of_mean
 from citypv.core.run.study import read_year, trace_scene
 from citypv.core.settings.errors import InputError
@@ -216,7 +216,7 @@ def test_both_states_of_trees_go_on(bounces):
     run = trace_run(scene, weather, request, prepared=prepared)
     known = trace_scene(scene, weather, replace(request, samples=1024, shadow_samples=64, seed=9))
     for size in (1, 2, 4):
-        run = trace_round(run, size)
+        run = run.add_round(size)
     total = run.transfer
     for found, expected in ((total, known), (total.bare, known.bare)):
         (light, error), (true, left) = light_of(found), light_of(expected)

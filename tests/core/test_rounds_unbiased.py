@@ -19,7 +19,7 @@ from citypv.core.city.build_scene import build_scene
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
 from citypv.core.energy.standard_errors import errors_of_energy, noise_of_mean
-from citypv.core.light.trace_run import trace_round, trace_run
+from citypv.core.light.trace_run import trace_run
 from citypv.core.run.study import prepare_study, read_year
 from citypv.core.settings.request import Request
 
@@ -57,7 +57,7 @@ def run_of(name, request, sizes=()):
     prepared = replace(prepared.reseed(request.seed), rounds=bool(sizes))
     run = trace_run(scene, weather, request, prepared=prepared)
     for size in sizes:
-        run = trace_round(run, size)
+        run = run.add_round(size)
     return run.transfer, compute_energy(run.transfer, weather, build_system(request), 1)
 
 

@@ -20,8 +20,8 @@ from citypv.core.accuracy.rounds_to_target import (
 )
 from citypv.core.accuracy.yield_errors import SAMPLED, YieldErrors
 from citypv.core.commands.command_line import build_parser, read_request
+from citypv.core.light import trace_run
 from citypv.core.results.transfer_file import read_transfer
-from citypv.core.run import rounds as further_rounds
 from citypv.core.settings.presets import PRESETS
 from citypv.core.settings.request import Request
 
@@ -175,14 +175,14 @@ def test_a_target_is_met_twice_with_the_same_bits(city, tmp_path, capfd):
 @pytest.mark.slow
 def test_ctrl_c_keeps_the_finished_rounds(city, tmp_path, monkeypatch, capfd):
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    trace = further_rounds.trace_round
+    trace = trace_run._Run.add_round
 
     def interrupted_in_the_third(run, *given):
         if run.transfer.record.rounds == 2:
             signal.raise_signal(signal.SIGINT)
         return trace(run, *given)
 
-    monkeypatch.setattr(further_rounds, "trace_round", interrupted_in_the_third)
+    monkeypatch.setattr(trace_run._Run, "add_round", interrupted_in_the_third)
     try:
         status = main(
             ["simulate", str(city), "--out", str(tmp_path / "b"), *COARSE, "--target-error", "0.13"]

@@ -160,7 +160,7 @@ def refined(scene, request):
         first,
         lambda one: split_errors(one, year(), energy),
         goal,
-        lambda run, size: run.trace_round(size),
+        lambda run, size: run.add_round(size),
         lambda line: None,
     )
 

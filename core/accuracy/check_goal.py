@@ -6,14 +6,13 @@ import math
 import time
 from dataclasses import replace
 
-from ..accuracy.cost_curve import predict_city
-from ..accuracy.rounds_to_target import CELLS
-from ..accuracy.sun_sampling import CityYear
-from ..accuracy.yield_errors import CERTAIN, SOURCES
 from ..light.prepare_scene import prepare_scene
 from ..settings.errors import InputError
 from ..settings.progress import describe_duration
-from .rounds import MOMENT
+from .cost_curve import predict_city
+from .rounds_to_target import CELLS
+from .sun_sampling import CityYear
+from .yield_errors import CERTAIN, SOURCES
 
 
 def check_goal(scene, weather, request, log):
@@ -56,7 +55,8 @@ def check_goal(scene, weather, request, log):
         return
     # The first round, with electricity before and after it, must end within the time.
     tracing, _, writing = city.predict_seconds(request)
-    first = tracing + writing + city.checking + 2 * city.pilot.electricity + MOMENT
+    # A second for the rest of writing, as in `run.rounds`.
+    first = tracing + writing + city.checking + 2 * city.pilot.electricity + 1.0
     spent = time.monotonic() - log.started
     if spent + first > request.time_budget:
         parts = (
