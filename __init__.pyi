@@ -245,6 +245,7 @@ class Result:
         title: str = ...,
         attribution: str = ...,
         language: str = ...,
+        districts: str | None = None,
     ) -> Path:
         """Write report.html into the folder: its path.
 
@@ -256,6 +257,8 @@ class Result:
             Source and licence of the city model; by default as its files say.
         language : str
             Of texts and numbers: "en" or "de".
+        districts : str
+            FILE or FILE:COLUMN of districts; by default those that the run was given.
         """
         ...
 

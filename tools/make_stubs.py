@@ -63,6 +63,7 @@ TYPES = {
     "temporary": "bool",
     "title": "str",
     "language": "str",
+    "districts": "str | None",
     "attribution": "str",
     "exports": "str | Sequence[str]",
     "cluster": "str | None",

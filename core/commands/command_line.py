@@ -239,7 +239,9 @@ def _run_plot(options):
     """`citypv plot`."""
     from .show import plot_results
 
-    words = {name: getattr(options, name) for name in ("title", "attribution", "language")}
+    words = {
+        name: getattr(options, name) for name in ("title", "attribution", "language", "districts")
+    }
     options.log.write(f"Written to {', '.join(map(str, plot_results(options.folder, **words)))}")
 
 
@@ -249,7 +251,7 @@ def _run_site(options):
 
     named = {
         name: getattr(options, name)
-        for name in ("title", "attribution", "private", "language", "overwrite")
+        for name in ("title", "attribution", "private", "language", "districts", "overwrite")
     }
     site, log = write_site(options.folder, options.out, **named), options.log
     log.write("{buildings:,} buildings, {surfaces:,} surfaces: {files:,} files".format(**site))

@@ -115,6 +115,11 @@ def _add_words(parser, title):
         help="source and licence of the city model; default: as its files say",
     )
     parser.add_argument(
+        "--districts",
+        metavar="FILE",
+        help="polygons with a name, in place of those of the run: FILE or FILE:COLUMN",
+    )
+    parser.add_argument(
         "--language",
         default="en",
         choices=list_languages(),

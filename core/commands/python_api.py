@@ -154,7 +154,7 @@ class Result:
             )
             return Result(folder, temporary=out is None)
 
-    def plot(self, *, title="", attribution="", language="en"):
+    def plot(self, *, title="", attribution="", language="en", districts=None):
         """Write report.html into the folder: its path.
 
         Parameters
@@ -165,11 +165,13 @@ class Result:
             Source and licence of the city model; by default as its files say.
         language : str
             Of texts and numbers: "en" or "de".
+        districts : str
+            FILE or FILE:COLUMN of districts; by default those that the run was given.
         """
         from .show import plot_results
 
         words = {"title": title, "attribution": attribution, "language": language}
-        return plot_results(self.folder, **words)[0]
+        return plot_results(self.folder, **words, districts=districts)[0]
 
     def _read(self, name):
         from ..results.read_results import FACE_TEXTS, GROUP_TEXTS, read_table

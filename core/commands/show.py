@@ -99,7 +99,7 @@ def plot_results(folder, **words):
         Of `citypv simulate`, `citypv yield` or `citypv world`. A report or pictures of an earlier
         call are replaced.
     **words
-        `title`, `attribution` and `language` of `write_report`.
+        `title`, `attribution`, `language` and `districts` of `write_report`.
 
     Returns
     -------

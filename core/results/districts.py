@@ -124,14 +124,17 @@ def _write_shapes(path, table, shapes, site):
     for row, shape in zip(table.to_dict("records"), [*shapes, None], strict=True):
         geometry = None
         if shape is not None:
-            turned = shapely.transform(shape, lambda points: _on_earth(points, site))
-            geometry = shapely.geometry.mapping(shapely.set_precision(turned, 1e-7))
+            geometry = shapely.geometry.mapping(on_earth(shape, site))
         features.append({"type": "Feature", "properties": finite(row), "geometry": geometry})
     collection = {"type": "FeatureCollection", "features": features}
     path.write_text(json.dumps(collection, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
-def _on_earth(points, site):
-    """Longitudes and latitudes [°] of points in plan."""
-    latitude, longitude = site.find_on_earth(np.column_stack([points, np.zeros(len(points))]))
-    return np.column_stack([longitude, latitude])
+def on_earth(shape, site):
+    """A shape in plan, in longitude and latitude [°] to about a centimetre: shapely geometry."""
+
+    def turn(points):
+        places = site.find_on_earth(np.column_stack([points, np.zeros(len(points))]))
+        return np.column_stack(places[::-1])
+
+    return shapely.set_precision(shapely.transform(shape, turn), 1e-7)

@@ -1,78 +1,14 @@
-"""Districts on the report and the solar map: a map in the colours of the city, and a table."""
+"""The map of districts on the report and the solar map, in the colours of the city."""
 
-import json
 from html import escape
-from pathlib import Path
 
 import numpy as np
 import shapely
 
-from ..settings.errors import InputError
 from .colour_map import MAPS, linear_light, srgb_colour
-from .surfaces_file import GIVE_RESULTS
-from .words import number, say
+from .words import say
 
 STOPS = MAPS["viridis"].split()
-SUMS = ("buildings", "border_buildings", "module_count", "module_area", "kwp", "mwh_per_year")
-SUMS += ("mwh_standard_error",)
-
-
-def read_districts_of(folders):
-    """Rows of districts.geojson of some folders, of which each name has one: list of dict.
-
-    Each has `district`, `shape` in degrees (None of the last, which lies in no district) and sums;
-    errors of several folders add up, as nothing is known of what they share.
-
-    Parameters
-    ----------
-    folders : list of pathlib.Path
-
-    Returns
-    -------
-    list of dict
-        Empty where no folder has sums by district.
-
-    Raises
-    ------
-    InputError
-        A file cannot be read, or some of the folders have none.
-    """
-    paths = [Path(folder) / "districts.geojson" for folder in folders]
-    missing = [path for path in paths if not path.is_file()]
-    if missing and len(missing) < len(paths):
-        raise InputError(
-            missing[0], "there is no such file, but another folder has one", GIVE_RESULTS
-        )
-    rows = {}
-    for path in paths if not missing else ():
-        with InputError.parsing(path, "cannot be read as sums by district", GIVE_RESULTS):
-            for feature in json.loads(path.read_text("utf-8"))["features"]:
-                own, drawn = feature["properties"], feature["geometry"]
-                shape = shapely.geometry.shape(drawn) if drawn else None
-                empty = {"district": own["district"], "shape": shape} | dict.fromkeys(SUMS, 0.0)
-                # The row of what lies in no district stays the last one.
-                row = rows.setdefault((shape is None, own["district"]), empty)
-                for name in SUMS:
-                    row[name] += own[name]
-    return [row for _, row in sorted(rows.items(), key=lambda item: item[0][0])]
-
-
-def tabulate_districts(rows):
-    """Headings, and rows of cells, of `read_districts_of`; the last one sums up all: lists of str."""
-    head = [say("District"), say("Buildings"), say("on its border"), say("Modules")]
-    head += [say("Area of modules [m²]"), say("Nominal power [kWp]")]
-    head += [say("Energy in a year [MWh]"), "± [MWh]", say("Full load hours [h]")]
-    whole = {name: sum(row[name] for row in rows) for name in SUMS}
-    whole |= {"district": say("All"), "mwh_standard_error": None}
-    return head, [*map(_list_cells, rows), _list_cells(whole)]
-
-
-def _list_cells(row):
-    """Cells of one row of the table: list of str."""
-    name = row["district"] if row.get("shape", True) is not None else say("in no district")
-    sums = [number(row[name]) for name in SUMS[:-1]]
-    hours = 1000 * row["mwh_per_year"] / row["kwp"] if row["kwp"] else None
-    return [name, *sums, number(row["mwh_standard_error"], ",.1f"), number(hours)]
 
 
 def draw_map(rows, *, width=720, tallest=640, margin=6):
@@ -83,7 +19,7 @@ def draw_map(rows, *, width=720, tallest=640, margin=6):
     Parameters
     ----------
     rows : list of dict
-        Of `read_districts_of`.
+        Of `group_sums.read_districts_of`.
     """
     rows = [row for row in rows if row["shape"] is not None]
     low, high = _bounds([row["shape"] for row in rows if row["buildings"]] or [rows[0]["shape"]])
@@ -127,7 +63,7 @@ def _draw_district(row, drawn, colour):
         "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in ring.coords[:-1]) + "Z" for ring in rings
     )
     energy = say("{energy:,.0f} MWh", energy=row["mwh_per_year"])
-    hint = f"{row['district']}: {energy}"
+    hint = f"{row['name']}: {energy}"
     parts = [
         f'<path d="{path}" fill="#{colour}" fill-rule="evenodd" stroke="#fff" stroke-width="1.5">'
         f"<title>{escape(hint)}</title></path>"
@@ -135,14 +71,14 @@ def _draw_district(row, drawn, colour):
     # The widest place for letters is the largest circle that fits in.
     circle = shapely.maximum_inscribed_circle(max(polygons, key=lambda part: part.area))
     (x, y), radius = circle.coords[0], circle.length
-    if 2 * radius >= 7 * max(len(row["district"]), len(energy)):  # letters are 7 units wide
+    if 2 * radius >= 7 * max(len(row["name"]), len(energy)):  # letters are 7 units wide
         # Black where it has more contrast than white, by the luminance of sRGB.
         luminance = linear_light(srgb_colour(colour)) @ (0.2126, 0.7152, 0.0722)
         ink = "#000" if luminance > 0.18 else "#fff"
         parts += [
             f'<text x="{x:.0f}" y="{y + line:.0f}" text-anchor="middle" font-size="13" '
             f'fill="{ink}">{escape(text)}</text>'
-            for line, text in ((-3, row["district"]), (13, energy))
+            for line, text in ((-3, row["name"]), (13, energy))
         ]
     return "".join(parts)
 

@@ -19,6 +19,7 @@ NAMES = (
     "faces.csv",
     "groups.csv",
     "buildings.csv",
+    "uses.csv",
     "districts.csv",
     "districts.geojson",
     "series.csv",

@@ -63,6 +63,21 @@ def sum_buildings(transfer, energy, weather, *, monthly=False):
     return pd.DataFrame(table)
 
 
+def write_uses(path, transfer, energy, weather):
+    """Write sums over the buildings of each function that their files tell, most energy first.
+
+    Parameters as of `write_buildings`; `transfer` has facts. Buildings of which no function is told
+    have a row of their own, with an empty name.
+    """
+    names, building = np.unique(
+        np.array(transfer.surfaces.building_id, dtype=object).astype(str), return_inverse=True
+    )
+    uses, use = np.unique(transfer.facts.of(names)["function"], return_inverse=True)
+    table = {"function": uses, "buildings": np.bincount(use, minlength=len(uses))}
+    table |= sum_surfaces(transfer, energy, weather, use[building], len(uses))
+    write_table(path, pd.DataFrame(table).sort_values("mwh_per_year", ascending=False))
+
+
 def sum_surfaces(transfer, energy, weather, label, count, *, monthly=False):
     """Sums over the surfaces of each label, such as a building: dict of (count,) arrays.
 

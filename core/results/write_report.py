@@ -28,7 +28,7 @@ from .describe_run import (
     list_settings,
     summarise_errors,
 )
-from .draw_districts import draw_map, read_districts_of, tabulate_districts
+from .group_sums import compose_sums
 from .headline import compose_headline
 from .output_folder import write_whole
 from .pack_city import pack_city
@@ -82,7 +82,7 @@ TOO_LARGE = (
 )
 
 
-def write_report(folder, results, *, title="", attribution="", language="en"):
+def write_report(folder, results, *, title="", attribution="", language="en", districts=None):
     """Write report.html into a folder, whole or not at all.
 
     Parameters
@@ -95,6 +95,8 @@ def write_report(folder, results, *, title="", attribution="", language="en"):
         Source and licence of the city model; "": as its files say.
     language : str
         Of `words.list_languages`.
+    districts : str, optional
+        FILE or FILE:COLUMN of districts, in place of those that the run was given.
 
     Returns
     -------
@@ -108,8 +110,8 @@ def write_report(folder, results, *, title="", attribution="", language="en"):
         written = datetime.fromtimestamp((Path(folder) / "summary.json").stat().st_mtime, UTC)
         origin = describe_origin(results.summary, written, sources)
         heading = title or say("Solar potential: {name}", name=results.name)
-        districts = compose_districts(read_districts_of([Path(folder)]))
-        page = fill_page(heading, f"{origin}\n{_compose_body(results, *city, districts)}", data)
+        sums = compose_sums([folder], districts)
+        page = fill_page(heading, f"{origin}\n{_compose_body(results, *city, sums)}", data)
     write_whole(path, lambda file: file.write_text(page, encoding="utf-8", newline="\n"))
     return path
 
@@ -140,7 +142,7 @@ def compose_city(results, change=None):
     return (paragraph(say(TOO_LARGE, count=len(results.faces), **size), "warning"), ""), ""
 
 
-def _compose_body(results, view, tables, districts):
+def _compose_body(results, view, tables, sums):
     """All sections of the page: how much, how sure and where, before any table.
 
     Parameters
@@ -148,8 +150,8 @@ def _compose_body(results, view, tables, districts):
     results : Results
     view, tables : str
         Of `compose_city`.
-    districts : str
-        Of `compose_districts`.
+    sums : str
+        Of `compose_sums`.
     """
     summary = results.summary
     # The plans are pictures, only where a drawing library is installed.
@@ -165,7 +167,7 @@ def _compose_body(results, view, tables, districts):
             compose_headline(summary),
             view,
             compose_totals(summary),
-            districts,
+            sums,
             tables,
             _compose_groups(results),
             pictures,
@@ -207,23 +209,6 @@ def compose_errors(summary):
         paragraph(summarise_errors(summary)),
         table((say("Part"), say("Percent of the full load hours")), parts, numbers=(1,)),
         paragraph(say("± is a {spread}.", spread=say(SPREAD)) + " " + say(LIMITS), "small"),
-    )
-
-
-def compose_districts(rows):
-    """Sums by district for the report and the solar map, of `read_districts_of`; "" without rows."""
-    if not rows:
-        return ""
-    head, cells = tabulate_districts(rows)
-    words = say(
-        "A building counts where most of its area lies. Only buildings of this city model are summed "
-        "up; a district may have more."
-    )
-    return section(
-        say("Sums by district"),
-        draw_map(rows),
-        table(head, cells, numbers=range(1, len(head))),
-        paragraph(words, "small"),
     )
 
 

@@ -23,7 +23,7 @@ from ..settings.errors import InputError, id_of_cell
 from ..settings.version import __version__
 from .compare_runs import layout_of, list_differences
 from .describe_run import attributions_of, describe_assumptions
-from .draw_districts import read_districts_of
+from .group_sums import compose_sums
 from .headline import compose_headline
 from .output_folder import SITE_FILES, SITE_NAMES, whole_folder
 from .page import fill_template, paragraph, section, table
@@ -35,7 +35,6 @@ from .tile_tree import SIDE, bound, join_squares, write_square, write_tileset
 from .viewer_columns import describe_view, list_layers, measure_faces, sum_counting
 from .words import WEB, read_html, say, speaking, words_as_data
 from .write_report import (
-    compose_districts,
     compose_errors,
     compose_totals,
     describe_origin,
@@ -56,6 +55,7 @@ def write_site(
     attribution="",
     private=False,
     language="en",
+    districts=None,
     overwrite=False,
 ):
     """Write a solar map of one or more result folders.
@@ -73,6 +73,8 @@ def write_site(
         Leave out the ids of surfaces and buildings, and the search.
     language : str
         Of `words.list_languages`.
+    districts : str, optional
+        FILE or FILE:COLUMN of districts, in place of those that the runs were given.
     overwrite : bool
         Replace a site in a folder that is not empty.
 
@@ -132,7 +134,7 @@ def write_site(
         }
         header["filled"] = sorted(store.filled)
         _write_index(work, store, header | view, private)
-        _write_page(work, summary, title, attribution, read_districts_of(folders))
+        _write_page(work, summary, title, attribution, compose_sums(folders, districts))
         # Names of what was written, so that the next run may replace just these.
         paths = [path.relative_to(work) for path in work.rglob("*") if path.is_file()]
         listed = sorted(path.as_posix() for path in paths if path.parts[0] in SITE_NAMES)
@@ -374,7 +376,7 @@ def _write_index(work, store, header, private, *, shard=1000):
     )
 
 
-def _write_page(work, summary, title, attribution, districts):
+def _write_page(work, summary, title, attribution, sums):
     """Write index.html and what it needs: its own scripts are all that it runs, and its own files
     all that it reads.
 
@@ -393,7 +395,7 @@ def _write_page(work, summary, title, attribution, districts):
         read_html("viewer.html"),
         "" if attribution else paragraph(say(NO_LICENCE), "warning"),
         compose_totals(summary),
-        compose_districts(districts),
+        sums,
         read_html("viewer_tables.html"),
         compose_errors(summary),
         section(say("What was assumed"), table((), describe_assumptions(summary))),

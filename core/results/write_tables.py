@@ -17,7 +17,7 @@ from ..sun.solar_position import local_middle
 from .columns import TABLED, name_months, write_table
 from .districts import write_districts
 from .surfaces_file import write_surfaces
-from .write_buildings import write_buildings
+from .write_buildings import write_buildings, write_uses
 
 HOUR = pd.Timedelta(hours=1)
 GROUP_COLUMNS = ("kind", "orientation", "period", "index", "full_load_hours", "count", "area")
@@ -244,8 +244,8 @@ def write_timeseries(path, energy, weather, buildings=None):
 
 
 def write_tables(folder, transfer, energy, weather, request, *, progress):
-    """Write faces.csv, groups.csv, buildings.csv, timeseries.nc, surfaces.nc and, if requested,
-    districts.csv and series.csv.
+    """Write faces.csv, groups.csv, buildings.csv, timeseries.nc, surfaces.nc; uses.csv where the
+    files tell what buildings are for; if requested, districts.csv and series.csv.
 
     Parameters
     ----------
@@ -276,6 +276,8 @@ def write_tables(folder, transfer, energy, weather, request, *, progress):
             (*building_power.compute_building_hours(*run), building_power.day_zone(weather)),
         ),
     }
+    if transfer.facts is not None and any(transfer.facts.function):
+        tables["uses.csv"] = lambda path: write_uses(path, transfer, energy, weather)
     if request.districts:
         tables["districts.csv"] = lambda path: write_districts(
             path, transfer, energy, weather, request.districts

@@ -18,8 +18,8 @@ from citypv.core.city.grid_cells import Outlines
 from citypv.core.city.site import Site
 from citypv.core.read.read_districts import read_districts
 from citypv.core.results.districts import place_buildings
-from citypv.core.results.draw_districts import draw_map, read_districts_of
-from citypv.core.results.write_report import compose_districts
+from citypv.core.results.draw_districts import draw_map
+from citypv.core.results.group_sums import read_districts_of, read_uses_of
 from citypv.core.settings.errors import InputError
 
 SITE = Site(52.5, 13.4, 34.0, 0.0, None, (0.0, 0.0, 0.0))
@@ -262,9 +262,9 @@ def test_sums_of_several_folders_add_up(traced, tmp_path):
     """Twice the same city: twice its energy, and one row for each district."""
     folder, _ = traced
     (once, twice) = (read_districts_of([folder] * count) for count in (1, 2))
-    assert [row["district"] for row in twice] == ["West", "Ost", "outside"]
+    assert [row["name"] for row in twice] == ["West", "Ost", "in no district"]
     assert [row["kwp"] for row in twice] == [2 * row["kwp"] for row in once]
-    assert compose_districts(read_districts_of([tmp_path])) == ""
+    assert read_districts_of([tmp_path]) == []
     with pytest.raises(InputError, match="another folder has one"):
         read_districts_of([folder, tmp_path])
 
@@ -276,7 +276,7 @@ def test_the_map_is_true_to_scale_and_names_can_be_read():
         ("West", shapely.box(10, 59.5, 11, 60.5), 0.0),
     ]
     rows = [
-        {"district": name, "shape": shape, "kwp": 1.0, "mwh_per_year": energy, "buildings": 1}
+        {"name": name, "shape": shape, "kwp": 1.0, "mwh_per_year": energy, "buildings": 1}
         | dict.fromkeys(
             ("border_buildings", "module_count", "module_area", "mwh_standard_error"), 0
         )
@@ -290,3 +290,36 @@ def test_the_map_is_true_to_scale_and_names_can_be_read():
     assert corners[1][:, 0].max() == pytest.approx(corners[0][:, 0].min(), abs=0.1)
     assert [colour for _, colour in paths] == ["#fde725", "#440154"]
     assert re.findall(r'fill="(#\w+)">(Ost|West)', html) == [("#000", "Ost"), ("#fff", "West")]
+
+
+def test_districts_given_to_a_traced_city(traced):
+    """Sums of the tables are those of the run; errors of one building each, too, of more the sum."""
+    folder, path = traced
+    of_run, of_tables = (read_districts_of([folder], text) for text in (None, f"{path}:key"))
+    for own, other in zip(of_run, of_tables, strict=True):
+        for column in (
+            "kwp",
+            "mwh_per_year",
+            "module_count",
+            "mwh_standard_error",
+            "border_buildings",
+        ):
+            assert own[column] == pytest.approx(other[column], rel=1e-5), column
+        assert own["name"] == other["name"] and own["shape"] == other["shape"]
+
+
+def test_uses_are_summed(traced):
+    """a, of which the file tells what it is for, and b and c, of which it does not."""
+    folder, _ = traced
+    table = pd.read_csv(folder / "uses.csv", keep_default_na=False).set_index("function")
+    buildings = pd.read_csv(folder / "buildings.csv", keep_default_na=False)
+    assert sorted(table["buildings"]) == [1, 2] and table.loc["", "buildings"] == 2
+    for name in ("kwp", "module_count", "mwh_per_year", "facade_module_area"):
+        sums = buildings.groupby("function")[name].sum()
+        assert table[name].to_dict() == pytest.approx(sums.to_dict(), rel=1e-5), name
+    assert list(table["mwh_per_year"]) == sorted(table["mwh_per_year"], reverse=True)
+    rows = read_uses_of([folder])
+    assert {row["name"]: row["buildings"] for row in rows} == {"not told": 2, table.index.max(): 1}
+    (rest,) = [row for row in read_uses_of([folder], most=0) if row]
+    assert rest["name"] == "2 others" and rest["buildings"] == 3
+    assert rest["kwp"] == pytest.approx(buildings["kwp"].sum(), rel=1e-5)
