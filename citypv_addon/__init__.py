@@ -9,14 +9,13 @@ import bpy
 from .. import operators
 from ..__main__ import main
 from ..operators.city.check_libraries import check_libraries
-from ..operators.city.read_settings import find_preferences, use_cache_folder
-from ..operators.city.run_step import Step, leave_step
-from ..operators.city.session import close_sessions
-from ..operators.run.watch_edits import HANDLERS, TICK, watch
+from ..operators.city.preferences import use_cache_folder
+from ..operators.city.read_materials import REFLECTION
+from ..operators.run.watch_edits import start_watching, stop_watching
 from ..operators.show.draw_view import DRAWN
 from .manual import map_manual
 from .menus import CityMenu, draw_city_menu, draw_import_menu
-from .properties import REFLECTION, Preferences, Seeing, Settings
+from .properties import Seeing, Settings
 from .translations import TABLES
 
 # Operators, panels and file handlers: what the modules of the room operators define, the panel that
@@ -34,7 +33,7 @@ OPERATORS = sorted(
     (item for item in dict.fromkeys(_found) if item.__module__ in _names),
     key=lambda item: hasattr(item, "bl_parent_id"),
 )
-CLASSES = (Settings, Seeing, Preferences, *OPERATORS, CityMenu)
+CLASSES = (Settings, Seeing, *OPERATORS, CityMenu)
 
 _commands, _drawn = [], []
 
@@ -53,12 +52,10 @@ def register():
     bpy.types.VIEW3D_MT_editor_menus.append(draw_city_menu)
     bpy.utils.register_manual_map(map_manual)
     bpy.app.translations.register(__name__, TABLES)
-    use_cache_folder(find_preferences())
+    use_cache_folder()
     _commands.append(bpy.utils.register_cli_command("citypv", main))
-    for name, follow in HANDLERS:
-        getattr(bpy.app.handlers, name).append(follow)
+    start_watching()
     if not bpy.app.background:
-        bpy.app.timers.register(watch, first_interval=TICK, persistent=True)
         for draw, moment in DRAWN:
             _drawn.append(bpy.types.SpaceView3D.draw_handler_add(draw, (), "WINDOW", moment))
     if bpy.app.module:
@@ -71,17 +68,9 @@ def unregister():
     atexit.unregister(unregister)
     if not hasattr(bpy.types.Scene, "citypv"):
         return
-    if Step.current is not None:  # its work ends at its next report, and nobody hears of it
-        Step.current.cancel(drop=True)
-    leave_step(bpy.context)
+    stop_watching()
     while _drawn:
         bpy.types.SpaceView3D.draw_handler_remove(_drawn.pop(), "WINDOW")
-    if bpy.app.timers.is_registered(watch):
-        bpy.app.timers.unregister(watch)
-    for name, follow in HANDLERS:
-        handlers = getattr(bpy.app.handlers, name)
-        if follow in handlers:
-            handlers.remove(follow)
     bpy.app.translations.unregister(__name__)
     bpy.utils.unregister_manual_map(map_manual)
     bpy.utils.unregister_cli_command(_commands.pop())
@@ -90,4 +79,3 @@ def unregister():
     del bpy.types.Scene.citypv, bpy.types.Scene.citypv_seeing, bpy.types.Material.citypv_material
     for item in reversed(CLASSES):
         bpy.utils.unregister_class(item)
-    close_sessions()

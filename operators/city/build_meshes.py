@@ -9,7 +9,7 @@ from .session import find_city
 from .source_objects import COLLECTION
 
 
-def build_meshes(scene, name="City"):
+def build_meshes(scene, name="City", *, grounded=True):
     """Build the objects of a scene, with the face attributes `citypv_surface` and, on the city,
     `citypv_building`.
 
@@ -19,26 +19,26 @@ def build_meshes(scene, name="City"):
         Triangles with the surface each belongs to.
     name : str
         Name of the city's object; the ground is called "Ground".
+    grounded : bool
+        Whether the ground is built, too.
 
     Returns
     -------
     city : bpy.types.Object
         The faces are the triangles of the surfaces, in their order.
     ground : bpy.types.Object or None
-        The triangles that belong to no surface, moved with the city; None where there are none.
+        The triangles that belong to no surface, moved with the city; None where there are none, or none is wanted.
     """
-    generated, city = scene.surface_of_triangle < 0, build_city(scene, name)
-    if not generated.any():
+    generated, city = scene.surface_of_triangle < 0, _build_city(scene, name)
+    if not (grounded and generated.any()):
         return city, None
     city[Key.GROUND] = ground = _build_object("Ground", "ground", scene, generated)
     ground.parent = city
     return city, ground
 
 
-def build_city(scene, name):
-    """Build the city's object of a scene without its ground, as `build_meshes` does:
-    bpy.types.Object.
-    """
+def _build_city(scene, name):
+    """Build the city's object of a scene without its ground: bpy.types.Object."""
     own = scene.triangle_surface >= 0  # undersides and edges of racks have no results to show
     city = _build_object(name, "city", scene, own)
     # The names are stored on the object; the faces store their index into that list.
@@ -72,16 +72,6 @@ def _build_object(name, part, scene, chosen):
         if getattr(site, key) is not None:
             item[PREFIX + key] = getattr(site, key)
     return item
-
-
-def site_of(item):
-    """Origin of the mesh of a city, and the direction of its axes, in the system of its files:
-    core.city.scene.Site.
-    """
-    origin = [float(value) for value in item[Key.ORIGIN]]
-    from ...core.city.site import Site
-
-    return Site(None, None, 0.0, float(item.get(Key.CONVERGENCE, 0.0)), None, origin)
 
 
 def show_objects(stage, *items):

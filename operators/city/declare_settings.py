@@ -6,7 +6,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from ...core.effects.table import TABLE
-from ...core.settings.request import declared_settings
+from ...core.settings.request import Request, declared_settings
 from .run_step import Action
 
 LARGEST = 2**31 - 1  # Blender keeps whole numbers in 32 bits
@@ -41,11 +41,19 @@ def _left_to_program(details):
 
 def build_properties(follow):
     """Properties of all settings that have a title, by the names of the settings, and switches of
-    effects: dict.
+    effects, and of the days that stand for a year: dict.
 
     `follow` has what is called when a setting changes, by its name.
     """
-    properties = {}
+    properties = {
+        "days": IntProperty(
+            name="Days",
+            description="Number of days, spread over the year",
+            default=int(Request.suns.partition(":")[2]),
+            min=1,
+            max=365,
+        )
+    }
     for name, default, details in _list_titled():
         more = {"update": follow[name]} if name in follow else {}
         properties[name] = _build_property(default, details, **more)

@@ -16,24 +16,12 @@ def describe_edit(city):
             "its ground was edited",
             "undo that, or classify again, which lays it anew (other terrain: a file)",
         )
-    cure = "press Update" if can_update(city) else "classify and trace the city again"
-    if is_from_file(city):
+    cure = "press Update" if Session.can_update(city) else "classify and trace the city again"
+    if Session.is_from_file(city):
         cure = "press Import and trace again, which goes on from its files"
     if city.get(Key.EDITED):
         return "its mesh was edited", cure
     return ("objects of it were edited", cure) if city.get(Key.REDESIGNED) else ("", "")
-
-
-def can_update(city):
-    """Whether a city has light that can be edited, so that only the edit has to be traced."""
-    return getattr(Session.of(city), "base", None) is not None
-
-
-def is_from_file(city):
-    """Whether the .blend was opened since the city was read: its buildings are known from its files
-    again.
-    """
-    return getattr(Session.of(city), "city", None) is None
 
 
 def check_unedited(city):

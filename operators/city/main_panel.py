@@ -3,12 +3,12 @@
 import bpy
 
 from .check_libraries import FAILURES
-from .edit_marks import describe_edit, is_from_file
+from .edit_marks import describe_edit
 from .keep_transfer import describe_missing
 from .keys import Key
 from .panel import Panel
 from .run_step import Step
-from .session import find_city, list_cities
+from .session import Session, find_city, list_cities
 
 
 class MainPanel(Panel, bpy.types.Panel):
@@ -41,7 +41,7 @@ class MainPanel(Panel, bpy.types.Panel):
         self.draw_told(self.layout, city.get("citypv_interrupted"), "INFO")
         missing = describe_missing(city)
         self.draw_told(self.layout, missing, "ERROR")
-        if missing or (edit and is_from_file(city)):
+        if missing or (edit and Session.is_from_file(city)):
             self.layout.operator("citypv.retrace", icon="FILE_REFRESH")
         _draw_cities(self.layout, context)
 

@@ -10,7 +10,6 @@ from ...core.settings.errors import InputError
 from .attributes import read_array, read_face_attribute
 from .keys import Key
 
-MATERIALS = EXAMPLES  # suggestions
 # type of node -> names of its inputs for colour, metallic, roughness, transmission; or their value
 NODES = {
     "BSDF_PRINCIPLED": ("Base Color", "Metallic", "Roughness", "Transmission Weight"),
@@ -185,6 +184,16 @@ def describe_material(material):
         )
     except InputError as error:
         return f"{error.source}: {error.problem}"
+
+
+REFLECTION = bpy.props.StringProperty(  # of a material
+    name="Reflects as",
+    description=(
+        "A known material, mirror or glossy:ROUGHNESS; empty: from its name, else from its shader"
+    ),
+    search=lambda self, context, text: [word for word in EXAMPLES if text.lower() in word],
+    search_options={"SUGGESTION"},
+)
 
 
 class MaterialPanel(bpy.types.Panel):

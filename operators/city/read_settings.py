@@ -4,8 +4,6 @@ was run.
 A step is done, stale because a setting was changed since, or still to do.
 """
 
-import os
-import sys
 from ast import literal_eval
 from pathlib import Path
 
@@ -13,18 +11,14 @@ import bpy
 
 from ...core.settings.errors import InputError
 from ...core.settings.request import Request
-from ...core.weather.formats import FORMATS, suffixes_of_weather
 from ...core.weather.sources import ASKED_BY_KEY
 from .declare_settings import ELECTRIC, OF_LIGHT, name_switch, read_properties, settings_of_panel
 from .edit_marks import describe_edit
 from .job import threads_beside_window
 from .keys import Key
+from .preferences import find_preferences
 from .source_objects import is_in_place
 
-FILES_WORDS = (
-    f"One of {len(FORMATS)} formats, told by their content: {', '.join(suffixes_of_weather())}"
-)
-ADDON = __package__.rpartition(".operators")[0]  # its name in Blender
 STEPS = {  # step -> settings of the panel that it depends on; files keep their values in this order
     "import": ("city_path", "lod", *settings_of_panel("import")),
     "classify": (
@@ -153,29 +147,6 @@ def folder_of_answers():
 def _note_folder():
     beside = Path(bpy.data.filepath).parent if bpy.data.filepath else Path(bpy.app.tempdir)
     _answers["folder"] = beside / "asked_weather"
-
-
-def find_preferences():
-    """Preferences of the add-on: bpy.types.AddonPreferences, or None where it was not enabled as an
-    add-on.
-    """
-    addon = bpy.context.preferences.addons.get(ADDON)
-    return addon.preferences if addon is not None else None
-
-
-def choose_weather(settings, preferences):
-    """Let a scene in which no weather was chosen yet begin with the preferred one."""
-    if preferences is not None and not settings.is_property_set("weather"):
-        settings.weather, settings.weather_file = preferences.weather, preferences.weather_file
-
-
-def use_cache_folder(preferences, context=None):
-    """Keep the compiled loops in the preferred folder. Has an effect before the first of them is
-    called.
-    """
-    folder = bpy.path.abspath(preferences.cache_folder) if preferences is not None else ""
-    if folder and "numba" not in sys.modules:
-        os.environ["NUMBA_CACHE_DIR"] = folder
 
 
 def remember_step(city, step, settings):

@@ -85,6 +85,18 @@ class Session:
         )
         return session if owner is not None and owner == item.session_uid else None
 
+    @staticmethod
+    def can_update(item):
+        """Whether a city has light that can be edited, so that only the edit has to be traced."""
+        return getattr(Session.of(item), "base", None) is not None
+
+    @staticmethod
+    def is_from_file(item):
+        """Whether the .blend was opened since the city was read: its buildings are known from its
+        files again.
+        """
+        return getattr(Session.of(item), "city", None) is None
+
     def take_energy(self, weighed):
         """Keep in a session, in Blender's thread, what a copy of it has of `with_energy`."""
         if weighed is not self:

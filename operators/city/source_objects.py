@@ -8,8 +8,6 @@ only the faces that they show.
 
 from .keys import Key
 
-MASK = "CityPV mask"  # modifier and vertex group of a city: faces that objects show
-WORN_COLOURS = "CityPV colours"  # modifier of such an object: shows them in pictures
 COLLECTION = "CityPV"  # what is put into it joins the city that is seen
 SOURCE = ("source_object", "source_face")  # face attributes of the city: number, its face
 
@@ -22,16 +20,6 @@ def is_in_place(city):
 def is_seen(city):
     """Whether a city is to be seen, by itself or on the objects it was taken from."""
     return bool(city.get(Key.SEEN, True)) if is_in_place(city) else city.visible_get()
-
-
-def put_in_place(city, site):
-    """Move a city with its ground from the scene's origin to the objects it was taken from; hide
-    the city.
-    """
-    city.location = [value / city[Key.METRES] for value in site.origin]
-    city.scale = (1 / city[Key.METRES],) * 3
-    city.hide_set(True)
-    city.hide_render = city.hide_select = True
 
 
 def list_taken(city):

@@ -8,8 +8,6 @@ Read first: `solar_city`, `import_city`, `trace_city`, `city_design`.
 DOORS = (
     "choose_faces.follow_least_hours",
     "import_city.IMPORT_LABEL",
-    "plan_trace.DAYS",
-    "watch_edits.HANDLERS",
-    "watch_edits.TICK",
-    "watch_edits.watch",
+    "watch_edits.start_watching",
+    "watch_edits.stop_watching",
 )

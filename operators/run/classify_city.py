@@ -17,7 +17,7 @@ from ..city.read_materials import remember_materials
 from ..city.read_settings import STEPS, read_settings, remember_step
 from ..city.run_step import OfCity, Step, leave_edit_mode
 from ..city.session import Session, find_city
-from ..city.source_objects import is_in_place, put_in_place
+from ..city.source_objects import is_in_place
 from ..show.colour_user_meshes import uncolour_user_meshes
 from ..show.keep_report import draw_rows, keep_report
 from ..show.show_result import show_result
@@ -25,7 +25,7 @@ from . import city_design
 from .city_design import OF_CITY
 from .compile_loops import compile_loops
 from .edited_city import read_edited_city
-from .members import find_objects
+from .members import find_objects, put_in_place
 from .worn_faces import remember_wearers, write_sources
 
 CLASSIFYING = "classifying"  # name of the stage

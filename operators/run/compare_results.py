@@ -14,7 +14,8 @@ from ..city.edit_marks import check_unedited
 from ..city.keys import Key
 from ..city.run_step import Action, OfCity
 from ..city.session import Session, list_cities
-from ..show.show_result import BEFORE, find_before, has_result, show_before, show_result
+from ..show.show_result import find_before, show_result
+from . import members
 
 HOURS = "full_load_hours"
 
@@ -120,7 +121,7 @@ def _read_state(item, city):
         )
         for name in ("center", "normal")
     )
-    site = build_meshes.site_of(item if Key.ORIGIN in item else city)
+    site = members.site_of(item if Key.ORIGIN in item else city)
     shapes = np.column_stack([site.to_files(middle), np.sqrt(np.bincount(own, area)), normal])
     # Yield of each with its error, for those that carry modules.
     hours, error = (
@@ -246,7 +247,7 @@ class KeepBefore(OfCity, Action, bpy.types.Operator):
             return check_unedited(city)
         else:
             # Its own mesh is another one by now than when the results were computed.
-            item = build_meshes.build_city(session.scene, name)
+            item = build_meshes.build_meshes(session.scene, name, grounded=False)[0]
             Faces(item).write_classes(session.scene.surfaces)
             Faces(item).write_results(session.transfer, session.energy)
         build_meshes.remove_objects(find_before(context.scene))
@@ -256,9 +257,9 @@ class KeepBefore(OfCity, Action, bpy.types.Operator):
         for key in (*numbers, Key.FEW, Key.BUILDINGS, Key.ORIGIN, Key.CONVERGENCE):
             if key in city:
                 item[key] = city[key]
-        item[Key.PART] = BEFORE
+        item[Key.PART] = "before"
         build_meshes.show_objects(context.scene, item)
-        show_before(item, visible=False)
+        item.hide_viewport = item.hide_render = True
         if session is not None:
             replace(session).open(item)
         context.scene.citypv_seeing.side_by_side = False
@@ -281,6 +282,7 @@ class ForgetBefore(Action, bpy.types.Operator):
         build_meshes.remove_objects(find_before(context.scene))
         shown = context.scene.citypv.attribute
         if city is not None:
-            if shown.startswith(CHANGE) and has_result(city, shown.removeprefix(CHANGE)):
-                show_result(context, city, ground, shown.removeprefix(CHANGE))
+            name = shown.removeprefix(CHANGE)
+            if name != shown and attributes.read_face_attribute(city.data, name) is not None:
+                show_result(context, city, ground, name)
             compare_with_before(context.scene, city, ground)

@@ -12,12 +12,11 @@ from mathutils import Matrix
 from ...core.city.city import FileContent, Polygon, whole_of_cell
 from ...core.settings.errors import InputError
 from ..city import attributes
-from ..city.build_meshes import site_of
 from ..city.keys import Key
 from ..city.source_objects import is_in_place
+from ..show.colour_user_meshes import own_modifiers
 from . import city_design
-from .members import list_seen
-from .shapes import own_modifiers
+from .members import list_seen, site_of
 from .take_meshes import read_meshes
 
 

@@ -15,9 +15,8 @@ from ..city import source_objects
 from ..city.build_meshes import build_meshes, remove_objects, show_objects
 from ..city.keys import Key
 from ..city.panel import StepPanel
+from ..city.preferences import choose_weather
 from ..city.read_settings import (
-    choose_weather,
-    find_preferences,
     read_path,
     read_settings,
     remember_step,
@@ -64,7 +63,7 @@ class CityFiles:
     def prepare(self, context):
         """Read the paths and options."""
         settings = context.scene.citypv
-        choose_weather(settings, find_preferences())
+        choose_weather(settings)
         if self.files and self.directory:
             paths = [str(Path(self.directory, file.name)) for file in self.files if file.name]
         elif self.filepath:
@@ -195,7 +194,7 @@ def show_import(context, city, scene, findings, taken=()):
         if context.scene.citypv.collection is not None:
             item[Key.TAKEN_FROM] = context.scene.citypv.collection
         remember_wearers(item, taken)
-        source_objects.put_in_place(item, scene.site)
+        members.put_in_place(item, scene.site)
         write_sources(item, scene.surfaces.surface_id)
     # Edits count from here.
     begin_design(item, earlier)

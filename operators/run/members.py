@@ -156,3 +156,23 @@ def find_objects(uids):
     """
     wanted = set(uids)
     return {item.session_uid: item for item in bpy.data.objects if item.session_uid in wanted}
+
+
+def site_of(item):
+    """Origin of the mesh of a city, and the direction of its axes, in the system of its files:
+    core.city.scene.Site.
+    """
+    origin = [float(value) for value in item[Key.ORIGIN]]
+    from ...core.city.site import Site
+
+    return Site(None, None, 0.0, float(item.get(Key.CONVERGENCE, 0.0)), None, origin)
+
+
+def put_in_place(city, site):
+    """Move a city with its ground from the scene's origin to the objects it was taken from; hide
+    the city.
+    """
+    city.location = [value / city[Key.METRES] for value in site.origin]
+    city.scale = (1 / city[Key.METRES],) * 3
+    city.hide_set(True)
+    city.hide_render = city.hide_select = True

@@ -26,7 +26,6 @@ NUMBERS = {
     "typical-days": "typical_days",
     "sky-grid": "sky_grid",
 }
-DAYS = int(Request.suns.partition(":")[2])  # traced by default
 ITEMS = [(name, name.capitalize(), words) for name, words in PRESET_WORDS.items()]
 
 

@@ -6,7 +6,8 @@ import numpy as np
 
 from ..city.attributes import read_array, read_corners
 from ..city.keys import Key
-from ..city.source_objects import MASK, WORN_COLOURS, is_in_place
+from ..city.source_objects import is_in_place
+from ..show.colour_user_meshes import own_modifiers
 
 
 def describe_object(city, item):
@@ -28,11 +29,6 @@ def _describe_shape(city, item):
     if own_modifiers(item) and city.users_scene:
         item = item.evaluated_get(city.users_scene[0].view_layers[0].depsgraph)
     return read_array(item.data.vertices, "co", 3).tobytes() + read_corners(item.data).tobytes()
-
-
-def own_modifiers(item):
-    """Modifiers that the user gave to an object: list of bpy.types.Modifier."""
-    return [modifier for modifier in item.modifiers if modifier.name not in (MASK, WORN_COLOURS)]
 
 
 def describe_mesh(city):

@@ -13,7 +13,6 @@ from ..city.read_settings import STEPS
 from ..city.run_step import Action, OfCity, leave_edit_mode
 from ..city.session import find_city, list_cities
 from ..city.source_objects import is_in_place, list_taken
-from ..show.colour_faces import read_scale
 from ..show.colour_user_meshes import colour_user_meshes, uncolour_user_meshes
 from ..show.show_city import match_view
 from ..show.show_modules import show_modules
@@ -73,7 +72,7 @@ def show_objects_of(city, *, visible):
             put_away(item, False)
     if is_in_place(city):
         city[Key.SEEN] = visible
-        wanted = visible and read_scale(city) is not None and bpy.context.scene.citypv.show_colours
+        wanted = visible and Key.COLOUR_ATTRIBUTE in city and bpy.context.scene.citypv.show_colours
         (colour_user_meshes if wanted else uncolour_user_meshes)(city)
     for item in filter(None, (None if is_in_place(city) else city, city.get(Key.GROUND))):
         put_away(item, not visible)

@@ -12,7 +12,8 @@ from ..city.keys import Key
 from ..city.read_materials import name_face_materials
 from ..city.read_settings import read_settings
 from ..city.run_step import Step, leave_edit_mode
-from ..city.source_objects import WORN_COLOURS, is_single
+from ..city.source_objects import is_single
+from ..show.colour_user_meshes import own_modifiers
 from .ask_place import ask_place
 from .import_city import show_import, triangulate_import
 from .members import find_objects
@@ -202,7 +203,8 @@ def _add_tree(content, name, item, matrix):
 def _add_building(content, building, item, matrix, ids):
     content.buildings.append(building)
     # The colours that it may show hide the user's materials, which its own mesh has.
-    worn = item.original if WORN_COLOURS in item.original.modifiers else item
+    own = item.original
+    worn = own if len(own_modifiers(own)) < len(own.modifiers) else item
     rings, materials = _read_rings(item.data, matrix), name_face_materials(worn, worn.data)
     for face, (ring, material) in enumerate(zip(rings, materials, strict=True)):
         # Repeat the first point: an open ring would count as repaired.

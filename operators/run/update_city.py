@@ -14,7 +14,7 @@ from ..city.keys import Key
 from ..city.read_settings import read_settings
 from ..city.run_step import OfCity, Step, leave_edit_mode, redraw_panels
 from ..city.session import Session, find_city, list_cities
-from ..show.show_result import BEFORE, find_before, show_result
+from ..show.show_result import find_before, show_result
 from . import city_design
 from .classify_city import show_kinds
 from .compare_results import KeepBefore, values_of_surfaces
@@ -48,7 +48,7 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         """There is an edit, and light to start from."""
         city, _ = find_city(context.scene)
         cls.poll_message_set("Trace the light of a city first; then edit it")
-        return edit_marks.can_update(city) and city_design.has_edits(city)
+        return Session.can_update(city) and city_design.has_edits(city)
 
     def prepare(self, context):
         """Read the city as it is seen."""
@@ -248,7 +248,7 @@ def _renew_before(item, earlier):
     from ...core.results.compare_runs import describe_light
 
     session = Session.of(item)
-    if item is None or session is None or item.get(Key.PART) != BEFORE:
+    if item is None or session is None or item.get(Key.PART) != "before":
         return ""  # a variant that is shown itself keeps its hours
     Faces(item).write_results(earlier.transfer, earlier.energy)
     session.base, session.transfer, session.energy = earlier.base, earlier.transfer, earlier.energy

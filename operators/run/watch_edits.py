@@ -8,12 +8,12 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ...core.settings.errors import InputError
-from ..city import edit_marks, session, source_objects
+from ..city import session, source_objects
 from ..city.build_meshes import remove_objects, renew_holders
 from ..city.keep_transfer import keep_transfers
 from ..city.keys import Key
 from ..city.read_settings import read_settings
-from ..city.run_step import Step
+from ..city.run_step import Step, leave_step
 from ..show.colour_user_meshes import draw_as_before
 from ..show.show_city import match_view
 from ..show.show_modules import find_modules
@@ -119,7 +119,7 @@ def _find_work():
             or not source_objects.is_seen(city)
             or not city_design.has_edits(city)
             or city_design.hinders_update(city)
-            or not edit_marks.can_update(city)
+            or not session.Session.can_update(city)
         ):
             continue
         with bpy.context.temp_override(window=window):
@@ -157,7 +157,7 @@ def watch():
     return TICK
 
 
-HANDLERS = (
+_HANDLERS = (
     ("undo_post", follow_undo),
     ("redo_post", follow_undo),
     ("depsgraph_update_post", _follow_edits),
@@ -165,3 +165,25 @@ HANDLERS = (
     ("load_pre", session.close_sessions),
     ("frame_change_post", follow_frame),
 )
+
+
+def start_watching():
+    """Add the handlers and, where there is a window, look for edits in it."""
+    for name, follow in _HANDLERS:
+        getattr(bpy.app.handlers, name).append(follow)
+    if not bpy.app.background:
+        bpy.app.timers.register(watch, first_interval=TICK, persistent=True)
+
+
+def stop_watching():
+    """Remove the handlers; what runs ends at its next report, and nobody hears of it."""
+    if Step.current is not None:
+        Step.current.cancel(drop=True)
+    leave_step(bpy.context)
+    if bpy.app.timers.is_registered(watch):
+        bpy.app.timers.unregister(watch)
+    for name, follow in _HANDLERS:
+        handlers = getattr(bpy.app.handlers, name)
+        if follow in handlers:
+            handlers.remove(follow)
+    session.close_sessions()

@@ -6,9 +6,9 @@ city.blend and preview.png, tables of the panel. Read first: `show_result`.
 """
 
 DOORS = (
-    "colour_faces.read_scale",
     "colour_user_meshes.colour_user_meshes",
     "colour_user_meshes.draw_as_before",
+    "colour_user_meshes.own_modifiers",
     "colour_user_meshes.uncolour_user_meshes",
     "draw_results.draw_results",
     "draw_view.DRAWN",
@@ -18,17 +18,10 @@ DOORS = (
     "show_city.match_view",
     "show_city.show_city",
     "show_modules.find_modules",
-    "show_modules.follow_modules",
     "show_modules.show_modules",
-    "show_result.BEFORE",
     "show_result.find_before",
-    "show_result.follow_choice",
-    "show_result.follow_side_by_side",
-    "show_result.follow_switch",
-    "show_result.has_result",
-    "show_result.show_before",
     "show_result.show_result",
-    "timeline.TIMED",
     "timeline.follow_frame",
-    "timeline.follow_timeline_show",
+    "view_settings.TimelineSettings",
+    "view_settings.ViewSettings",
 )

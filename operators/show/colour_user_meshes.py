@@ -14,7 +14,7 @@ import numpy as np
 from ..city import attributes, source_objects
 from ..city.attributes import PREFIX, read_face_attribute
 from ..city.keys import Key
-from ..city.source_objects import MASK, SOURCE, WORN_COLOURS, list_taken
+from ..city.source_objects import SOURCE, list_taken
 from .colour_faces import MATERIAL, write_colours
 
 
@@ -180,3 +180,14 @@ def list_worn(city):
         faces = order[first:end]
         worn.append((item, building, faces, shown[faces]))
     return worn
+
+
+MASK = "CityPV mask"  # modifier and vertex group of a city: faces that objects show
+
+
+WORN_COLOURS = "CityPV colours"  # modifier of such an object: shows them in pictures
+
+
+def own_modifiers(item):
+    """Modifiers that the user gave to an object: list of bpy.types.Modifier."""
+    return [modifier for modifier in item.modifiers if modifier.name not in (MASK, WORN_COLOURS)]

@@ -21,9 +21,10 @@ from ..city.build_meshes import build_meshes, read_vertices, show_objects
 from ..city.keys import Key
 from ..city.run_step import Action, OfCity, leave_edit_mode, list_views
 from ..city.session import find_city
-from ..city.source_objects import MASK, is_in_place
+from ..city.source_objects import is_in_place
 from .build_legend import build_legend, note_of
 from .colour_faces import colour_faces, read_scale, show_exact_colours
+from .colour_user_meshes import MASK
 from .show_city import SENSOR_WIDTH, find_camera, place_camera, set_background, show_city
 
 SCENE = "CityPV picture"

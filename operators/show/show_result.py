@@ -19,8 +19,6 @@ from .colour_user_meshes import colour_user_meshes, uncolour_user_meshes
 from .show_city import give_back_shading, keep_shading, show_city
 from .show_modules import show_modules
 
-BEFORE = "before"  # part of the object that is kept as *before*
-
 _state = {"quiet": False}  # what a step sets in the panel is coloured already
 
 
@@ -62,7 +60,7 @@ def show_result(context, city, ground, attribute):
     show_modules(context)
     before = find_before(context.scene)
     if before is not None and not before.hide_viewport:
-        show_before(before, visible=True, scale=scale)
+        _show_before(before, visible=True, scale=scale)
     return scale
 
 
@@ -136,10 +134,10 @@ def find_before(stage, city=None):
     for item in list_cities(stage) if against else ():
         if item != city and item.get(Key.IDENTITY) == against:
             return item
-    return next((item for item in stage.objects if item.get(Key.PART) == BEFORE), None)
+    return next((item for item in stage.objects if item.get(Key.PART) == "before"), None)
 
 
-def show_before(item, *, visible, scale=None):
+def _show_before(item, *, visible, scale=None):
     """Show the earlier result to the west of the city, in the colours of a scale, or hide it.
 
     Parameters
@@ -171,7 +169,7 @@ def follow_side_by_side(seeing, context):
     """Show or hide the earlier result (`update` of the property)."""
     before, (city, _) = find_before(context.scene), find_city(context.scene)
     if before is not None:
-        show_before(
+        _show_before(
             before,
             visible=seeing.side_by_side,
             scale=read_scale(city) if city is not None else None,

@@ -14,6 +14,7 @@ from citypv.core.commands.command_line import build_parser, read_request
 from citypv.core.effects.table import TABLE
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import declared_settings
+from citypv.operators.city import preferences as preferences_module
 from citypv.operators.city import read_settings as read_settings_module
 from citypv.operators.city.keys import Key
 from citypv.operators.city.read_settings import folder_of_answers, read_settings, state_of_step
@@ -118,19 +119,20 @@ def test_preferences_are_what_a_new_scene_begins_with(addon, monkeypatch, tmp_pa
     preferences = SimpleNamespace(
         weather="clear-sky", weather_file="", threads=3, cache_folder=str(tmp_path)
     )
-    monkeypatch.setattr(read_settings_module, "find_preferences", lambda: preferences)
-    read_settings_module.choose_weather(addon, preferences)
+    for module in (read_settings_module, preferences_module):
+        monkeypatch.setattr(module, "find_preferences", lambda: preferences)
+    preferences_module.choose_weather(addon)
     assert addon.weather == "clear-sky"
     addon.weather = "climate"
-    read_settings_module.choose_weather(addon, preferences)
+    preferences_module.choose_weather(addon)
     assert addon.weather == "climate"
     assert read_settings(addon).threads == 3
     addon.threads = 1
     assert read_settings(addon).threads == 1
-    monkeypatch.delitem(read_settings_module.sys.modules, "numba", raising=False)
+    monkeypatch.delitem(preferences_module.sys.modules, "numba", raising=False)
     monkeypatch.setenv("NUMBA_CACHE_DIR", "")
-    read_settings_module.use_cache_folder(preferences)
-    assert read_settings_module.os.environ["NUMBA_CACHE_DIR"] == str(tmp_path)
+    preferences_module.use_cache_folder()
+    assert preferences_module.os.environ["NUMBA_CACHE_DIR"] == str(tmp_path)
 
 
 def test_every_operator_is_in_the_menu_that_f3_searches(addon):
