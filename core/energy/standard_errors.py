@@ -29,10 +29,6 @@ def state_errors(energy, errors, groups):
     -------
     Energy
     """
-    # Parts that have nothing to do with each other add up by their variances.
-    surfaces = (
-        errors.own + variance_of_mean(errors.passed_on) + errors.discretisation**2 + errors.rms**2
-    )
     rows, label = np.nonzero(groups.weight)
     # What the suns do to means of groups was measured on these: what surfaces have of their own is
     # in it.
@@ -47,7 +43,7 @@ def state_errors(energy, errors, groups):
     whole = noise_of_mean(weight, errors.own[rows], errors.passed_on[rows])
     return replace(
         energy,
-        full_load_hours_standard_error=np.sqrt(surfaces),
+        full_load_hours_standard_error=errors.of_surfaces,
         group_standard_error=means,
         sampling_error=float(np.sqrt(whole)),
     )
@@ -103,6 +99,13 @@ class _HourErrors:
     points: np.ndarray  # (n,) [h²] the part of `own` that is from shadow points
     bias: np.ndarray  # (n,) [h] what the choice of suns does to the mean of a kind and orientation
     rms: np.ndarray  # (n,) [h] and to single surfaces
+
+    @property
+    def of_surfaces(self):
+        """Standard errors of single surfaces: (n,) [h]."""
+        # Parts that have nothing to do with each other add up by their variances.
+        apart = self.own + variance_of_mean(self.passed_on)
+        return np.sqrt(apart + self.discretisation**2 + self.rms**2)
 
 
 def errors_of_energy(transfer, weather, energy):

@@ -23,6 +23,7 @@ from ..settings.progress import Clock, silent
 from ..settings.threads import map_in_order
 from ..sky.horizon import without_hidden
 from .annual_light import solve_annual, sum_suns
+from .change_modules import change_losses, lay_changed
 from .change_rays import find_changed_rows, find_shadowed
 from .change_suns import Edit, change_suns, with_first_days
 from .compact_city import compact_city
@@ -33,7 +34,6 @@ from .measure_cover import choose_left_out, find_cover, find_cramped, list_clear
 from .shadow_points import KnownPoints, find_points
 from .solve_radiosity import element_factors
 from .solve_suns import SunLight, prepare_suns
-from .string_shade import add_losses, empty_losses, lay_traced, table_of_strings
 from .sun_blocks import block_of_suns
 from .sun_visibility import Shadows, see_all, trace_points, weigh_points
 from .trace_all import ask_samples, fill_closed_forms, prepare_gather
@@ -123,8 +123,8 @@ def trace_change(base, change, request=None, progress=silent, preview=None):
     # Reflected light of each sun follows from what changed; rows that are gone are dropped if many.
     drift = change_suns(edit, base.drift)
     # Modules and what their strings lose ask for no light, and a preview need not wait for them.
-    context.layout = lay_traced(prepared, context, edit.traced[0], edit.cramped)
-    _find_string_losses(edit)
+    lay_changed(edit, prepared)
+    change_losses(edit)
     clock.lap("suns")
     city = _make_city(edit, prepared, base.suns, clock, change)
     edited = EditableCity(base.suns, request, city, change.rows, base.specular, drift)
@@ -132,21 +132,6 @@ def trace_change(base, change, request=None, progress=silent, preview=None):
     # When more than a tenth of the surfaces are gone, all get new numbers.
     edited = compact_city(edited) if gone > 0.1 * len(change.rows) else edited
     return replace(edited, before=None if base is given else base)
-
-
-def _find_string_losses(edit):
-    """Write what strings lose at each sun to the SunLight of each state, from all bits."""
-    context, task = edit.context, edit.task
-    if not context.knows_strings:
-        return
-    shape = len(context.surfaces), len(task.suns)
-    strings = None
-    if context.layout is not None:
-        strings = table_of_strings(context, task.watch)
-    for direct, bits in zip(edit.direct, task.bits, strict=True):
-        direct.string_loss = empty_losses(shape)
-        if strings is not None:
-            add_losses(strings, bits, direct.string_loss)
 
 
 def _make_city(edit, prepared, suns, clock, change):

@@ -44,6 +44,7 @@ class Edit:
     direct: list = field(default_factory=list)  # of SunLight of each state
     # (p, k) uint64, cells without room, as of TracedCity
     cramped: np.ndarray | None = None
+    laid: np.ndarray | None = None  # (n,) bool, surfaces whose modules were laid anew
     hooks: list = field(default_factory=list)  # of light by way of mirrors in each state, or None
 
     def state_before(self, state):

@@ -30,6 +30,8 @@ def compact_city(base):
     kept = live_triangles(scene, rows)
     number = np.full(len(scene.triangles), -1)
     number[kept] = np.arange(len(kept))
+    place = np.full(len(scene.surfaces), -1)
+    place[rows] = np.arange(len(rows))
     # The scene without the others is prepared by the decisions of the base, not decided anew.
     prepared = prepare_decided(base.decisions, written_scene(scene, rows), base.request).build_tree(
         base.request
@@ -41,6 +43,7 @@ def compact_city(base):
         left_out=old.context.left_out[kept],
         elements=old.context.elements,
         start_elements=old.context.start_elements,
+        layout=old.context.layout and old.context.layout.renumber(place),
     )
     # In each state of trees: rows of patches, matrix, light and errors, of what is left.
     states = []

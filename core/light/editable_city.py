@@ -132,8 +132,9 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
     transfer : Transfer
     decisions : Decisions
     kept : dict
-        `bits` of SunTask, `cramped` of TracedCity, `rules` of PreparedScene, and `states`: a dict
-        of each state of the trees, with `traced`, `lights` and `direct` of TracedState.
+        `bits` of SunTask, `cramped` of TracedCity, `layout` of GatherContext, `rules` of
+        PreparedScene, and `states`: a dict of each state of the trees, with `traced`, `lights` and
+        `direct` of TracedState.
     drift, specular
         As of `EditableCity`.
 
@@ -146,6 +147,7 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
     prepared = prepare_decided(decisions, scene, request).build_tree(request)
     prepared = replace(prepared, editable=True, rules=kept["rules"])
     context, states = prepare_gather(prepared, request, silent), kept["states"]
+    context.layout = kept["layout"]
     if kept["bits"].shape[1] != len(prepared.patches):
         raise InputError(
             "rays.nc",

@@ -68,6 +68,7 @@ def with_reflections(base, bounces, progress=silent):
     direct = solve_known_suns(context, traced, task, hooks)
     for light, state in zip(direct, old.states, strict=True):
         light.string_loss = state.direct.string_loss  # of shadows alone
+    context.layout = old.context.layout
     clock.lap("suns")
     city, record = TracedCity(prepared, context, task, [], old.cramped), old.transfer.record
     common = trace_statistics(context, (traced[0].ray_count, record.shadow_rays), clock, 0.0) | {

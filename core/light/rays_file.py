@@ -23,6 +23,7 @@ from ..city.city import City, ImportReport, Polygon, Tree
 from ..city.scene import Crowns, Scene, Surfaces
 from ..city.site import Site
 from ..city.terrain import Layer, Terrain
+from ..modules.lay_modules import ModuleLayout
 from ..read.netcdf_file import netcdf_file, refuse_links, write_variables
 from ..settings.errors import InputError, build_from
 from ..settings.request import Request, write_options
@@ -37,7 +38,7 @@ from .solve_light import Light
 from .solve_suns import SunLight
 from .traced import FirstLight, Traced
 
-NAME, FORMAT = "rays.nc", "CityPV rays, format 5"
+NAME, FORMAT = "rays.nc", "CityPV rays, format 6"
 GIVE_EDITABLE = "give the folder of citypv simulate --editable"
 TYPES = (
     City,
@@ -50,6 +51,7 @@ TYPES = (
     Decisions,
     FirstLight,
     FormFactors,
+    ModuleLayout,
     Rows,
     Traced,
 )
@@ -152,7 +154,8 @@ def _keep_traced(city):
         }
         for state in city.states
     ]
-    return {"bits": city.task.bits, "cramped": city.cramped, "states": states}
+    kept = {"bits": city.task.bits, "cramped": city.cramped, "layout": city.context.layout}
+    return kept | {"states": states}
 
 
 def read_rays(folder):

@@ -19,11 +19,13 @@ F. Martínez-Moreno, J. Muñoz, E. Lorenzo (2010), Experimental model to estimat
 arrays. :doi:`10.1016/j.solmat.2010.07.029`
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
+from ..city.city import number_names
 from ..city.outline_triangles import outline_triangles
 from ..city.racks import find_racked_roofs
 from ..modules.lay_city import lay_city
@@ -37,8 +39,8 @@ BLOCKS = 3  # of a module, side by side along its short edge
 
 
 def lay_traced(prepared, context, traced, cramped):
-    """Modules on the surfaces of a city whose cover is known: ModuleLayout; None where it is not
-    wanted what their strings lose.
+    """Modules on the surfaces of a city whose cover is known, kept with what is taken of surfaces
+    in the GatherContext, where it is wanted what their strings lose.
 
     Parameters
     ----------
@@ -48,24 +50,57 @@ def lay_traced(prepared, context, traced, cramped):
     cramped : (p, k) uint64
         As of TracedCity.
     """
-    rules = prepared.rules
-    if rules is None or not rules.rows or not context.plan.string_shade:
-        return None
+    if asks_for_strings(prepared, context):
+        context.taken = find_taken(
+            prepared.scene, context.patch_to_surface, traced.covered, cramped
+        )
+        context.layout = lay_carriers(prepared, context, find_carriers(context))
+
+
+def asks_for_strings(prepared, context):
+    """Whether modules lie in rows and shade moves over them, so that their strings are wanted."""
+    return bool(prepared.rules and prepared.rules.rows and context.plan.string_shade)
+
+
+def find_carriers(context):
+    """Which surfaces may carry modules: (n,) bool; who counts them later may leave some out."""
     surfaces = context.surfaces
-    # What is covered or has no room at the clearance of the run.
-    context.taken = find_taken(prepared.scene, context.patch_to_surface, traced.covered, cramped)
-    column = list_clearances(context.request).index(context.request.clearance)
-    covered_share, no_room, parts = context.taken
-    hidden = covered_share + no_room[:, column]
-    # All surfaces that may carry modules: who counts them later may leave some out. Of those around
-    # a tile some patches are missing.
     carries = np.asarray(surfaces.eligible) | (np.asarray(surfaces.kind) == "flat")
-    carries &= ~find_racked_roofs(surfaces.surface_id, surfaces.kind) & (hidden <= 0.5)
+    carries &= ~find_racked_roofs(surfaces.surface_id, surfaces.kind)
+    carries &= _hidden_share(context) <= 0.5
+    # Of those around a tile some patches are missing.
     own = context.owner >= 0
     area = np.bincount(context.owner[own], context.patches.area[own], len(surfaces))
-    carries &= area > 0.999 * np.asarray(surfaces.area)
-    outlines = outline_triangles(prepared.scene)
-    return lay_city(surfaces, outlines, carries, rules, hidden=hidden, taken=parts[:, column])[0]
+    return carries & (area > 0.999 * np.asarray(surfaces.area))
+
+
+def _hidden_share(context):
+    """Share of surfaces that is covered or has no room at the clearance of the run: (n,)."""
+    covered_share, no_room, _ = context.taken
+    column = list_clearances(context.request).index(context.request.clearance)
+    return covered_share + no_room[:, column]
+
+
+def lay_carriers(prepared, context, carries):
+    """Modules on some surfaces, (n,) bool: ModuleLayout.
+
+    Parameters
+    ----------
+    prepared : PreparedScene
+    context : GatherContext
+        With what is taken of surfaces.
+    carries : (n,) bool
+        Some of `find_carriers`; of polygons that were cut all or none.
+    """
+    scene, surfaces = prepared.scene, context.surfaces
+    # Outlines of all surfaces of their buildings, as storeys begin at the lowest of these.
+    building = number_names([str(name) for name in surfaces.building_id])
+    wanted = np.isin(building, building[carries])
+    number = np.where(np.append(wanted, False)[scene.triangle_surface], scene.triangle_surface, -1)
+    outlines = outline_triangles(replace(scene, triangle_surface=number))
+    column = list_clearances(context.request).index(context.request.clearance)
+    how = {"hidden": _hidden_share(context), "taken": context.taken[2][:, column]}
+    return lay_city(surfaces, outlines, carries, prepared.rules, **how)[0]
 
 
 class StringTable(NamedTuple):

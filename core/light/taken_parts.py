@@ -39,10 +39,14 @@ def find_taken(scene, to_surface, covered, cramped):
     parts : array, (n, k) of shapely geometries or None
         Of `outline_taken`.
     """
+    covered_share, no_room = shares = share_taken(to_surface, covered, cramped)
+    return *shares, outline_taken(scene, covered, cramped, covered_share[:, None] + no_room)
+
+
+def share_taken(to_surface, covered, cramped):
+    """The first two of `find_taken`."""
     covered_share = cover_of_surfaces(to_surface, covered.mean(axis=1, dtype=np.float32))
-    no_room = average_room(to_surface, share_without_room(cramped, covered))
-    taken = covered_share[:, None] + no_room
-    return covered_share, no_room, outline_taken(scene, covered, cramped, taken)
+    return covered_share, average_room(to_surface, share_without_room(cramped, covered))
 
 
 def outline_taken(scene, covered, cramped, shares, *, most=0.5):

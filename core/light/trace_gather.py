@@ -147,7 +147,7 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     # Every sun is traced, since open hours lie between them; errors are about the light that
     # counts.
     task, left = prepare_suns(context, traced, without_hidden(suns, plan.terrain)), None
-    context.layout = lay_traced(prepared, context, traced[0], cramped)
+    lay_traced(prepared, context, traced[0], cramped)
     clock.lap("modules")
     # As many reflections as it takes until what is left is small.
     if plan.reflections and not context.bounces:

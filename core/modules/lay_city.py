@@ -92,7 +92,7 @@ def lay_city(surfaces, outlines, carries, rules, *, hidden, taken=None):
         polygons = _draw_polygons(surfaces, outlines, rows, taken)
         parts.append(_lay_polygons(surfaces, outlines, polygons, rules, hidden))
         count += _share_out(parts[-1], polygons, len(surfaces))
-    return _join_layouts(parts), count
+    return ModuleLayout.join(parts), count
 
 
 class _Polygons(NamedTuple):
@@ -258,12 +258,3 @@ def _lay_racks(surfaces, outlines, racks, rules):
     corner = corners[surface, 0] + place[:, None] * along
     up = (corners[:, 3] - corners[:, 0])[surface]
     return ModuleLayout(racks[surface], corner, along, up, np.zeros(len(surface), np.int64))
-
-
-def _join_layouts(parts):
-    """One ModuleLayout, sorted by surface, row, and from left to right as the parts are."""
-    joined = {
-        name: np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])
-    }
-    order = np.lexsort((joined["row"], joined["surface"]))
-    return ModuleLayout(**joined).take(order)

@@ -5,7 +5,7 @@ A polygon is seen in its own plane, x to the right and y upwards as one sees it 
 modules may take of it, `free`, is given; they keep a distance from its edges, and from one another.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -30,6 +30,20 @@ class ModuleLayout:
     def take(self, chosen):
         """Some of the modules, (m,) bool or (k,) int: ModuleLayout."""
         return ModuleLayout(**{name: values[chosen] for name, values in vars(self).items()})
+
+    @staticmethod
+    def join(parts):
+        """Layouts of different surfaces as one: ModuleLayout."""
+        joined = {
+            name: np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])
+        }
+        order = np.lexsort((joined["row"], joined["surface"]))
+        return ModuleLayout(**joined).take(order)
+
+    def renumber(self, number):
+        """The layout with other numbers of surfaces, (n,) int; those with -1 are gone."""
+        kept = self.take(number[self.surface] >= 0)
+        return ModuleLayout.join([replace(kept, surface=number[kept.surface])])
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from ..city.terrain import ground_of_feet
 from ..city.written_scene import written_scene
 from ..energy.left_out import describe_gone
 from ..energy.pv_system import build_system
+from ..energy.standard_errors import errors_of_energy
 from ..light.change_light import trace_change
 from ..light.editable_city import restore_editable
 from ..light.errors_of_change import errors_of_difference
@@ -127,7 +128,9 @@ def make_variant(base_folder, folder, change, *, output=None, log=None):
             work, RunResults(city, scene, transfer, None, weather), asked, output, log
         )
         # The standard errors of the changes that surfaces of both cities see.
-        ids, errors = errors_of_change(edited.before or base, edited, weather, asked)
+        ids, errors = errors_of_change(
+            edited.before or base, edited, weather, asked, summary.energy
+        )
         table = {"surface_id": ids, "full_load_hours_change_standard_error": errors}
         write_table(work / CHANGE, pd.DataFrame(table))
         beside = {"settings": named.as_dict(), "variant": told}
@@ -172,7 +175,7 @@ def trace_edit(base, before, after, *, request=None, progress=silent, preview=No
     return scene, trace_change(base, change, request, progress, look)
 
 
-def errors_of_change(before, after, weather, request):
+def errors_of_change(before, after, weather, request, energy):
     """Standard errors of the change of full load hours, whose noise before and after cancels.
 
     Parameters
@@ -181,6 +184,8 @@ def errors_of_change(before, after, weather, request):
         The latter of an edit of the former.
     weather : Weather
     request : Request
+    energy : Energy
+        Of the city after.
 
     Returns
     -------
@@ -188,11 +193,22 @@ def errors_of_change(before, after, weather, request):
         Of surfaces that both have.
     error : (n,) float64 [h]
     """
-    both, _ = errors_of_difference(before, after)
-    # Hours do not depend on where modules lie, so that none are laid out.
-    plain = replace(request, series=(), layout="area")
-    energy = study.compute_energy(both, weather, plain)
-    return both.surfaces.surface_id, np.asarray(energy.full_load_hours_standard_error)
+    both, rows = errors_of_difference(before, after)
+    place = np.argsort(after.rows)[np.searchsorted(np.sort(after.rows), rows[1])]
+    hours = np.array([energy.full_load_hours[place], energy.poa_global_annual[place]])
+    # Light is worth the same hours before and after, but where an edit took more than a tenth of
+    # it: these are computed of the light before, without laying modules.
+    light = [
+        sum(state.of_surfaces[own].sum(axis=1) for state in one.city.states) / len(one.city.states)
+        for one, own in zip((before, after), rows, strict=True)
+    ]
+    dimmed = np.flatnonzero(light[1] < 0.9 * light[0])
+    if len(dimmed):
+        plain = replace(request, series=(), layout="area")
+        part = study.compute_energy(both.take(dimmed), weather, plain)
+        hours[:, dimmed] = part.full_load_hours, part.poa_global_annual
+    known = replace(energy, full_load_hours=hours[0], poa_global_annual=hours[1])
+    return both.surfaces.surface_id, errors_of_energy(both, weather, known).of_surfaces
 
 
 def _tell_light(base):

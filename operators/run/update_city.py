@@ -112,7 +112,7 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
             seen,
             known,
             earlier,
-            tell_errors((earlier or before).base, known, known.cached[1][2], request),
+            tell_errors((earlier or before).base, known.base, *known.cached[1][2:5]),
         )
 
     def modal(self, context, event):
@@ -269,15 +269,16 @@ def is_editing(context):
     return busy or context.mode not in ("OBJECT", "POSE")
 
 
-def tell_errors(before, after, weather, request):
+def tell_errors(before, after, weather, energy, request):
     """Standard errors of the change of full load hours, whose noise before and after cancels.
 
     Parameters
     ----------
-    before : EditableCity or None
-    after : Session
-        Of an edit of it.
+    before, after : EditableCity or None
+        The latter of an edit of the former.
     weather : core.weather.weather.Weather
+    energy : core.energy.energy.Energy
+        Of the city after.
     request : core.settings.request.Request
 
     Returns
@@ -287,7 +288,7 @@ def tell_errors(before, after, weather, request):
     """
     from ...core.run.variant import errors_of_change
 
-    if before is None or after.base is None or before is after.base:
+    if before is None or after is None or before is after:
         return None
-    surface_id, errors = errors_of_change(before, after.base, weather, request)
+    surface_id, errors = errors_of_change(before, after, weather, request, energy)
     return before, dict(zip(surface_id, errors.tolist(), strict=True))

@@ -12,7 +12,6 @@ from ...core.settings.errors import InputError
 from ..city.attributes import CHANGE
 from ..city.build_meshes import remove_objects
 from ..city.keys import Key
-from ..city.read_settings import read_settings
 from ..city.run_step import Action, OfCity, leave_edit_mode
 from ..city.session import Session
 from ..city.source_objects import list_taken
@@ -74,9 +73,8 @@ class CompareResults(OfCity, Action, bpy.types.Operator):
             city[Key.AGAINST] = other[Key.IDENTITY]
             session, earlier = Session.of(city), Session.of(other)
             if session is not None and session.energy is not None and earlier is not None:
-                session.change = tell_errors(
-                    earlier.base, session, session.weather, read_settings(context.scene.citypv)
-                )
+                kept = session.weather, session.energy, session.request
+                session.change = tell_errors(earlier.base, session.base, *kept)
         before = find_before(context.scene, city)
         if before is None or not compare_with_before(context.scene, city, ground):
             raise InputError(
