@@ -184,9 +184,8 @@ def test_a_building_at_several_heights(folder, tmp_path):
     table = example["raise_in_steps"](base, "a", [0, 20])
     assert not table.loc[0].any()
     full = trace_anew(folder, "higher", house("a", (0, 0), (12, 10, 28)) + B + C)
-    change = (full.buildings.set_index("building_id") - base.buildings.set_index("building_id"))[
-        "mwh_per_year"
-    ]
+    after, before = (one.buildings.set_index("building_id")["mwh_per_year"] for one in (full, base))
+    change = after - before
     others = change.drop("a").sum()
     np.testing.assert_allclose(
         table.loc[20, ["gain", "loss"]], [change["a"], -others], rtol=0.01, atol=0.01
