@@ -129,7 +129,7 @@ def budget_groups(transfer, weather, energy, cut):
             / hours
             if hours > 0
             else None,
-            "sun_sampling": standard_errors.sun_sampling_share(transfer.record, "of_groups"),
+            "sun_sampling": transfer.sun_sampling_share("of_groups"),
             "cut_reflections": cut.get(" ".join(name)),
             "patch_size": weight @ errors.discretisation[members] / hours if hours > 0 else None,
             "far_ground": effects.get("far-ground", {}).get("bound"),

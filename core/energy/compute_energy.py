@@ -78,7 +78,7 @@ def compute_energy(
         ~np.isin(np.asarray(transfer.surfaces.kind), ("ground", "downward")) | counted.eligible
     )
     # Where sums over hours, groups and single surfaces are collected.
-    rows, years, count = np.asarray(series, int), count_years(weather), len(weather.data)
+    rows, years, count = np.asarray(series, int), weather.year_count, len(weather.data)
     capacity_factor, hourly = (
         np.zeros((count, len(groups.names))),
         HourlySeries(rows, *np.zeros((3, count, len(rows)))),
@@ -265,9 +265,3 @@ def _add_series(task, series):
         series.poa_direct[part.interval] = poa_direct * block.lit_share
         series.poa_diffuse[part.interval] = (diffuse + (sunward - poa_direct)) * block.lit_share
         series.capacity_factor[part.interval] = ac_power(dc, task.curves.system) * block.lit_share
-
-
-def count_years(weather):
-    """Number of years of the weather: whole ones, or a fraction if it is shorter than one."""
-    span = len(weather.data) * weather.interval / pd.Timedelta(days=365)
-    return float(int(span)) if span >= 1 else span

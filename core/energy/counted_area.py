@@ -310,7 +310,7 @@ def _find_drawn_twice(transfer):
 
 
 @dataclass
-class _Groups:
+class Groups:
     """The groups that have eligible surfaces."""
 
     names: list  # (g,) of (kind, orientation)
@@ -346,7 +346,7 @@ def find_groups(counted, area):
     weight = np.zeros((len(kind), len(pairs)))
     for column, member in enumerate(members):
         weight[member, column] = np.asarray(area)[member] / total[column]
-    return _Groups(pairs, np.array([member.sum() for member in members], int), total, weight)
+    return Groups(pairs, np.array([member.sum() for member in members], int), total, weight)
 
 
 def name_group(kind, orientation):

@@ -4,13 +4,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import pvlib
 
 from ..sky.horizon import is_above
 from ..sun.solar_position import MINIMUM_ELEVATION, is_sunny, sun_direction
 from ..sun.sun_sampling import match_suns
 from .energy import split_years
-from .power import cell_heating, spectral_factor
+from .power import conditions_of_modules
 
 
 @dataclass
@@ -106,11 +105,7 @@ def prepare_hours(suns, weather, system, sky, terrain=None):
     lowest = 0.0 if (sunward[~sunny] > 0).any() else MINIMUM_ELEVATION
     match = match_suns(suns, *weather.axis._replace(times=data.index), lowest=lowest, position=data)
     # Air mass for the spectrum, and cell temperature per irradiance for each way of mounting.
-    relative = pvlib.atmosphere.get_relative_airmass(
-        data["apparent_zenith"].to_numpy(), "kastenyoung1989"
-    )
-    airmass = pvlib.atmosphere.get_absolute_airmass(relative, data["pressure"].to_numpy())
-    dark, heating = cell_heating(data["temp_air"].to_numpy(), data["wind_speed"].to_numpy(), system)
+    spectral, dark, heating = conditions_of_modules(data, system)
     dni = data["dni"].to_numpy()[:, None]
     # Where the sun stands, and whether terrain hides it; level  what falls on level ground [Wm⁻²].
     direction = sun_direction(data["apparent_zenith"], data["solar_azimuth"])
@@ -128,7 +123,7 @@ def prepare_hours(suns, weather, system, sky, terrain=None):
         dome=sky.dome[used, None],
         sources=sky.of_sources[used],
         level=level * above,
-        spectral_factor=spectral_factor(airmass, system)[:, None],
+        spectral_factor=spectral[:, None],
         temp_air=dark[:, None],
         heating=heating,
         match=match.index,

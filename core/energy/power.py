@@ -69,6 +69,30 @@ def diffuse_incidence_factors(surface_tilt, system, sources=(), *, tilt_step=3.0
     return PchipInterpolator(tilt, shares, axis=1)(np.clip(surface_tilt, 0.0, 180.0))
 
 
+def conditions_of_modules(data, system):
+    """What the air does to modules at some hours.
+
+    Parameters
+    ----------
+    data : pandas.DataFrame
+        h hours of a Weather.
+    system : PvSystem
+
+    Returns
+    -------
+    spectral_factor : (h,) float
+        Of `spectral_factor`, at the absolute air mass.
+    dark, slope : (h,) and (h, m) float
+        Of `cell_heating`.
+    """
+    relative = pvlib.atmosphere.get_relative_airmass(
+        data["apparent_zenith"].to_numpy(float), "kastenyoung1989"
+    )
+    pressure, *air = (data[name].to_numpy(float) for name in ("pressure", "temp_air", "wind_speed"))
+    airmass = pvlib.atmosphere.get_absolute_airmass(relative, pressure)
+    return spectral_factor(airmass, system), *cell_heating(*air, system)
+
+
 def spectral_factor(airmass, system):
     """Sandia's f₁, the influence of the spectrum on the current; 1 for modules of the CEC library,
     which has none.
@@ -267,7 +291,19 @@ class PowerTables:
         # √(1 - cosine) is the coordinate of the table, from 0 head-on to 1 along the surface.
         np.subtract(np.float32(1), aoi_projection, out=aoi_projection)
         np.sqrt(np.maximum(aoi_projection, 0, out=aoi_projection), out=aoi_projection)
-        return _look_up(self.incidence, aoi_projection, np.float32(ANGLE_NODES - 1))[0]
+        return _look_up(self.incidence, aoi_projection, self.scales[0])[0]
+
+    @property
+    def scales(self):
+        """Nodes per unit of √(1 - cosine) and of √irradiance, and the last node of these: float32."""
+        root = (IRRADIANCE_NODES - 1) / np.sqrt(HIGHEST)
+        return np.float32(ANGLE_NODES - 1), np.float32(root), np.float32(IRRADIANCE_NODES - 1)
+
+    def scale_heating(self, dark, slope):
+        """Cell temperature per irradiance, and without any, on the scale of the tables, -1 to 1:
+        (h, 2) float32 of two (h,) [°C].
+        """
+        return np.stack([slope / HALF, (dark - MIDDLE) / HALF], axis=1).astype(np.float32)
 
     def power_at(self, effective, temp_cell):
         """DC power over nominal power: irradiance times a polynomial in the cell temperature, which
@@ -277,8 +313,7 @@ class PowerTables:
         temp_cell -= np.float32(MIDDLE)
         temp_cell /= np.float32(HALF)
         # Coefficients of the polynomial at the nearest irradiance, summed by Horner's rule.
-        scale = np.float32((IRRADIANCE_NODES - 1) / np.sqrt(HIGHEST))
-        *rest, power = _look_up(self.efficiency, np.sqrt(effective), scale)
+        *rest, power = _look_up(self.efficiency, np.sqrt(effective), self.scales[1])
         for term in reversed(rest):
             power *= temp_cell
             power += term

@@ -157,7 +157,7 @@ def errors_of_energy(transfer, weather, energy):
     own, points = (np.square(sum(map(np.sqrt, of_states))) for of_states in (own, points))
     own = np.where(np.isnan(full_load_hours), np.nan, own)
     # What the choice of suns costs was measured on all of the city, as a share of the hours.
-    shares = [sun_sampling_share(transfer.record, part) for part in ("of_groups", "rms")]
+    shares = [transfer.sun_sampling_share(part) for part in ("of_groups", "rms")]
     suns = (full_load_hours * share for share in shares)
     return _HourErrors(own, passed_on, discretisation, points, *suns)
 
@@ -181,13 +181,3 @@ def join_own(direct, diffuse, own_direct, own_diffuse, covariance):
     together = diffuse**2 * own_diffuse + direct**2 * own_direct
     # The yield per irradiance differs by about a tenth between direct, diffuse and reflected light.
     return np.maximum(together + 2 * direct * diffuse * covariance, 0.1**2 * together)
-
-
-def sun_sampling_share(record, part):
-    """Error of the choice of suns, as a share of full load hours: float; 0 if it was not measured.
-
-    `part` is "rms" for a surface, "of_groups" for the mean of a kind and orientation.
-    """
-    measured_errors = (record and record.sun_sampling) or {}
-    # Records of earlier versions have the shift of all surfaces together.
-    return abs(measured_errors.get(part, measured_errors.get("bias", 0.0))) / 100

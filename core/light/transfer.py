@@ -180,6 +180,16 @@ class Transfer:
     # what the files tell of buildings in words; None: nothing
     facts: BuildingFacts | None = None
 
+    def sun_sampling_share(self, part):
+        """Error of the choice of suns, as a share of full load hours: float; 0 if it was not
+        measured.
+
+        `part` is "rms" for a surface, "of_groups" for the mean of a kind and orientation.
+        """
+        measured_errors = (self.record and self.record.sun_sampling) or {}
+        # Records of earlier versions have the shift of all surfaces together.
+        return abs(measured_errors.get(part, measured_errors.get("bias", 0.0))) / 100
+
     @property
     def shapes_known(self):
         """Whether the shapes of surfaces are known, and of what is taken of them."""

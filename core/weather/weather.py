@@ -76,6 +76,12 @@ class Weather(Record):
         """Its intervals and its place: TimeAxis."""
         return TimeAxis(self.data.index, self.interval, self.latitude, self.longitude)
 
+    @property
+    def year_count(self):
+        """Number of years: whole ones, or a fraction if it is shorter than one."""
+        span = len(self.data) * self.interval / pd.Timedelta(days=365)
+        return float(int(span)) if span >= 1 else span
+
     def check_distance(self, site, allowed=None, suns=None):
         """Refuse weather from a place too far from the city, or from the latitude of the traced
         suns.

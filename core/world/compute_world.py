@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..energy.compute_energy import count_years
 from ..energy.counted_area import rank_group
 from ..energy.power import tabulate_power
 from ..settings.progress import silent
@@ -151,7 +150,7 @@ def _compute_place(environments, weather, code, system, model, ways):  # noqa: P
     """
     if weather is None:
         return code, None, []
-    years = count_years(weather)
+    years = weather.year_count
     way, sky = ways
     hours = prepare_place(weather, system, years, sky)
     matched, computed = {}, []

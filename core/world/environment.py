@@ -11,9 +11,8 @@ from ..city.classify import PAPER
 from ..city.scene import Surfaces
 from ..city.site import Site
 from ..effects.closed_form import ground_view_of_tilt, sky_view_of_tilt
-from ..energy import counted_area
-from ..energy.check_inputs import check_sky, check_transfer
-from ..energy.power import diffuse_incidence_factors
+from ..energy.counted_area import classify_again
+from ..energy.grouped_surfaces import group_surfaces
 from ..energy.sum_block import Block
 from ..light.transfer import SourceLight, Transfer
 from ..results.transfer_file import read_transfer
@@ -73,41 +72,25 @@ def build_environment(name, source, transfer, system, sky_model="isotropic"):
     """
     # It must hold elsewhere, and be whole.
     _check_portable(source, transfer)
-    check_transfer(transfer)
-    check_sky(transfer, sky_model, source)
-    sources = sources_of(sky_model)
+    sources, sky = sources_of(sky_model), SkyTriangles.of(transfer.suns)
     # Surfaces that count in the paper's sectors, sorted by group.
     system = replace(system, sectors=PAPER, layout=None)
-    transfer = counted_area.classify_again(transfer, PAPER)
-    counted = counted_area.find_counted_area(transfer, system)
-    groups = counted_area.find_groups(counted, transfer.surfaces.area)
+    transfer = classify_again(transfer, PAPER)
+    grouped = group_surfaces(transfer, system, sky_model, source)
+    groups, rows, block = grouped.groups, grouped.rows, grouped.block
     if not groups.names:
         raise InputError(
             source, "has no roof or facade with modules", "give an environment with buildings"
         )
-    rows = np.flatnonzero(counted.eligible)
-    member = groups.weight[rows].argmax(axis=1)
-    order = np.argsort(member, kind="stable")
-    rows, member = rows[order], member[order]
-    # Light of these surfaces per irradiance, and the grid of directions that suns are matched to.
-    sky, lit = SkyTriangles.of(transfer.suns), counted_area.find_lit_share(transfer, system)[rows]
-    block = Block.take(
-        transfer,
-        rows,
-        group_weight=np.zeros((len(rows), 0)),
-        iam=diffuse_incidence_factors(transfer.surfaces.surface_tilt[rows], system, sources).astype(
-            SINGLE
-        ),
-        mounting=np.zeros(len(rows), int),
-        lit_share=lit,
-    )
     # Light of traced sources: what is seen of them, and reflected; and the view of the sky.
     traced = [transfer.sources[one.name] for one in sources]
     views = [light.view_factor[rows] for light in traced]
     reflected = [light.relative[rows] - view for light, view in zip(traced, views, strict=True)]
-    light = (np.stack([*views, *reflected, transfer.sky_view_factor[rows]]) / lit).astype(SINGLE)
-    weight = groups.weight[rows, member] * lit
-    first = np.searchsorted(member, np.arange(len(groups.names) + 1)).astype(np.int64)
+    light = (
+        np.stack([*views, *reflected, transfer.sky_view_factor[rows]]) / block.lit_share
+    ).astype(SINGLE)
+    weight = groups.weight[rows, grouped.group] * block.lit_share
+    first = np.searchsorted(grouped.group, np.arange(len(groups.names) + 1)).astype(np.int64)
     environment = _Environment(
         name, source, groups.names, groups.count, groups.area, first, weight, block, light, sky
     )

@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 
-from ..energy.standard_errors import join_own, sun_sampling_share
+from ..energy.standard_errors import join_own
 from ..light.transfer import variance_of_mean
 from ..settings.errors import InputError
 from .place_hours import MONTHS
@@ -92,7 +92,7 @@ def find_group_errors(transfer, environment, rows, traced=()):
         direct_passed_on=_mean_of_groups(parts.direct_passed_on[rows].T, first, of_whole).T,
         diffuse_passed_on=_mean_of_groups(parts.diffuse_passed_on[rows].T, first, of_whole).T,
         discretisation=_mean_of_groups(np.stack(discretisation), first, of_whole),
-        sun_sampling=sun_sampling_share(transfer.record, "of_groups"),
+        sun_sampling=transfer.sun_sampling_share("of_groups"),
         direct=np.stack(direct, axis=1),
         shared=_mean_of_groups(light, first, weight),
     )

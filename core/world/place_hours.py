@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-import pvlib
 
-from ..energy.power import HALF, MIDDLE, cell_heating, spectral_factor
+from ..energy.power import conditions_of_modules
 from ..results.write_tables import share_periods
 from ..sky.sky_models import split_sky
 from ..sun import solar_position
@@ -29,8 +28,8 @@ class _PlaceHours:
     dni: np.ndarray  # (h,) [Wm⁻²]
     ground: np.ndarray  # (h,) [Wm⁻²] of unshaded ground by circumsolar light
     caps: np.ndarray  # (k,) of `SkyParts`
-    # (h, 2) float32: cell temperature per POA irradiance, and without any; both on -1 to 1
-    heating: np.ndarray
+    # two (h,): cell temperature without irradiance [°C], and per irradiance on the plane [Km²W⁻¹]
+    heating: tuple
     spectral_factor: np.ndarray  # (h,) float32
     # (61, h) of `share_periods`: year, months, hours of the day (UTC) and of local mean solar time
     share: np.ndarray
@@ -57,9 +56,7 @@ def prepare_place(weather, system, years, sky="isotropic"):
     lit = np.flatnonzero((data["ghi"].to_numpy() > 0) | (data["dni"].to_numpy() > 0))
     column = {name: data[name].to_numpy(float)[lit] for name in data}
     parts = split_sky(weather, sky)
-    relative = pvlib.atmosphere.get_relative_airmass(column["apparent_zenith"], "kastenyoung1989")
-    airmass = pvlib.atmosphere.get_absolute_airmass(relative, column["pressure"])
-    dark, slope = cell_heating(column["temp_air"], column["wind_speed"], system)
+    spectral, dark, slope = conditions_of_modules(data.iloc[lit], system)
     return _PlaceHours(
         interval=lit,
         direction=solar_position.sun_direction(column["apparent_zenith"], column["solar_azimuth"]),
@@ -70,8 +67,8 @@ def prepare_place(weather, system, years, sky="isotropic"):
         dni=column["dni"],
         ground=parts.circumsolar_horizontal[lit],
         caps=parts.caps,
-        heating=np.stack([slope[:, 0] / HALF, (dark - MIDDLE) / HALF], axis=1).astype(SINGLE),
-        spectral_factor=spectral_factor(airmass, system).astype(SINGLE),
+        heating=(dark, slope[:, 0]),
+        spectral_factor=spectral.astype(SINGLE),
         share=share_periods(data.index[lit], interval, weather.longitude),
         length=interval / pd.Timedelta(hours=1) / years,
     )

@@ -9,11 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from ..energy.power import ANGLE_NODES, HIGHEST, IRRADIANCE_NODES
-
-ROOT_SCALE = np.float32((IRRADIANCE_NODES - 1) / np.sqrt(HIGHEST))
-LAST_NODE = np.float32(IRRADIANCE_NODES - 1)
-ANGLE_SCALE = np.float32(ANGLE_NODES - 1)
 HALF_NODE, ONE, NONE = np.float32(0.5), np.float32(1), np.float32(0)
 
 
@@ -48,7 +43,8 @@ def sum_groups(environment, hours, sunlight, model):
     block = environment.block
     sums = np.zeros((len(hours.light), 2 * (len(environment.first) - 1)))
     suns = sunlight.index, sunlight.weight, sunlight.direction, sunlight.level
-    place = hours.direction.astype(np.float32), hours.light, hours.heating, hours.spectral_factor
+    heating = model.scale_heating(*hours.heating)
+    place = hours.direction.astype(np.float32), hours.light, heating, hours.spectral_factor
     seen = block.visible_share, block.reflected, block.normal
     view, reflected = environment.sources[:-1].reshape(2, len(hours.caps), len(environment.weight))
     dark = np.minimum(view, hours.caps[:, None].astype(np.float32) * environment.sources[-1])
@@ -56,7 +52,7 @@ def sum_groups(environment, hours, sunlight, model):
     surfaces = block.diffuse, block.far_ground, block.sky, block.iam, sources
     # of temperature; a tuple, so that the loop over them is vectorised
     powers = tuple(model.efficiency[::-1])
-    tables = model.incidence, powers, model.diffuse_share
+    tables = model.incidence, powers, model.diffuse_share, model.scales
     _loop(suns, place, seen, surfaces, tables, (environment.first, environment.weight), sums)
     return sums
 
@@ -71,7 +67,7 @@ def _loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
     direction, light, heating, spectral = place
     diffuse, far_ground, sky, iam, (views, reflected) = surfaces
     east, north, up = seen[2]
-    incidence, efficiency, diffuse_share = tables
+    incidence, efficiency, diffuse_share, (angle_scale, root_scale, last_node) = tables
     first, area = groups
     count, group_count = len(diffuse), len(first) - 1
     direct, scattered, beam, low, caught_low, effective, total = np.zeros((7, count), np.float32)
@@ -94,7 +90,7 @@ def _loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
             x, y, z = direction[hour]
             for i in range(count):
                 cosine = max(x * east[i] + y * north[i] + z * up[i], NONE)
-                beam[i] = np.sqrt(max(ONE - cosine, NONE)) * ANGLE_SCALE + HALF_NODE
+                beam[i] = np.sqrt(max(ONE - cosine, NONE)) * angle_scale + HALF_NODE
             for i in range(count):
                 beam[i] = incidence[np.uint32(beam[i])] * direct[i]
         for source in range(light.shape[1] - 2):
@@ -120,7 +116,7 @@ def _loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
             )
             effective[i] = passing * (beam[i] + diffuse_share * caught)
             total[i] = (direct[i] + rest) * hot + cold
-        _convert(effective, total, efficiency)
+        _convert(effective, total, efficiency, root_scale, last_node)
         _add_groups(effective, area, first, found[hour, :group_count])
         # Without reflections of surroundings, a surface has what comes directly from sun and sky.
         for i in range(count):
@@ -129,7 +125,7 @@ def _loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
                 beam[i] + diffuse_share * (straight * iam[0, i] + caught_low[i])
             )
             total[i] = (direct[i] + straight + low[i]) * hot + cold
-        _convert(effective, total, efficiency)
+        _convert(effective, total, efficiency, root_scale, last_node)
         _add_groups(effective, area, first, found[hour, group_count:])
 
 
@@ -149,13 +145,13 @@ def _add_sunlight(sun, index, weight, seen, direct, scattered):  # noqa: PLR0917
 
 
 @njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
-def _convert(effective, temperature, efficiency):
+def _convert(effective, temperature, efficiency, root_scale, last_node):
     """Replace effective irradiance by capacity factors, at scaled cell temperatures; the highest
     power comes first.
     """
     for i in range(len(effective)):
         bright = max(effective[i], NONE)
-        node = np.uint32(min(np.sqrt(bright) * ROOT_SCALE + HALF_NODE, LAST_NODE))
+        node = np.uint32(min(np.sqrt(bright) * root_scale + HALF_NODE, last_node))
         value = NONE
         for power in efficiency:
             value = value * temperature[i] + power[node]

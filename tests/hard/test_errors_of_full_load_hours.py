@@ -10,7 +10,6 @@ from towns import city_of_polygons, draw_town
 from weathers import ERA5
 
 from citypv.core.city.build_scene import build_scene
-from citypv.core.energy.standard_errors import sun_sampling_share
 from citypv.core.run.study import compute_energy, measure_sun_sampling, read_year, trace_scene
 from citypv.core.settings.request import Request
 
@@ -31,7 +30,7 @@ def hours_of(scene, weather, request):
     energy = compute_energy(transfer, weather, request)
     surfaces = scene.surfaces
     chosen = np.flatnonzero(surfaces.eligible)
-    rms = sun_sampling_share(transfer.record, "rms")
+    rms = transfer.sun_sampling_share("rms")
     hours = energy.full_load_hours[chosen]
     return hours, energy.full_load_hours_standard_error[chosen], rms * hours
 
