@@ -24,12 +24,12 @@ from citypv.core.settings.request import Request
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "core"))
 from transfers import Horizons, unshaded_transfer
 
-from citypv.core.commands.world import modules_alone
 from citypv.core.energy import compute_energy as module_of_energy
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import MOUNTINGS, build_system
 from citypv.core.light.sun_matrix import keep_matrix
 from citypv.core.results.write_summary import peak_memory
+from citypv.core.run.make_world import modules_alone
 from citypv.core.sun.sun_sampling import choose_suns
 from citypv.core.weather.read_weather import read_weather
 

@@ -22,8 +22,8 @@ from pathlib import Path
 import numpy as np
 import xarray
 
-from citypv.core.commands.world import modules_alone
 from citypv.core.energy.pv_system import build_system, dc_system
+from citypv.core.run.make_world import modules_alone
 from citypv.core.run.study import read_scene, read_year, trace_scene
 from citypv.core.settings.presets import METHODS
 from citypv.core.settings.request import Request

@@ -17,8 +17,8 @@ from dataclasses import fields
 from pathlib import Path
 
 from citypv.core.commands import python_api
-from citypv.core.commands.world import WorldSettings
 from citypv.core.results import compare_runs
+from citypv.core.run.make_world import WorldSettings
 from citypv.core.run.variant import Change
 from citypv.core.settings.request import declared_settings
 

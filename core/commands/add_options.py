@@ -18,10 +18,6 @@ TITLES = {
     "run": "the run",
 }
 SWITCH = {"on": True, "off": False}
-# Of these groups, settings that mean nothing for a world.
-NOT_FOR_WORLDS = ("series", "monthly", "losses", "inverter", "allow_distance", "weather_point")
-NOT_FOR_WORLDS += ("least_hours", "leave_out", "layout", "module_size", "storey", "window_band")
-NOT_FOR_WORLDS += ("ground_floor", "facades", "strings", "districts")
 
 
 def add_options(parser, *groups, hidden=()):

@@ -194,7 +194,7 @@ def _run_yield(options):
 
 def _run_world(options):
     """`citypv world`."""
-    from .world import WorldSettings, make_world
+    from ..run.make_world import WorldSettings, make_world
 
     chosen = {field.name: getattr(options, field.name) for field in fields(WorldSettings)}
     settings = WorldSettings(**chosen | {"pictures": options.pictures == "on"})

@@ -3,15 +3,8 @@ asked for.
 """
 
 from ..results.words import list_languages
-from .add_options import (
-    NOT_FOR_WORLDS,
-    add_change,
-    add_city,
-    add_cluster,
-    add_options,
-    add_output,
-    add_world,
-)
+from ..settings.presets import NOT_FOR_WORLDS
+from .add_options import add_change, add_city, add_cluster, add_options, add_output, add_world
 
 
 def simulate_options(parser):

@@ -365,8 +365,8 @@ def world(environments, *, out=None, overwrite=False, cluster=None, progress=sil
     """
     import xarray
 
+    from ..run.make_world import WorldSettings, make_world
     from ..run.run_log import RunLog
-    from .world import WorldSettings, make_world
 
     own = {field.name for field in fields(WorldSettings)}
     chosen = {name: value for name, value in settings.items() if name in own} | (

@@ -10,7 +10,9 @@ import pyproj
 
 from ..city.transform_crs import full_turn, plane_of, transform_crs, turn_towards
 from ..settings.errors import InputError
+from .open_input import open_input, suffix_of
 from .open_raster import open_raster, read_posts, windows_around
+from .read_terrain import RASTERS, RELIEFS
 
 MOST_POSTS = 4000  # per side; a finer raster is averaged down to that many
 GLOBE = "EPSG:4326"
@@ -60,6 +62,32 @@ def open_placed(path):
                 "give a GeoTIFF with its reference system, or a horizon file (azimuth,elevation)",
             )
         yield raster
+
+
+def is_placed_raster(path):
+    """Whether a file that can be opened is a raster of heights, by its suffix; it must say where it
+    lies.
+
+    Raises
+    ------
+    InputError
+        It cannot be opened, is a mesh, or a raster without reference system.
+    """
+    open_input(path).close()
+    if suffix_of(path) in (*RELIEFS, ".obj"):
+        cure = (
+            f"give heights around the city as {', '.join(RASTERS)}, or lines of azimuth,elevation "
+            "in degrees"
+        )
+        raise InputError(
+            path,
+            "is a mesh or a city, from which no horizon is read",
+            f"{cure}; --terrain takes meshes",
+        )
+    if suffix_of(path) not in RASTERS:
+        return False
+    with open_placed(path):
+        return True
 
 
 def read_heights(path, place, reach):

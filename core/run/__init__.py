@@ -6,11 +6,10 @@ study.py, which is the chain, then simulate.py and trace_tiles.py.
 """
 
 DOORS = (
+    "make_world.WorldSettings",
+    "make_world.make_world",
     "run_log.RunLog",
     "run_log.print_output",
-    "run_tasks.check_cluster",
-    "run_tasks.drop_kept",
-    "run_tasks.kept_beside",
     "simulate.recompute",
     "simulate.simulate",
     "simulate.trace_city",
@@ -27,7 +26,6 @@ DOORS = (
     "variant.errors_of_change",
     "variant.make_variant",
     "variant.trace_edit",
-    "world_tasks.compute_in_tasks",
     "write_run.Output",
     "write_run.draw_city",
 )

@@ -24,6 +24,7 @@ DOORS = (
     "memory.check_memory",
     "memory.free_memory",
     "presets.METHODS",
+    "presets.NOT_FOR_WORLDS",
     "presets.PRESETS",
     "presets.PRESET_WORDS",
     "progress.CancelledError",

@@ -16,9 +16,8 @@ from functools import lru_cache
 import numpy as np
 
 from ..city.find_ground import find_ground
-from ..read.open_input import open_input, suffix_of
-from ..read.read_heights import open_placed, read_heights
-from ..read.read_terrain import RASTERS, RELIEFS
+from ..read.open_input import open_input
+from ..read.read_heights import is_placed_raster, read_heights
 from ..settings.errors import InputError, first_true
 from .horizon import GEODESIC, STEPS, TerrainHorizon, horizon_of_terrain
 
@@ -37,33 +36,8 @@ def check_horizon(path):
     """
     if path == OF_PLACE:
         return
-    if not _is_raster(path):
+    if not is_placed_raster(path):
         read_horizon_table(path)
-        return
-    with open_placed(path):
-        pass
-
-
-def _is_raster(path):
-    """Whether a file that can be opened is a raster of heights, by its suffix.
-
-    Raises
-    ------
-    InputError
-        It cannot be opened, or it is a mesh.
-    """
-    open_input(path).close()
-    if suffix_of(path) in (*RELIEFS, ".obj"):
-        cure = (
-            f"give heights around the city as {', '.join(RASTERS)}, or lines of azimuth,elevation "
-            "in degrees"
-        )
-        raise InputError(
-            path,
-            "is a mesh or a city, from which no horizon is read",
-            f"{cure}; --terrain takes meshes",
-        )
-    return suffix_of(path) in RASTERS
 
 
 def read_horizon(path, scene, *, reach=50_000.0):
@@ -91,7 +65,7 @@ def read_horizon(path, scene, *, reach=50_000.0):
     """
     if path == OF_PLACE:
         return ask_horizon(scene.site.latitude, scene.site.longitude), []
-    if not _is_raster(path):
+    if not is_placed_raster(path):
         return read_horizon_table(path), []
     # The box in plan around the buildings: its middle and corners are where the horizon is seen
     # from.

@@ -7,8 +7,7 @@ weather of many places (find_source.py). Read first: read_weather.py.
 DOORS = (
     "check_weather.LIMITS",
     "climate_grid.is_land",
-    "find_source.MODELS",
-    "find_source.STATIONS_ONLY",
+    "find_source.check_source",
     "find_source.find_source",
     "find_source.refuse_settings",
     "formats.FORMATS",
@@ -18,6 +17,5 @@ DOORS = (
     "read_weather.check_sources",
     "read_weather.read_weather",
     "sources.ASKED_BY_KEY",
-    "sources.parse_asked",
     "weather.Weather",
 )

@@ -7,6 +7,7 @@ from . import grid_sources
 from .formats import recognise_weather
 from .read_era5 import open_era5_grid
 from .read_weather import read_weather
+from .sources import parse_asked
 
 MODELS = ("climate", "clear-sky")
 # settings that mean nothing for grids
@@ -56,6 +57,27 @@ def find_source(request, settings, stack):
         raise InputError("--weather", "grids and stations are mixed", "give one or the other")
     refuse_settings(settings, ("step", "latitudes", "longitudes", "years", "off_land"), "stations")
     return _read_stations(paths, request)
+
+
+def check_source(request, settings):
+    """Refuse what means nothing for the weather of a world before anything is read.
+
+    Raises
+    ------
+    InputError
+    """
+    if request.weather in MODELS:
+        refuse_settings(request, STATIONS_ONLY, "this world")
+        if settings.years:
+            raise InputError(
+                "--years", f"--weather {request.weather} has one typical year", "give --year Y"
+            )
+    if isinstance(request.weather, str) and parse_asked(request.weather):
+        raise InputError(
+            "--weather",
+            f"{request.weather} is for single places",
+            "give climate, clear-sky or files",
+        )
 
 
 def refuse_settings(settings, names, weather):

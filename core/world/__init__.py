@@ -11,6 +11,5 @@ DOORS = (
     "environment.read_environments",
     "group_errors.add_mix",
     "group_errors.parse_mix",
-    "merge_surfaces.merge_surfaces",
     "write_world.write_world",
 )

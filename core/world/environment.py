@@ -22,6 +22,7 @@ from ..sky.sky_models import model_traced, sources_of
 from ..sun.sky_grid import SkyTriangles, sky_grid_suns
 from ..sun.solar_position import sun_direction
 from .group_errors import GroupErrors, find_group_errors
+from .merge_surfaces import merge_surfaces
 
 SINGLE = np.float32
 SIDES = {"north": 0.0, "east": 90.0, "south": 180.0, "west": 270.0}
@@ -169,7 +170,7 @@ def unshaded_transfer(ground_albedo=0.25):
     )
 
 
-def read_environments(texts, system, sky="isotropic"):
+def read_environments(texts, system, sky="isotropic", most=None):
     """Environments from the command line's arguments.
 
     Parameters
@@ -180,6 +181,8 @@ def read_environments(texts, system, sky="isotropic"):
     system : PvSystem
     sky : {"isotropic", "perez", "auto"}
         Model of the sky; "auto": the one that all were traced for.
+    most : int, optional
+        Surfaces of each; others are merged, as by `merge_surfaces`.
 
     Returns
     -------
@@ -212,6 +215,8 @@ def read_environments(texts, system, sky="isotropic"):
     if sky == "auto":
         sky = model_traced(set.intersection(*(set(one.sources) for *_, one in transfers)))
     environments = [build_environment(*transfer, system, sky) for transfer in transfers]
+    if most:
+        environments = [merge_surfaces(environment, most) for environment in environments]
     # Names tell environments apart in the file.
     names = [environment.name for environment in environments]
     double = sorted({name for name in names if names.count(name) > 1})

@@ -8,8 +8,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from .environment import SINGLE
-
 
 def merge_surfaces(environment, most):
     """An environment of at most some surfaces, with the same groups and areas.
@@ -34,7 +32,7 @@ def merge_surfaces(environment, most):
     # What decides on the light of each surface, in few numbers: (n, k).
     count = len(block.visible_share)
     # Sixteen random projections of what a surface gets from each direction.
-    mixer = np.random.default_rng(0).normal(size=(count, 16)).astype(SINGLE) / np.sqrt(count)
+    mixer = np.random.default_rng(0).normal(size=(count, 16)).astype(np.float32) / np.sqrt(count)
     light = [
         block.visible_share.T @ mixer,
         block.diffuse[:, None],
@@ -55,7 +53,7 @@ def merge_surfaces(environment, most):
             np.int64
         ),
         weight=np.array([weight[rows].sum() for rows in pieces]),
-        sources=_mean_of_pieces(environment.sources, weight, pieces).astype(SINGLE),
+        sources=_mean_of_pieces(environment.sources, weight, pieces).astype(np.float32),
         block=_merge_block(block, weight, pieces, environment.sky.direction),
     )
 
@@ -125,14 +123,14 @@ def _merge_block(block, weight, pieces, direction, *, grazing=0.05):
         seen.append(np.where(projection > grazing, exact, visible @ share))
     linear = ("normal", "diffuse", "far_ground", "sky", "iam", "reflected", "lit_share")
     means = {
-        name: _mean_of_pieces(getattr(block, name), weight, pieces).astype(SINGLE)
+        name: _mean_of_pieces(getattr(block, name), weight, pieces).astype(np.float32)
         for name in linear
     }
     return replace(
         block,
         **means,
-        sources=np.zeros((0, len(pieces)), SINGLE),  # the environment's count
-        source_view=np.zeros((0, len(pieces)), SINGLE),
-        visible_share=np.stack(seen, axis=1).astype(SINGLE),
-        group_weight=np.zeros((len(pieces), 0), SINGLE),
+        sources=np.zeros((0, len(pieces)), np.float32),  # the environment's count
+        source_view=np.zeros((0, len(pieces)), np.float32),
+        visible_share=np.stack(seen, axis=1).astype(np.float32),
+        group_weight=np.zeros((len(pieces), 0), np.float32),
     )

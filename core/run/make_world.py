@@ -7,21 +7,18 @@ from dataclasses import dataclass, replace
 from ..energy.pv_system import build_system
 from ..results.output_folder import whole_folder
 from ..results.write_summary import peak_memory, versions, write_summary
-from ..run import run_tasks
-from ..run.run_log import RunLog
-from ..run.study import check_settings
-from ..run.world_tasks import compute_in_tasks
 from ..settings.errors import InputError
-from ..settings.presets import METHODS
+from ..settings.presets import METHODS, NOT_FOR_WORLDS
 from ..settings.progress import describe_duration
-from ..weather.find_source import MODELS, STATIONS_ONLY, find_source, refuse_settings
-from ..weather.sources import parse_asked
+from ..weather.find_source import check_source, find_source, refuse_settings
 from ..world.compute_world import compute_world
 from ..world.environment import read_environments
 from ..world.group_errors import add_mix, parse_mix
-from ..world.merge_surfaces import merge_surfaces
 from ..world.write_world import write_world
-from .add_options import NOT_FOR_WORLDS
+from . import run_tasks
+from .run_log import RunLog
+from .study import check_settings
+from .world_tasks import compute_in_tasks
 
 
 @dataclass
@@ -75,11 +72,7 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
     system = build_system(request)
     # Environments: traced cities and open planes, merged into fewer surfaces where asked for.
     with whole_folder(folder, overwrite) as work, ExitStack() as stack:
-        environments, sky = read_environments(texts, system, request.sky)
-        if settings.surfaces:
-            environments = [
-                merge_surfaces(environment, settings.surfaces) for environment in environments
-            ]
+        environments, sky = read_environments(texts, system, request.sky, settings.surfaces)
         names = [environment.name for environment in environments]
         weights = None if settings.mix is None else parse_mix(settings.mix, names)
         log.clock.lap("read environments")
@@ -124,10 +117,11 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
 
 def _check_world_settings(request, settings, *, fewest=50):
     """Refuse settings that mean nothing for a world."""
-    grid, implied = request.weather in MODELS, METHODS.get(request.method, {})
-    unused = (*NOT_FOR_WORLDS, *(STATIONS_ONLY if grid else ()))
+    implied = METHODS.get(request.method, {})
     own = [
-        name for name in unused if name not in implied or getattr(request, name) != implied[name]
+        name
+        for name in NOT_FOR_WORLDS
+        if name not in implied or getattr(request, name) != implied[name]
     ]
     refuse_settings(request, own, "this world")
     if settings.step is not None and not 0 < settings.step <= 90:
@@ -137,16 +131,7 @@ def _check_world_settings(request, settings, *, fewest=50):
     # `fewest`: merged surfaces of an environment.
     if settings.surfaces is not None and settings.surfaces < fewest:
         raise InputError("--surfaces", f"{settings.surfaces} is too few", f"give {fewest} or more")
-    if grid and settings.years:
-        raise InputError(
-            "--years", f"--weather {request.weather} has one typical year", "give --year Y"
-        )
-    if isinstance(request.weather, str) and parse_asked(request.weather):
-        raise InputError(
-            "--weather",
-            f"{request.weather} is for single places",
-            "give climate, clear-sky or files",
-        )
+    check_source(request, settings)
 
 
 def modules_alone(request):
