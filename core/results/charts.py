@@ -51,7 +51,10 @@ def tabulate_heat(groups, period, name):
     tables = tabulate_periods(groups, period)
     most = max((float(np.nanmax(table)) for table in tables.values()), default=0.0)
     parts = []
-    for kind, table in tables.items():
+    # Hours of the night, in which no group yields anything, are left out.
+    yields = sum((table > 0).any(axis=1) for table in tables.values())
+    for kind, every_hour in tables.items():
+        table = every_hour[yields > 0]
         head = "".join(f'<th scope="col">{escape(name(index))}</th>' for index in table.index)
         rows = [f"<thead><tr><td></td>{head}</tr></thead><tbody>"]
         for side, hours in table.items():
@@ -63,10 +66,11 @@ def tabulate_heat(groups, period, name):
             rows.append(f'<tr><th scope="row">{escape(words)}</th>{cells}</tr>')
         body = "".join([*rows, "</tbody>"])
         parts.append(
-            f"<h3>{escape(say(kind_title(kind)))}</h3>"
-            f'<div class="wide"><table class="heat" data-kind="{escape(kind)}">{body}</table></div>'
+            f"<div><h3>{escape(say(kind_title(kind)))}</h3>"
+            f'<div class="wide" tabindex="0"><table class="heat" data-kind="{escape(kind)}">{body}</table></div>'
+            "</div>"
         )
-    return "\n".join(parts)
+    return "\n".join(['<div class="panels">', *parts, "</div>"]) if parts else ""
 
 
 def draw_histograms(faces):
@@ -81,7 +85,7 @@ def draw_histograms(faces):
     edges, areas = tabulate_histograms(mounted)
     return "\n".join(
         [
-            '<div class="panels">',
+            '<div class="panels small-ones">',
             *(
                 _draw_histogram(kind, edges, area, mounted[mounted["kind"] == kind])
                 for kind, area in areas.items()
@@ -91,7 +95,7 @@ def draw_histograms(faces):
     )
 
 
-def _draw_histogram(kind, edges, area, mounted, *, width=480, height=220, left=8, bottom=24):
+def _draw_histogram(kind, edges, area, mounted, *, width=480, height=230, left=8, bottom=32):
     """Bars of one kind as SVG, with its mean as a dashed line; sizes in units of the drawing."""
     mean = np.average(mounted["full_load_hours"], weights=mounted["area"])
     across = (width - 2 * left) / edges[-1]

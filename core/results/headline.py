@@ -40,7 +40,7 @@ def _modules(totals):
     """How many modules; where they are not laid out, their area."""
     area = number(totals["module_area"])
     if totals.get("layout") == "rows" and totals.get("module_count"):
-        words = say("{area} m² of modules in rows on roofs and facades", area=area)
+        words = say("{area} m² on roofs and facades", area=area)
         return say("Solar modules"), _figure(number(totals["module_count"])), words, ""
     words = say("on every square metre of roofs and facades that counts")
     return say("Area of modules"), _figure(area, "m²"), words, ""
@@ -54,16 +54,14 @@ def _power(totals):
 
 def _energy(totals):
     """Energy of a year, in GWh from one on, and in the MWh of the tables."""
-    energy = totals["mwh_per_year"]
-    if energy >= 1000:
-        figure = _figure(number(energy / 1000, ",.2f"), say("GWh a year"))
-    else:
-        figure = _figure(number(energy, ",.1f"), say("MWh a year"))
+    energy, title = totals["mwh_per_year"], say("Energy in a year")
+    large = energy >= 1000
+    figure = _figure(number(energy / 1000 if large else energy, ",.2f"), "GWh" if large else "MWh")
     if not totals["kwp"]:
-        return say("Energy"), figure, say("no surface carries modules"), ""
+        return title, figure, say("no surface carries modules"), ""
     hours = 1000 * energy / totals["kwp"]
     words = say("{energy:,.0f} MWh, {hours:,.0f} kWh for each kWp", energy=energy, hours=hours)
-    return say("Energy"), figure, words, ""
+    return title, figure, words, ""
 
 
 def _shares(totals):
@@ -82,7 +80,7 @@ def _shares(totals):
     words = say(
         "roofs {roofs:,.0f} MWh, facades {facades:,.0f} MWh", roofs=whole - facades, facades=facades
     )
-    figure = f"{share} <small>%</small> : {100 - share} <small>%</small>"
+    figure = _figure(f"{share} : {100 - share}", "%")
     return say("Roofs : facades"), figure, words, bar
 
 
@@ -97,32 +95,43 @@ def describe_certainty(summary):
     known = None not in (shift, budget.get("sampling_total"))
     calculated = (
         say(
-            "the calculation adds ± {error}",
+            "The calculation itself is known to ± {error}.",
             error=percent(math.hypot(budget["sampling_total"], shift)),
         )
         if known
-        else say("what the calculation adds is not known")
+        else say("How far the calculation itself is known this run does not tell.")
     )
     count = int(summary["weather"].get("years") or 1)
     if "p90_mwh_per_year" in totals:
         weather = say(
-            "In nine of ten years of the weather (of {count}) it is at least {energy:,.0f} MWh",
+            "Of the {count} years of the weather, nine of ten bring at least {energy}.",
             count=count,
-            energy=totals["p90_mwh_per_year"],
+            energy=_words_of_energy(totals["p90_mwh_per_year"]),
         )
     elif "climatology" in summary["weather"]["label"]:
         weather = say(
-            "The weather is a built-in climate, with which facades were 5 to 11 % too high on average"
+            "The weather is a built-in climate, with which facades were 5 to 11 % too high on "
+            "average; expect less rather than more."
         )
     else:
+        energy, part = totals["mwh_per_year"], YEARS / 100
         weather = say(
-            "A sunny or dull year changes the energy by up to {share} %, which is {energy:,.0f} MWh",
+            "From year to year the sun alone changes the energy by up to {share} %: a dull year may "
+            "bring {low}, a sunny one {high}.",
             share=YEARS,
-            energy=YEARS / 100 * totals["mwh_per_year"],
+            low=_words_of_energy((1 - part) * energy),
+            high=_words_of_energy((1 + part) * energy),
         )
     rest = (
         say("Errors of the city model, the modules and the losses come on top.")
         if has_losses(summary)
         else say("Errors of the city model and the modules come on top; losses are not counted.")
     )
-    return f"{weather}; {calculated}. {rest}"
+    return f"{weather} {calculated} {rest}"
+
+
+def _words_of_energy(energy):
+    """Energy [MWh] in GWh from one on, else in MWh."""
+    if energy >= 1000:
+        return say("{energy:,.1f} GWh", energy=energy / 1000)
+    return say("{energy:,.1f} MWh", energy=energy)

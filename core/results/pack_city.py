@@ -16,7 +16,7 @@ from ..city.classify import ORIENTATIONS
 from ..city.polygons import triangulate
 from ..energy.pv_system import KINDS
 from ..modules.module_shapes import draw_modules
-from .read_results import in_order
+from .read_results import in_order, town_of
 from .viewer_columns import describe_view, list_layers, measure_faces, sum_counting
 
 BELOW = 0.2  # [m] of the ground below the feet of buildings
@@ -84,6 +84,7 @@ def pack_city(results, change=None, *, with_modules=True):
     header = {
         "buildings": buildings.tolist(),
         "texts": texts,
+        "town": town_of(texts.get("address", ())),
         "surface_id": faces["surface_id"].tolist(),
         **describe_view(
             kinds, sides, list_layers(values, mounted), supply, results.summary["totals"]

@@ -75,7 +75,7 @@ def table(head, rows, *, numbers=()):
         ' class="number"' if column in numbers else ""
         for column in range(1000 if not head else len(head))
     ]
-    lines = ['<div class="wide"><table>']
+    lines = ['<div class="wide" tabindex="0"><table>']
     if head:
         cells = "".join(
             f"<th{look}>{escape(text)}</th>" if text else "<td></td>"  # an empty heading is none

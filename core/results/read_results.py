@@ -3,6 +3,7 @@ listed from them.
 """
 
 import json
+from collections import Counter
 from dataclasses import dataclass
 from numbers import Real
 from pathlib import Path
@@ -154,6 +155,16 @@ def _read_buildings(path, faces):
     names = sorted(set(faces["building_id"]))
     table = table.reindex(names, columns=[*FACTS, *BUILDING_SUMS])
     return table.fillna(dict.fromkeys(FACTS, "")).rename_axis("building").reset_index()
+
+
+def town_of(addresses):
+    """The town of most addresses, each "street number, town; …"; "" where fewer than half tell it."""
+    towns = Counter(
+        address.split("; ")[0].rpartition(", ")[2] for address in addresses if ", " in address
+    )
+    told = sum(1 for address in addresses if address)
+    town, count = next(iter(towns.most_common(1)), ("", 0))
+    return town if 2 * count > told else ""
 
 
 def read_summary(path):

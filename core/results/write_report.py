@@ -33,7 +33,7 @@ from .headline import compose_headline
 from .output_folder import write_whole
 from .pack_city import pack_city
 from .page import fill_page, fold, paragraph, picture, section, table
-from .read_results import MONTHS, kind_title, tabulate_periods
+from .read_results import MONTHS, kind_title, tabulate_periods, town_of
 from .words import number, read_html, say, speaking
 
 HOURS = (
@@ -109,7 +109,9 @@ def write_report(folder, results, *, title="", attribution="", language="en", di
         sources = attribution or "; ".join(attributions_of(results.summary))
         written = datetime.fromtimestamp((Path(folder) / "summary.json").stat().st_mtime, UTC)
         origin = describe_origin(results.summary, written, sources)
-        heading = title or say("Solar potential: {name}", name=results.name)
+        known = results.buildings is not None
+        town = town_of(results.buildings["address"]) if known else ""
+        heading = title or say("Solar potential: {name}", name=town or results.name)
         sums = compose_sums([folder], districts)
         page = fill_page(heading, f"{origin}\n{_compose_body(results, *city, sums)}", data)
     write_whole(path, lambda file: file.write_text(page, encoding="utf-8", newline="\n"))
@@ -226,7 +228,9 @@ def _compose_pictures(results, drawn):
     missing = NO_PLAN if results.outlines is None else "No surface carries modules."
     yield section(
         say("Plan of the city"),
+        '<div class="panels plans">',
         *(picture(drawn[name], name, say(CAPTIONS[name])) for name in plans),
+        "</div>",
         "" if plans else paragraph(say(missing)),
     )
     yield section(
@@ -301,12 +305,14 @@ def compose_totals(summary):
     return section(
         say("In short"),
         table(head, rows, numbers=range(1, len(head))),
+        '<div class="notes">',
         paragraph(meaning),
         paragraph(describe_windows(summary)),
         *(paragraph(text) for text in describe_left_out(summary)),
         paragraph(describe_strings(totals)),
         paragraph(say(HOURS[has_losses(summary)])),
         *map(paragraph, edge),
+        "</div>",
     )
 
 

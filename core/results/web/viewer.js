@@ -448,12 +448,20 @@ function describeSurface(surface) {
   const body = make("tbody", "", ...found.map((texts) => tableRow("td", texts, 2)));
   const table = make("table", "", body);
   table.className = "facts";
-  return [make("h3", nameSurface(surface)), table, ...(carries(surface) ? monthBars(surface) : [])];
+  return [make("h2", nameSurface(surface)), table, ...(carries(surface) ? monthBars(surface) : [])];
 }
 
-// What a reader calls a building: its address, else its name, else its id.
+// Addresses of a building without the town that most have.
+function listAddresses(row) {
+  const ends = (place) => city.town && place.endsWith(`, ${city.town}`);
+  const places = row.address ? row.address.split("; ") : [];
+  return places.map((place) => (ends(place) ? place.slice(0, -2 - city.town.length) : place));
+}
+
+// What a reader calls a building: its first address, else its name, else its id.
 function titleOf(row) {
-  return row.address || row.name || row.id;
+  const [first, ...more] = listAddresses(row);
+  return first ? first + (more.length ? ` +${more.length}` : "") : row.name || row.id;
 }
 
 function describeBuilding(row) {
@@ -461,19 +469,19 @@ function describeBuilding(row) {
   const parts = counted.map((sum) => ({ ...sum, title: city.kinds[sum.kind].many }));
   if (parts.length > 1) parts.push({ ...row, area: addParts(counted).area, title: say("Together") });
   if (flat) parts.push({ title: say("In addition flat roofs, modules lying flat"), ...flat });
-  const texts = (sum) => [sum.title, format(sum.area, 0), format(sum.kwp, 1), format(sum.mwh, 2), format(sum.hours, 1)];
-  const body = make("tbody", "", ...parts.map((sum) => tableRow("td", texts(sum))));
+  const cells = (sum) => [sum.title, format(sum.area, 0), format(sum.kwp, 1), format(sum.mwh, 2), format(sum.hours, 1)];
+  const body = make("tbody", "", ...parts.map((sum) => tableRow("td", cells(sum))));
   const head = make("thead", "", tableRow("th", ["", "m²", "kWp", "MWh/a", "h"]));
   const sums = parts.length ? make("table", "", head, body) : make("p", say("None of its surfaces counts."));
   const name = make("p", "", button(row.id, () => chooseBuilding(row.building, true)));
-  const title = titleOf(row) === row.id ? say("Building") : titleOf(row);
-  const texts_of = TEXTS.map((text) => row[text]).filter((text) => text && text !== title);
-  const known = texts_of.length ? [make("p", texts_of.join(" · "))] : [];
+  const title = listAddresses(row).join(", ") || row.name || say("Building");
+  const texts = [row.name === title ? "" : row.name, row.function, row.year].filter((text) => text);
+  const known = texts.length ? [make("p", texts.join(" · "))] : [];
   const signed = `${format(row.change, 2, "+")} ± ${format(row.changeError, 2)}`;
   const words = say("Change of its energy in a year: {change} MWh", { change: signed });
   const change = Number.isFinite(row.change) ? [make("p", words)] : [];
   const surfaces = row.surfaces ? [foldSurfaces(row.surfaces)] : [];
-  return [make("h3", title), name, ...known, sums, ...change, ...surfaces];
+  return [make("h2", title), name, ...known, sums, ...change, ...surfaces];
 }
 
 function foldSurfaces(surfaces) {
@@ -580,7 +588,9 @@ function showHits(found) {
     const item = button("", () => chooseBuilding(row.building, true));
     const energy = make("span", `${format(row[name], digits, plus)} MWh`);
     energy.className = "number";
-    const more = TEXTS.map((text) => row[text]).filter((text) => text && text !== titleOf(row));
+    // Of functions only words, as a bare code tells a reader nothing.
+    const named = listAddresses(row).length ? row.name : "";
+    const more = [named, /\p{L}{3}/u.test(row.function) ? row.function : "", row.year].filter((text) => text);
     const power = say("{kwp} kWp, {hours} h", { kwp: format(row.kwp, 1), hours: format(row.hours, 0) });
     const bar = make("i");
     bar.style.width = `${(100 * Math.max(size(row), 0)) / Math.max(size(best[0]), 1e-9)}%`;
