@@ -31,11 +31,13 @@ def kept_by_strings(losses, hours, direct, diffuse, projection):
     (h, n) float
         1 where no shade moves over strings.
     """
-    kept = np.ones_like(direct)
+    # In one type, for which one loop is compiled.
+    kept = np.ones(direct.shape, np.float32)
+    weight, sunward = hours.match_weight, np.ascontiguousarray(hours.sunward[:, 0])
     _keep(
         losses,
-        (hours.match, hours.match_weight, hours.sunward[:, 0]),
-        (direct, diffuse, projection),
+        (hours.match, *(part.astype(np.float32, copy=False) for part in (weight, sunward))),
+        tuple(part.astype(np.float32, copy=False) for part in (direct, diffuse, projection)),
         # As many steps of d lie between 0 and 1 as the d at which losses are kept divide it into.
         (losses.shape[1] + 1, LOSS_STEP),
         kept,
@@ -59,9 +61,11 @@ def _keep(losses, hours, light, steps, kept):
         if sunward[hour] <= 0:
             continue
         # Most strings are lit or dark as a whole: at no sun of the hour they have a loss.
-        some[:] = 0
+        for surface in range(kept.shape[1]):
+            some[surface] = 0
         for own in range(match.shape[1]):
-            some |= losses[match[hour, own], parts // 2 - 1]
+            for surface in range(kept.shape[1]):
+                some[surface] |= losses[match[hour, own], parts // 2 - 1, surface]
         for surface in range(kept.shape[1]):
             if some[surface] == 0 or projection[hour, surface] <= 0:
                 continue

@@ -244,32 +244,37 @@ def _find_nearest(middles, bounds, positions, usable, nearest):
             for axis in range(3):
                 centre[patch, axis] += positions[patch, point, axis] / np.float32(count)
         for point in range(count):
-            radius[patch] = max(radius[patch], _distance(positions[patch, point], centre[patch]))
+            x = positions[patch, point, 0] - centre[patch, 0]
+            y = positions[patch, point, 1] - centre[patch, 1]
+            z = positions[patch, point, 2] - centre[patch, 2]
+            radius[patch] = max(radius[patch], np.sqrt(x * x + y * y + z * z))
     for module in range(len(middles)):
         first, last = bounds[0, module], bounds[1, module]
         if first == last:
             continue
         start = first
         for block in range(middles.shape[1]):
-            middle, best = middles[module, block], np.float32(np.inf)
+            x0, y0, z0 = (
+                middles[module, block, 0],
+                middles[module, block, 1],
+                middles[module, block, 2],
+            )
+            best = np.float32(np.inf)
             # The patch of the block before comes first, since it is often the same.
             for step in range(last - first + 1):
                 patch = start if step == 0 else first + step - 1
-                if _distance(middle, centre[patch]) - radius[patch] > best:
+                x, y, z = x0 - centre[patch, 0], y0 - centre[patch, 1], z0 - centre[patch, 2]
+                if np.sqrt(x * x + y * y + z * z) - radius[patch] > best:
                     continue
                 for point in range(count):
-                    away = _distance(middle, positions[patch, point])
+                    x = x0 - positions[patch, point, 0]
+                    y = y0 - positions[patch, point, 1]
+                    z = z0 - positions[patch, point, 2]
+                    away = np.sqrt(x * x + y * y + z * z)
                     if away < best and usable[patch, point]:
                         best, nearest[module, block] = away, patch * count + point
             if nearest[module, block] >= 0:
                 start = nearest[module, block] // count
-
-
-@njit(nogil=True, cache=True)
-def _distance(one, other):
-    """Distance of two places, (3,) float32 [m]."""
-    x, y, z = one[0] - other[0], one[1] - other[1], one[2] - other[2]
-    return np.sqrt(x * x + y * y + z * z)
 
 
 def add_losses(table, bits, losses):
@@ -311,11 +316,12 @@ def _add_strings(bits, strings, entries, shares, means):
     lit = np.empty(bits.shape[2], np.float32)
     one = np.float32(1)
     for string in range(len(own)):
-        lit[:] = 0
+        for sun in range(len(lit)):
+            lit[sun] = 0
         for entry in range(start[string], start[string + 1]):
-            row, shift = bits[patch[entry], point[entry] // WORD], point[entry] % WORD
+            row, word, shift = patch[entry], point[entry] // WORD, point[entry] % WORD
             for sun in range(len(lit)):
-                lit[sun] += count[entry] * np.float32((row[sun] >> shift) & 1)
+                lit[sun] += count[entry] * np.float32((bits[row, word, sun] >> shift) & 1)
         for sun in range(len(lit)):
             free = lit[sun] / blocks[string]
             if 0 < free < one:

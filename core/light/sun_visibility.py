@@ -253,14 +253,14 @@ def _set_bits(free, open_points, wanted, chosen, bits):
     """
     bit_words = np.empty(bits.shape[1], np.int64)
     for patch in range(len(free)):
-        is_open = open_points[patch]
         for sun in range(free.shape[1]):
             if not wanted[patch, sun]:
                 continue
-            seen = free[patch, sun]
-            bit_words[:] = 0
-            for point in range(len(is_open)):
-                bit_words[point >> 4] |= np.int64(seen[point] & is_open[point]) << (point & 15)
+            for word in range(len(bit_words)):
+                bit_words[word] = 0
+            for point in range(open_points.shape[1]):
+                seen = free[patch, sun, point] & open_points[patch, point]
+                bit_words[point >> 4] |= np.int64(seen) << (point & 15)
             for word in range(len(bit_words)):
                 bits[chosen[patch], word, sun] = bit_words[word]
 

@@ -178,7 +178,7 @@ def _list_starts(strips, height, gap):
                 starts[count] = start
                 count += 1
     # Strips that a box takes in their whole width hold nothing.
-    kept = 0
+    kept = np.int64(0)  # a plain 0 is a type of its own, for which numba compiles `_sort` again
     for number in range(count):
         blocked = False
         for box in range(first_box, last_box):
@@ -222,7 +222,7 @@ def _free_stretches(strips, low, high, least):
     """
     edges, boxes, (first_edge, last_edge, first_box, last_box), taken, free = strips
     # What an edge or a box takes of the strip, from its leftmost to its rightmost point there.
-    count = 0
+    count = np.int64(0)
     for edge in range(first_edge, last_edge):
         x0, y0, x1, y1 = edges[edge, 0], edges[edge, 1], edges[edge, 2], edges[edge, 3]
         if max(y0, y1) <= low + SLACK or min(y0, y1) >= high - SLACK:

@@ -181,14 +181,16 @@ class PacketTree:
         rays = np.ascontiguousarray(origins.T), np.ascontiguousarray(directions.T)
         hit = np.empty(len(origins), np.int32)
         b1, b2 = np.empty((2, len(origins)), np.float32)
-        packet_loops.trace_closest(self._closest, rays, (hit, b1, b2))
+        room = packet_loops.make_packet(self._width)
+        packet_loops.trace_closest(self._closest, room, rays, (hit, b1, b2))
         return hit, b1, b2
 
     def trace_shadow_rays(self, position, wanted, directions):
         """Which points of patches, (c, m, 3), see the requested suns, (c, s): (c, s, m) bool."""
         free = np.zeros((*wanted.shape, position.shape[1]), bool)
         spread = np.repeat(directions, self._width, axis=1)
-        packet_loops.trace_shadow_rays(self._blocked, position, wanted, spread, free)
+        room = packet_loops.make_packet(self._width)
+        packet_loops.trace_shadow_rays(self._blocked, room, (position, wanted), spread, free)
         return free
 
 

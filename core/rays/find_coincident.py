@@ -151,7 +151,7 @@ def _pairs_in_grid(chosen, grid, size, faces, parallel):
         most = found + MOST_PAIRS
         # Every bucket that the triangle's box touches; of its entries those in another plane or
         # apart fall out by cheap tests first.
-        for place in range(_touch_cells(boxes[one], size, mask, touched)):
+        for place in range(_touch_cells(boxes, one, size, mask, touched)):
             for entry in range(start[touched[place]], start[touched[place] + 1]):
                 other = listed[entry]
                 if found == most or (other <= one and layer[one] == layer[other]):
@@ -258,14 +258,15 @@ def _cell_along(place, size):
 
 
 @njit(nogil=True, cache=True)
-def _touch_cells(box, size, mask, touched):
-    """Write the buckets of the cells that a box touches, each once, into `touched`, and return
+def _touch_cells(boxes, one, size, mask, touched):
+    """Write the buckets of the cells that one of some boxes touches, each once, into `touched`, and return
     their number.
 
     Parameters
     ----------
-    box : (6,) float64
+    boxes : (t, 6) float64
         Low and high corner [m].
+    one : int
     size : float
         Of the cells, no smaller than the box.
     mask : uint64
@@ -274,9 +275,9 @@ def _touch_cells(box, size, mask, touched):
     """
     # All cells between the corners of the box, each bucket once.
     count = 0
-    for x in range(_cell_along(box[0], size), _cell_along(box[3], size) + 1):
-        for y in range(_cell_along(box[1], size), _cell_along(box[4], size) + 1):
-            for z in range(_cell_along(box[2], size), _cell_along(box[5], size) + 1):
+    for x in range(_cell_along(boxes[one, 0], size), _cell_along(boxes[one, 3], size) + 1):
+        for y in range(_cell_along(boxes[one, 1], size), _cell_along(boxes[one, 4], size) + 1):
+            for z in range(_cell_along(boxes[one, 2], size), _cell_along(boxes[one, 5], size) + 1):
                 bucket = _bucket_of_cell(x, y, z, mask)
                 known = False
                 for place in range(count):
@@ -314,13 +315,13 @@ def _fill_buckets(members, boxes, size, buckets):
     # on.
     start = np.zeros(buckets + 1, np.int64)
     for member in members:
-        for place in range(_touch_cells(boxes[member], size, mask, touched)):
+        for place in range(_touch_cells(boxes, member, size, mask, touched)):
             start[touched[place]] += 1
     for bucket in range(buckets):
         start[bucket + 1] += start[bucket]
     listed = np.empty(start[buckets], np.int64)
     for member in members:
-        for place in range(_touch_cells(boxes[member], size, mask, touched)):
+        for place in range(_touch_cells(boxes, member, size, mask, touched)):
             start[touched[place]] -= 1
             listed[start[touched[place]]] = member
     return start, listed

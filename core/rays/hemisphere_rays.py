@@ -88,11 +88,18 @@ def _make_rays(places, shift, sequence, made):
     (start, edges, frames), (origins, directions, cells) = places, made
     samples = sequence.shape[1]
     cosine, sine, last = _table_of_angles(samples)
-    b1, b2, along, across, height = np.empty((5, samples), np.float32)
+    b1, b2 = np.empty(samples, np.float32), np.empty(samples, np.float32)
+    along, across = np.empty(samples, np.float32), np.empty(samples, np.float32)
+    height = np.empty(samples, np.float32)
     for patch in range(len(start)):
         for replicate in range(shift.shape[1]):
             first = replicate * samples
-            mask = shift[patch, replicate]
+            mask = (
+                shift[patch, replicate, 0],
+                shift[patch, replicate, 1],
+                shift[patch, replicate, 2],
+                shift[patch, replicate, 3],
+            )
             # Where each ray starts: the unit square becomes the triangle, areas keep their shares.
             for sample in range(samples):
                 s, t = (
@@ -128,10 +135,11 @@ def _make_rays(places, shift, sequence, made):
                     frames[patch, 1, axis],
                     frames[patch, 2, axis],
                 )
-                to, towards = origins[axis, patch, first:], directions[axis, patch, first:]
                 for sample in range(samples):
-                    to[sample] = corner + b1[sample] * first_edge + b2[sample] * second_edge
-                    towards[sample] = (
+                    origins[axis, patch, first + sample] = (
+                        corner + b1[sample] * first_edge + b2[sample] * second_edge
+                    )
+                    directions[axis, patch, first + sample] = (
                         along[sample] * one + across[sample] * other + height[sample] * up
                     )
             # The cell of the patch in which each ray starts.

@@ -30,32 +30,35 @@ def _call_embree(_, function, valid, scene, packet, arguments):
     return types.void(*[types.intp] * 5), generate
 
 
-@njit(nogil=True, cache=True)
-def aligned(count):
-    """Float32 zeros, aligned to 64 bytes."""
-    whole = np.zeros(count + 16, np.float32)
+def make_packet(width):
+    """Room for a packet of `width` rays, aligned to 64 bytes as Embree wants it: (ROWS · width,)
+    float32, the same memory as int32, and (width,) int32, which rays are valid.
+    """
+    whole = np.zeros((ROWS + 1) * width + 16, np.float32)
     skipped = (-(whole.ctypes.data // 4)) % 16
-    return whole[skipped : skipped + count]
+    packet = whole[skipped : skipped + (ROWS + 1) * width]
+    words = packet.view(np.int32)
+    words[MASK * width : (MASK + 1) * width] = -1
+    return packet, words, words[ROWS * width :]
 
 
 @njit(nogil=True, cache=True)
-def trace_closest(tree, rays, found):
+def trace_closest(tree, room, rays, found):
     """Closest hits of rays.
 
     Parameters
     ----------
     tree : tuple of int
         Addresses of Embree's function, scene and arguments, and the packet width.
+    room : tuple of array
+        Of `make_packet`.
     rays : tuple of (3, n) and (3, n) float32
         Origins and directions.
     found : tuple of (n,) int32, (n,) and (n,) float32
         Output: triangle, -1 for none, and barycentric coordinates of the hit.
     """
     function, scene, arguments, width = tree
-    (origins, directions), (hit, b1, b2) = rays, found
-    packet, valid = aligned(ROWS * width), aligned(width).view(np.int32)
-    words = packet.view(np.int32)
-    words[MASK * width : (MASK + 1) * width] = -1
+    (packet, words, valid), (origins, directions), (hit, b1, b2) = room, rays, found
     count = len(hit)
     for first in range(0, count, width):
         lanes = min(width, count - first)
@@ -78,27 +81,24 @@ def trace_closest(tree, rays, found):
 
 
 @njit(nogil=True, cache=True)
-def trace_shadow_rays(tree, position, wanted, directions, free):
+def trace_shadow_rays(tree, room, asked, directions, free):
     """Which points of each patch see each requested sun.
 
     Where a patch has fewer points than a packet has rays, neighbouring patches share packets.
 
     Parameters
     ----------
-    position : (c, m, 3) float32
-    wanted : (c, s) bool
+    tree, room
+        As of `trace_closest`.
+    asked : tuple of (c, m, 3) float32 and (c, s) bool
+        Points of each patch, and which suns it looks at.
     directions : (s, 3 · width) float32
         Each as three rows of a packet.
     free : (c, s, m) bool
         Output, for requested pairs only.
     """
     function, scene, arguments, width = tree
-    packet, valid = aligned(ROWS * width), aligned(width).view(np.int32)
-    packet.view(np.int32)[MASK * width : (MASK + 1) * width] = -1
-    towards, far = (
-        packet[DIRECTION * width : (DIRECTION + 3) * width],
-        packet[FAR * width : (FAR + 1) * width],
-    )
+    (packet, _, valid), (position, wanted) = room, asked
     point_count = position.shape[1]
     lanes = min(width, point_count)  # of one patch
     together = width // lanes  # patches in a packet
@@ -112,11 +112,11 @@ def trace_shadow_rays(tree, position, wanted, directions, free):
                 if not _choose_lanes(valid, wanted, sun, block):
                     continue
                 for place in range(3 * width):
-                    towards[place] = directions[sun, place]
+                    packet[DIRECTION * width + place] = directions[sun, place]
                 for lane in range(width):
-                    far[lane] = np.inf
+                    packet[FAR * width + lane] = np.inf
                 _call_embree(function, valid.ctypes.data, scene, packet.ctypes.data, arguments)
-                _read_free(far, valid, free, sun, block)
+                _read_free(packet, valid, free, sun, block)
 
 
 @njit(nogil=True, cache=True, inline="always")
@@ -153,10 +153,11 @@ def _choose_lanes(valid, wanted, sun, block):
 
 
 @njit(nogil=True, cache=True, inline="always")
-def _read_free(far, valid, free, sun, block):
-    """Write which of the rays that were traced, whose ends are given, are free."""
+def _read_free(packet, valid, free, sun, block):
+    """Write which of the rays of a packet that were traced are free."""
     patch, members, first, lanes = block
+    far = FAR * len(valid)
     for member in range(members):
         if valid[member * lanes]:
             for lane in range(lanes):
-                free[patch + member, sun, first + lane] = far[member * lanes + lane] > 0
+                free[patch + member, sun, first + lane] = packet[far + member * lanes + lane] > 0

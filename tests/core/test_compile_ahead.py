@@ -36,7 +36,7 @@ def nothing_kept(monkeypatch):
 CALL = """
 import numpy as np
 from citypv.core.energy.strings_in_shade import _keep as loop
-light = np.zeros((1, 1))
+light = np.zeros((1, 1), np.float32)
 hours = np.zeros((1, 1), np.int32), light, light[:, 0]
 loop(np.zeros((1, 3, 1), np.uint8), hours, (light, light, light), (4, 0.1), light)
 print(sum(loop.stats.cache_hits.values()), sum(loop.stats.cache_misses.values()))
