@@ -6,17 +6,12 @@ Read first: write_tables.py.
 """
 
 DOORS = (
-    "colour_map.DIVERGING",
+    "colour_map.ColourScale",
     "colour_map.GROUND",
-    "colour_map.MAPS",
-    "colour_map.MISSING",
     "colour_map.MODULES",
     "colour_map.choose_range",
     "colour_map.linear_light",
-    "colour_map.mix_stops",
     "colour_map.srgb_colour",
-    "colour_map.srgb_light",
-    "colour_map.tick_step",
     "columns.COLUMNS",
     "columns.Column",
     "columns.write_table",

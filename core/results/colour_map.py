@@ -1,6 +1,10 @@
 """Colour maps: stops, rounded ranges, ticks and interpolation."""
 
+from dataclasses import dataclass, field
+
 import numpy as np
+
+from ..settings.errors import show_number
 
 # Perceptually uniform maps, sRGB at 17 equal steps from low to high: viridis and inferno by S. van
 # der Walt and N. Smith (CC0), cividis by Nuñez, Anderton and Renslow (2018),
@@ -62,6 +66,75 @@ def tick_step(low, high):
     return float(
         power * max(factor for factor in (1, 2, 5) if factor * power <= span / 4 * (1 + 1e-9))
     )
+
+
+@dataclass
+class ColourScale:
+    """Mapping from values to colours, with what a legend writes beside it."""
+
+    name: str  # of what is shown
+    title: str
+    unit: str  # "" if it has none
+    low: float
+    high: float
+    stops: np.ndarray  # (k, 3) sRGB in 0–1, equally spaced from low to high, or one per class
+    # names of the codes 0, 1, …; empty for a continuous scale
+    classes: list = field(default_factory=list)
+
+    @staticmethod
+    def of_map(name, title, unit, ends, colour_map):
+        """Scale from one value to another, by a name of `MAPS`; without, of differences."""
+        stops = _read_stops((MAPS[colour_map] if colour_map else DIVERGING).split())
+        return ColourScale(name, title, unit, *ends, stops)
+
+    @staticmethod
+    def of_classes(name, title, colours):
+        """Scale of codes from 0 on, by the colour of each class: dict of str to str."""
+        stops = _read_stops(colours.values())
+        return ColourScale(name, title, "", -0.5, len(stops) - 0.5, stops, list(colours))
+
+    def heading(self):
+        """Title with its unit."""
+        return f"{self.title} [{self.unit}]" if self.unit else self.title
+
+    @property
+    def ticks(self):
+        """Values labelled beside the bar, (j,): multiples of the step within the range; none for
+        classes.
+        """
+        step = tick_step(self.low, self.high)
+        ends = np.ceil(self.low / step - 1e-6), np.floor(self.high / step + 1e-6) + 1
+        return np.empty(0) if self.classes else np.arange(*ends) * step
+
+    def labels(self):
+        """What is written beside the bar, with its place as a share of the bar's length: list of
+        (float, str).
+        """
+        if self.classes:
+            return [
+                ((code + 0.5) / len(self.classes), name) for code, name in enumerate(self.classes)
+            ]
+        shares = (self.ticks - self.low) / (self.high - self.low)
+        decimals = max(0, int(-np.floor(np.log10(tick_step(self.low, self.high)) + 1e-9)))
+        return [
+            (share, show_number(tick, decimals))
+            for share, tick in zip(shares, self.ticks, strict=True)
+        ]
+
+    def colours(self, values):
+        """Colours of values: (f,) → (f, 3) sRGB in 0–1; `MISSING` if a value is NaN."""
+        place = (np.asarray(values, dtype=float) - self.low) / (self.high - self.low)
+        colours, count = np.tile(srgb_colour(MISSING), (len(place), 1)), len(self.stops)
+        known = np.isfinite(place)
+        place = np.clip(place[known], 0, 1)
+        of_class = self.stops[np.minimum((place * count).astype(int), count - 1)]
+        colours[known] = of_class if self.classes else srgb_light(mix_stops(self.stops, place))
+        return colours
+
+
+def _read_stops(texts):
+    """Colours written as six hexadecimal digits: (k, 3) sRGB in 0–1."""
+    return np.array([srgb_colour(text) for text in texts])
 
 
 def mix_stops(stops, place):

@@ -55,7 +55,6 @@ DOORS = (
     "run_step.OfCity",
     "run_step.Step",
     "run_step.leave_edit_mode",
-    "run_step.leave_step",
     "run_step.list_views",
     "run_step.redraw_panels",
     "run_step.refuse",

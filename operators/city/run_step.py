@@ -232,18 +232,18 @@ class Step:
             redraw_panels(context, views=True)
 
     def _leave(self, context):
-        leave_step(context)
+        self.forget_running(context)
         redraw_panels(context)
 
-
-def leave_step(context):
-    """Forget the running step, if there is one: as its work has ended, or as Blender no longer
-    calls its operators.
-    """
-    if Step.current is not None:
-        context.window_manager.event_timer_remove(Step.timer)
-        context.workspace.status_text_set(None)
-    Step.current = Step.timer = None
+    @staticmethod
+    def forget_running(context):
+        """Forget the running step, if there is one: as its work has ended, or as Blender no longer
+        calls its operators.
+        """
+        if Step.current is not None:
+            context.window_manager.event_timer_remove(Step.timer)
+            context.workspace.status_text_set(None)
+        Step.current = Step.timer = None
 
 
 def _read_option(value):

@@ -13,7 +13,7 @@ from ..city.build_meshes import remove_objects, renew_holders
 from ..city.keep_transfer import keep_transfers
 from ..city.keys import Key
 from ..city.read_settings import read_settings
-from ..city.run_step import Step, leave_step
+from ..city.run_step import Step
 from ..show.colour_user_meshes import draw_as_before
 from ..show.show_city import match_view
 from ..show.show_modules import find_modules
@@ -179,7 +179,7 @@ def stop_watching():
     """Remove the handlers; what runs ends at its next report, and nobody hears of it."""
     if Step.current is not None:
         Step.current.cancel(drop=True)
-    leave_step(bpy.context)
+    Step.forget_running(bpy.context)
     if bpy.app.timers.is_registered(watch):
         bpy.app.timers.unregister(watch)
     for name, follow in _HANDLERS:

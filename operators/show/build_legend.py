@@ -11,7 +11,7 @@ from ..city.attributes import CHANGE, RESULTS
 from ..city.build_meshes import remove_objects
 from ..city.edit_marks import describe_edit
 from ..city.keys import Key
-from .colour_faces import MATERIAL, colours_of_values, linear_colour, start_emission, write_colours
+from .colour_faces import MATERIAL, linear_colour, start_emission, write_colours
 
 DISTANCE = 1.0  # of the legend's plane in front of the camera [m]
 # property of the city, by owner of the attribute
@@ -57,7 +57,7 @@ def build_legend(scene, camera, scale, note="", *, name="CityPV legend"):
         BAR_WIDTH * edges, BAR_HEIGHT, (LEFT, BAR_BOTTOM), bpy.data.materials[MATERIAL]
     )
     middles = scale.low + (edges[:-1] + edges[1:]) / 2 * (scale.high - scale.low)
-    write_colours(bar, colours_of_values(scale, middles))
+    write_colours(bar, scale.colours(middles))
     for share, text in scale.labels():
         place = LEFT + BAR_WIDTH * share
         if not scale.classes:

@@ -2,29 +2,15 @@
 show it exactly.
 """
 
-from dataclasses import dataclass, field
-
 import bpy
 import numpy as np
 
-from ...core.results.colour_map import (
-    DIVERGING,
-    GROUND,
-    MAPS,
-    MISSING,
-    choose_range,
-    linear_light,
-    mix_stops,
-    srgb_colour,
-    srgb_light,
-    tick_step,
-)
-from ...core.settings.errors import InputError, show_number
+from ...core.results.colour_map import GROUND, ColourScale, choose_range, linear_light, srgb_colour
+from ...core.settings.errors import InputError
 from ..city.attributes import (
     CHANGE,
     CHANGE_ERROR,
     CODES,
-    PREFIX,
     RESULTS,
     TITLES,
     read_array,
@@ -58,40 +44,6 @@ CLASS_COLOURS = {
 }
 
 
-@dataclass
-class _ColourScale:
-    """Mapping from values of one attribute to colours."""
-
-    attribute: str  # name without prefix
-    title: str
-    unit: str  # "" if it has none
-    low: float
-    high: float
-    stops: np.ndarray  # (k, 3) sRGB in 0–1, equally spaced from low to high, or one per class
-    ticks: np.ndarray  # (j,) values labelled beside the bar; empty for classes
-    # names of the codes 0, 1, …; empty for a continuous scale
-    classes: list = field(default_factory=list)
-
-    def heading(self):
-        """Title with its unit."""
-        return f"{self.title} [{self.unit}]" if self.unit else self.title
-
-    def labels(self):
-        """What is written beside the bar, with its place as a share of the bar's length: list of
-        (float, str).
-        """
-        if self.classes:
-            return [
-                ((code + 0.5) / len(self.classes), name) for code, name in enumerate(self.classes)
-            ]
-        shares = (self.ticks - self.low) / (self.high - self.low)
-        decimals = max(0, int(-np.floor(np.log10(tick_step(self.low, self.high)) + 1e-9)))
-        return [
-            (share, show_number(tick, decimals))
-            for share, tick in zip(shares, self.ticks, strict=True)
-        ]
-
-
 def build_scale(attribute, low=0.0, high=1.0, colour_map="viridis"):
     """Build the scale of an attribute.
 
@@ -106,33 +58,15 @@ def build_scale(attribute, low=0.0, high=1.0, colour_map="viridis"):
 
     Returns
     -------
-    ColourScale
+    core.results.colour_map.ColourScale
     """
     if attribute in CODES:
         names = sorted(CODES[attribute], key=CODES[attribute].get)
-        stops = np.array([srgb_colour(CLASS_COLOURS[attribute][name]) for name in names])
-        return _ColourScale(
-            attribute, TITLES[attribute], "", -0.5, len(names) - 0.5, stops, np.empty(0), names
-        )
-    chosen = DIVERGING if attribute.startswith(CHANGE) else MAPS[colour_map]
-    stops = np.array([srgb_colour(text) for text in chosen.split()])
-    step = tick_step(low, high)
-    # Ticks are the multiples of the step within the range.
-    ticks = np.arange(np.ceil(low / step - 1e-6), np.floor(high / step + 1e-6) + 1) * step
-    return _ColourScale(
-        attribute, TITLES[attribute], RESULTS[attribute].legend_unit, low, high, stops, ticks
-    )
-
-
-def colours_of_values(scale, values):
-    """Colours of values: (f,) → (f, 3) sRGB in 0–1; `MISSING` if a value is NaN."""
-    place = (np.asarray(values, dtype=float) - scale.low) / (scale.high - scale.low)
-    colours, count = np.tile(srgb_colour(MISSING), (len(place), 1)), len(scale.stops)
-    known = np.isfinite(place)
-    place = np.clip(place[known], 0, 1)
-    of_class = scale.stops[np.minimum((place * count).astype(int), count - 1)]
-    colours[known] = of_class if scale.classes else srgb_light(mix_stops(scale.stops, place))
-    return colours
+        colours = {name: CLASS_COLOURS[attribute][name] for name in names}
+        return ColourScale.of_classes(attribute, TITLES[attribute], colours)
+    colour_map = "" if attribute.startswith(CHANGE) else colour_map
+    unit = RESULTS[attribute].legend_unit
+    return ColourScale.of_map(attribute, TITLES[attribute], unit, (low, high), colour_map)
 
 
 def linear_colour(text):
@@ -197,8 +131,11 @@ def colour_faces(city, ground, attribute, ends=None, colour_map="viridis"):
     # Colours of faces, and the scale that the legend shows.
     scale = build_scale(attribute, *(ends or ()), colour_map=colour_map)
     paint_mesh(city.data, values, scale)
-    for key in ("attribute", "low", "high"):
-        city[f"{PREFIX}colour_{key}"] = getattr(scale, key)
+    city[Key.COLOUR_ATTRIBUTE], city[Key.COLOUR_LOW], city[Key.COLOUR_HIGH] = (
+        scale.name,
+        scale.low,
+        scale.high,
+    )
     city[Key.COLOUR_MAP] = colour_map
     if ground is not None:
         # Neutral grey with ambient occlusion, so that narrow streets and courtyards appear darker.
@@ -219,7 +156,7 @@ def paint_mesh(mesh, values, scale):
     attribute = nodes.new("ShaderNodeAttribute")
     attribute.attribute_type, attribute.attribute_name = "GEOMETRY", Key.COLOUR
     links.new(attribute.outputs["Color"], colour)
-    write_colours(mesh, colours_of_values(scale, values))
+    write_colours(mesh, scale.colours(values))
 
 
 def read_scale(city):

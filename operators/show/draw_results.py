@@ -178,7 +178,7 @@ def stage_picture(context, view="overview"):
         camera = copy_view(stage, space.region_3d, region.width, region.height, 10 * space.clip_end)
     # Legend and background, as for any picture.
     scale = read_scale(city)
-    build_legend(stage, camera, scale, note_of(city, scale.attribute))
+    build_legend(stage, camera, scale, note_of(city, scale.name))
     set_background(stage)
     show_exact_colours(stage)
     _prepare_render(stage)

@@ -16,7 +16,7 @@ from ..city.keys import Key
 from ..city.session import find_city
 from ..city.source_objects import is_in_place, is_seen
 from .build_legend import note_of
-from .colour_faces import colours_of_values, read_scale
+from .colour_faces import read_scale
 from .probe_faces import CURVES, read_charts
 from .select_faces import read_selection
 
@@ -60,7 +60,7 @@ def _draw_legend():
     # The legend and what is left of it take 600 pixels.
     pixel = max(_fit_width(600), SMALLEST) * whole
     blf.size(0, 11 * pixel)
-    lines = textwrap.wrap(note_of(city, scale.attribute), LETTERS_OF_NOTE) or [""]
+    lines = textwrap.wrap(note_of(city, scale.name), LETTERS_OF_NOTE) or [""]
     # Above Blender's box with the last operator; the note's last line is always at the same height.
     deep = (46 + LINE * (len(lines) - 1)) * pixel  # from the colour bar to the lower edge
     left, bottom, width, height = 76 * whole, 46 * pixel + deep, 440 * pixel, 16 * pixel
@@ -83,9 +83,7 @@ def _draw_legend():
     )
     edges = np.linspace(left, left + width, len(values) + 1).tolist()
     points = [(x, y) for ends in pairwise(edges) for x in ends for y in (bottom, bottom + height)]
-    colours = [
-        (*colour, 1.0) for colour in colours_of_values(scale, values).tolist() for _ in range(4)
-    ]
+    colours = [(*colour, 1.0) for colour in scale.colours(values).tolist() for _ in range(4)]
     shader = gpu.shader.from_builtin("SMOOTH_COLOR")
     batch_for_shader(shader, "TRI_STRIP", {"pos": points, "color": colours}).draw(shader)
 

@@ -153,11 +153,11 @@ def _show_before(item, *, visible, scale=None):
         return
     across = [corner[0] for corner in item.bound_box]
     item.location.x = 1.1 * (min(across) - max(across))
-    name = None if scale is None else scale.attribute.removeprefix(CHANGE)
+    name = None if scale is None else scale.name.removeprefix(CHANGE)
     values = read_face_attribute(item.data, name) if name else None
     if values is None:
         return
-    if name != scale.attribute:
+    if name != scale.name:
         low, high = (
             np.nanpercentile(values, [2, 98]).tolist() if np.isfinite(values).any() else (0.0, 1.0)
         )

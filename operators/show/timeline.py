@@ -16,7 +16,7 @@ from ..city.panel import ResultPanel
 from ..city.run_step import Action, Step
 from ..city.session import Session, find_city
 from ..city.source_objects import is_in_place
-from .colour_faces import colours_of_values, read_scale, start_nodes, write_colours
+from .colour_faces import read_scale, start_nodes, write_colours
 from .colour_user_meshes import colour_user_meshes
 from .show_result import has_result, show_result
 
@@ -164,7 +164,7 @@ def _show_moment(stage):
     if shown in TIMED:
         write_colours(
             city.data,
-            colours_of_values(read_scale(city), attributes.read_face_attribute(city.data, shown)),
+            read_scale(city).colours(attributes.read_face_attribute(city.data, shown)),
         )
         if is_in_place(city) and city.get(Key.WORN):
             colour_user_meshes(city)

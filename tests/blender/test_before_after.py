@@ -11,7 +11,7 @@ from citypv.core.results.colour_map import DIVERGING, MISSING, srgb_colour
 from citypv.operators.city.attributes import read_face_attribute, write_face_attribute
 from citypv.operators.city.session import Session, find_city, list_cities
 from citypv.operators.run.compare_results import percent_of, read_comparison
-from citypv.operators.show.colour_faces import colour_faces, colours_of_values, read_scale
+from citypv.operators.show.colour_faces import colour_faces, read_scale
 from citypv.operators.show.show_result import find_before
 
 HOURS, CHANGE = "full_load_hours", "change_of_full_load_hours"
@@ -182,7 +182,7 @@ def test_before_is_kept_in_the_file_and_shown_beside_the_city(addon, city_file, 
     # Both in one scale: equal values have equal colours.
     stage.citypv.attribute = HOURS
     first = [colours_of(item.data) for item in (before, city)]
-    expected = colours_of_values(read_scale(city), then)
+    expected = read_scale(city).colours(then)
     np.testing.assert_allclose(first[0][::3], expected, atol=0.01)
     assert not np.array_equal(*first)
     stage.citypv_seeing.side_by_side = False

@@ -33,7 +33,6 @@ from citypv.operators.show.colour_faces import (
     CLASS_COLOURS,
     build_scale,
     colour_faces,
-    colours_of_values,
     read_scale,
 )
 from citypv.operators.show.draw_results import draw_results
@@ -66,7 +65,7 @@ def test_a_range_follows_area_not_the_number_of_faces():
 def test_maps_rise_evenly_in_lightness(name):
     """CIE L* of every map rises in near-equal steps, else equal differences do not look equal."""
     scale = build_scale("full_load_hours", 0.0, 1.0, name)
-    colours = colours_of_values(scale, np.linspace(0, 1, 101))
+    colours = scale.colours(np.linspace(0, 1, 101))
     linear = np.where(colours <= 0.04045, colours / 12.92, ((colours + 0.055) / 1.055) ** 2.4)
     luminance = linear @ [0.2126, 0.7152, 0.0722]
     lightness = np.where(luminance > 0.008856, 116 * np.cbrt(luminance) - 16, 903.3 * luminance)
@@ -82,7 +81,7 @@ def test_the_map_of_differences_is_even_and_neutral_at_zero():
     same at ±x.
     """
     scale = build_scale("change_of_full_load_hours", -1.0, 1.0)
-    linear = linear_light(colours_of_values(scale, np.linspace(-1, 1, 17)))
+    linear = linear_light(scale.colours(np.linspace(-1, 1, 17)))
     tristimulus = linear @ np.array(
         [[0.4124, 0.2126, 0.0193], [0.3576, 0.7152, 0.1192], [0.1805, 0.0722, 0.9505]]
     )
@@ -96,14 +95,14 @@ def test_the_map_of_differences_is_even_and_neutral_at_zero():
 
 def test_values_at_the_ends_beyond_and_missing():
     scale = build_scale("full_load_hours", 200.0, 1200.0)
-    found = colours_of_values(scale, np.array([200.0, -5.0, 1200.0, 9999.0, 700.0, np.nan]))
+    found = scale.colours(np.array([200.0, -5.0, 1200.0, 9999.0, 700.0, np.nan]))
     expected = ["440154", "440154", "fde725", "fde725", "21918c", MISSING]
     np.testing.assert_allclose(found, [srgb_colour(text) for text in expected], atol=1e-9)
 
 
 def test_codes_get_the_colour_of_their_class():
     scale = build_scale("kind")
-    found = colours_of_values(scale, np.array(list(CODES["kind"].values())))
+    found = scale.colours(np.array(list(CODES["kind"].values())))
     np.testing.assert_allclose(
         found, [srgb_colour(text) for text in CLASS_COLOURS["kind"].values()]
     )
@@ -114,7 +113,7 @@ def test_the_solid_view_shows_the_same_colours(shown):
     scale = colour_faces(city, ground, "full_load_hours")
     values = read_face_attribute(city.data, "full_load_hours")
     for item, expected in (
-        (city, colours_of_values(scale, values)),
+        (city, scale.colours(values)),
         (ground, srgb_colour(GROUND)[None]),
     ):
         found = colours_of(item.data).reshape(len(item.data.polygons), 3, 3)
@@ -187,7 +186,7 @@ def test_the_picture_shows_faces_and_legend_in_the_colours_of_their_values(
         hit, _, _, face, item, _ = stage.ray_cast(graph, eye, ray.normalized())
         if hit and item.name == "City" and face == polygon.index:
             place = world_to_camera_view(stage, stage.camera, polygon.center)
-            expected = colours_of_values(scale, values[face : face + 1])[0]
+            expected = scale.colours(values[face : face + 1])[0]
             found = pixels[int(place.y * height), int(place.x * width)]
             np.testing.assert_allclose(found, expected, atol=2 / 255, err_msg=f"face {face}")
             seen.add(round(float(values[face]), 3))
@@ -195,7 +194,7 @@ def test_the_picture_shows_faces_and_legend_in_the_colours_of_their_values(
     row = int((BAR_BOTTOM + BAR_HEIGHT / 2) * height)
     columns = np.arange(int(LEFT * height) + 3, int((LEFT + BAR_WIDTH) * height) - 3)
     share = ((columns + 0.5) / height - LEFT) / BAR_WIDTH
-    expected = colours_of_values(scale, scale.low + share * (scale.high - scale.low))
+    expected = scale.colours(scale.low + share * (scale.high - scale.low))
     np.testing.assert_allclose(pixels[row, columns], expected, atol=4 / 255)
     # Text and ticks are dark on the bright sky: title above the bar, numbers below it, the note at
     # the right.

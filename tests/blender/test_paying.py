@@ -10,7 +10,7 @@ from citypv.core.results.colour_map import MISSING, srgb_colour
 from citypv.operators.city.attributes import read_face_attribute
 from citypv.operators.city.read_settings import state_of_step
 from citypv.operators.run.compare_results import read_comparison
-from citypv.operators.show.colour_faces import colours_of_values, read_scale
+from citypv.operators.show.colour_faces import read_scale
 from citypv.operators.show.probe_faces import hit_face
 from citypv.operators.show.show_modules import find_modules
 
@@ -36,7 +36,7 @@ def test_least_hours_act_at_once(addon, city_file, tmp_path):
     np.testing.assert_allclose(shown, np.where(pays, hours, np.nan)[surface], rtol=1e-6)
     scale = read_scale(city)
     assert scale.low < np.nanmin(shown) and scale.high >= np.nanmax(shown)  # of all modules
-    colours = colours_of_values(scale, shown)
+    colours = scale.colours(shown)
     grey = (colours == srgb_colour(MISSING)).all(axis=1)
     assert (grey == ~pays[surface]).all() and 0 < grey.sum() < len(grey)
     # Sums are those of what stays, by hand; the light is what it was.
