@@ -25,7 +25,7 @@ REASONS = {  # why a surface carries no modules: key in tables, words; the first
     "racks": "racks stand on it and count in its place",
     "covered": "more than half covered by a neighbour, inside a building, or below the ground",
     "no-room": "more than half covered, or with another face too close before it",
-    "small": f"smaller than {SMALLEST_ELIGIBLE_AREA:g} m²",
+    "small": "smaller than 6.25 m²",
     "direction": "steep, or more than 30° off north, east, south and west",
     "twin": "drawn twice",
     "usable": "of it nothing is usable (--usable, --facades)",

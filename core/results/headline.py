@@ -5,7 +5,8 @@ one sentence.
 import math
 from html import escape
 
-from .describe_run import has_losses, percent
+from .describe_errors import percent
+from .describe_run import has_losses
 from .words import number, say
 
 YEARS = 8  # [%] by which a year differs from the mean of many at most, as in `OF_RECORDS`

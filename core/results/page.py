@@ -56,7 +56,7 @@ def _hash_source(text):
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode('utf-8')).digest()).decode('ascii')}'"
 
 
-def table(head, rows, *, numbers=()):
+def table(head, rows, *, numbers=(), english=()):
     """A table of text.
 
     Parameters
@@ -66,14 +66,17 @@ def table(head, rows, *, numbers=()):
     rows : iterable of sequence of str
     numbers : collection of int
         Columns that are set to the right.
+    english : collection of int
+        Columns whose cells are English in any language: what runs wrote, and names of settings.
 
     Returns
     -------
     str
     """
-    side = [
-        ' class="number"' if column in numbers else ""
-        for column in range(1000 if not head else len(head))
+    columns = range(1000 if not head else len(head))
+    side = [' class="number"' if column in numbers else "" for column in columns]
+    tongue = [
+        ' lang="en"' if column in english and spoken()[0] != "en" else "" for column in columns
     ]
     lines = ['<div class="wide" tabindex="0"><table>']
     if head:
@@ -85,7 +88,8 @@ def table(head, rows, *, numbers=()):
     lines.append("<tbody>")
     for row in rows:
         cells = "".join(
-            f"<td{look}>{escape(str(text))}</td>" for text, look in zip(row, side, strict=False)
+            f"<td{look}{own}>{escape(str(text))}</td>"
+            for text, look, own in zip(row, side, tongue, strict=False)
         )
         lines.append(f"<tr>{cells}</tr>")
     return "\n".join([*lines, "</tbody></table></div>"])

@@ -12,21 +12,19 @@ from pathlib import Path
 from ..city.classify import PAPER
 from ..settings.version import __version__
 from .charts import draw_histograms, tabulate_heat
+from .describe_errors import LIMITS, SPREAD, list_errors, summarise_errors
 from .describe_run import (
-    LIMITS,
-    SPREAD,
     attributions_of,
     describe_assumptions,
     describe_edge,
+    describe_findings,
     describe_input,
     describe_left_out,
     describe_poor_years,
     describe_strings,
     describe_windows,
     has_losses,
-    list_errors,
     list_settings,
-    summarise_errors,
 )
 from .group_sums import compose_sums
 from .headline import compose_headline
@@ -124,7 +122,7 @@ def describe_origin(summary, written, attribution):
     """
     words = [
         say("Results of {date}.", date=f"{written:%Y-%m-%d}"),
-        say("Weather: {label}.", label=summary["weather"]["label"]),
+        say("Weather: {label}.", label=say(summary["weather"]["label"])),
     ]
     if attribution:
         words.append(say("City model: {source}.", source=attribution.rstrip(".")))
@@ -176,14 +174,22 @@ def _compose_body(results, view, tables, sums):
             compose_errors(summary),
             section(
                 say("What was read"),
-                fold(say("Files, place and findings"), table((), _without_data(summary))),
+                fold(
+                    say("Files, place and findings"),
+                    table((), describe_input(summary))
+                    + table((), describe_findings(summary), english=(1,)),
+                ),
             ),
             section(
                 say("What was assumed"),
                 table((), describe_assumptions(summary)),
                 fold(
                     say("Every setting of the run"),
-                    table((say("Setting"), say("Option"), say("Value")), list_settings(summary)),
+                    table(
+                        (say("Setting"), say("Option"), say("Value")),
+                        list_settings(summary),
+                        english=(0, 1, 2),
+                    ),
                 ),
             ),
             paragraph(
@@ -196,11 +202,6 @@ def _compose_body(results, view, tables, sums):
             ),
         ]
     )
-
-
-def _without_data(summary):
-    """What was read, but the attribution, which stands below the heading: list of (str, str)."""
-    return [row for row in describe_input(summary) if row[0] != "Data"]
 
 
 def compose_errors(summary):

@@ -21,7 +21,8 @@ from thorough import mark_cases
 from citypv.core.commands.command_line import main
 from citypv.core.results import draw_plan as plan
 from citypv.core.results.charts import draw_histograms, style_of_heat, tabulate_heat
-from citypv.core.results.describe_run import describe_poor_years, summarise_errors
+from citypv.core.results.describe_errors import summarise_errors
+from citypv.core.results.describe_run import describe_poor_years
 from citypv.core.results.draw_sun_path import day_path, draw_sun_path, hour_curves
 from citypv.core.results.page import table
 from citypv.core.results.read_results import read_results, select_mounted, tabulate_histograms
