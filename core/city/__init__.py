@@ -60,6 +60,7 @@ DOORS = (
     "name_crs.choose_crs",
     "outline_triangles.outline_triangles",
     "plan_geometry.draw_outlines",
+    "plan_geometry.join_triangles",
     "polygons.drop_unused",
     "polygons.measure_rings",
     "polygons.number_connected",

@@ -12,6 +12,8 @@ It says nothing of what stands outside: a city may end there, or only its file.
 import numpy as np
 import shapely
 
+from .plan_geometry import join_triangles
+
 FURTHEST = 100.0  # [m] further away the edge takes next to nothing
 NEAREST = 25.0  # [m] at the rim
 
@@ -50,11 +52,15 @@ def measure_edge_distance(scene):
     shapely.prepare(area)
     # Rays start a little inside, as the facades at the rim lie on the outline themselves.
     ends = np.stack([middles - 0.1 * directions, middles + (FURTHEST + 1) * directions], axis=1)
-    inside = shapely.intersection(shapely.linestrings(ends), area)
+    rays = shapely.linestrings(ends)
+    leaves = np.flatnonzero(~shapely.covers(area, rays))
+    inside = shapely.intersection(rays[leaves], area)
     parts, ray = shapely.get_parts(inside, return_index=True)
+    ray = leaves[ray]
     # The first part, which begins where the ray does.
     begins = shapely.distance(parts, shapely.points(ends[ray, 0])) < 0.01
-    length = np.zeros(len(rows))
+    length = np.full(len(rows), np.inf)
+    length[leaves] = 0.0
     length[ray[begins]] = shapely.length(parts[begins])
     distance = np.maximum(length - 0.1, 0.0)
     rim = np.unique(building[rows[distance < NEAREST]])
@@ -87,7 +93,9 @@ def _built_area(scene, built, *, closed_width=50.0):
     roofs = built & (scene.surfaces.normal[:, 2] > 0.1)
     own = np.flatnonzero(scene.triangle_surface >= 0)
     own = own[roofs[scene.triangle_surface[own]]]
-    footprints = shapely.union_all(shapely.polygons(scene.vertices[scene.triangles[own]][:, :, :2]))
+    triangles = shapely.polygons(scene.vertices[scene.triangles[own]][:, :, :2])
+    # Roof by roof first, which takes a third of the time of all triangles at once.
+    footprints = shapely.union_all(join_triangles(triangles, scene.triangle_surface[own])[1])
     # Parts are widened one by one, which takes a seventh of the time of all at once.
     # Streets and squares of up to twice this width belong to the built area [m].
     widened = shapely.union_all(shapely.buffer(shapely.get_parts(footprints), closed_width))

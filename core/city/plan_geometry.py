@@ -115,3 +115,26 @@ def draw_outlines(shape, chosen, origin, axes):
     broken = ~shapely.is_valid(outlines)
     outlines[broken] = shapely.make_valid(outlines[broken])
     return outlines
+
+
+def join_triangles(triangles, group):
+    """Unions of the triangles, (t,) shapely polygons, of each group, (t,) int: groups, (g,) int, and
+    their shapes.
+    """
+    order = np.argsort(group, kind="stable")
+    names, first = np.unique(group[order], return_index=True)
+    pieces = np.split(triangles[order], first[1:]) if len(names) else []
+    return names, np.array([_join_pieces(own) for own in pieces], object)
+
+
+def _join_pieces(triangles):
+    """Union of triangles, by the edges that they share; where some overlap, as on a bent surface,
+    by all crossings.
+    """
+    try:
+        joined, area = shapely.coverage_union_all(triangles), shapely.area(triangles).sum()
+    except shapely.errors.GEOSException:  # where edges meet only to rounding
+        return shapely.union_all(triangles, grid_size=GEOMETRY.corner)
+    if shapely.is_valid(joined) and abs(shapely.area(joined) - area) <= GEOMETRY.tie * area:
+        return joined
+    return shapely.union_all(triangles, grid_size=GEOMETRY.corner)

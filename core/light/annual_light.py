@@ -50,7 +50,18 @@ class Annual:
     nets: list = field(default_factory=list)  # of Net, of these; empty after the first round
 
 
-def sum_suns(context, traced, watch, by_point, suns):
+def light_unshaded(patches, suns, threads):
+    """Light of some suns, a SunBlock, on patches if nothing stood in the way: (p,) float64."""
+    (directions, weights), normal = suns, patches.normal
+    facing = work_in_slices(
+        lambda rows: projection_in_front(normal[rows], directions).astype(float) @ weights,
+        len(normal),
+        threads,
+    )
+    return np.concatenate([np.zeros(0), *facing])
+
+
+def sum_suns(context, traced, watch, by_point, suns, *, unshaded):
     """Annual light.
 
     Parameters
@@ -62,6 +73,8 @@ def sum_suns(context, traced, watch, by_point, suns):
         Light at the points that this looked from. Set to 0 where it does not count.
     suns : SunBlock
         All that are in it.
+    unshaded : (p,) float64
+        Of `light_unshaded`.
 
     Returns
     -------
@@ -69,14 +82,7 @@ def sum_suns(context, traced, watch, by_point, suns):
     """
     # Light of all suns of a year: of points, elements and patches, with its variance, and what
     # level ground passes on.
-    (directions, weights), normal = suns, context.patches.normal
-    facing = work_in_slices(
-        lambda rows: projection_in_front(normal[rows], directions).astype(float) @ weights,
-        len(normal),
-        context.threads,
-    )
-    # unshaded  light of a year on each patch if nothing stood in the way.
-    unshaded = np.concatenate([np.zeros(0), *facing])
+    directions, weights = suns
     # Elements get the light of the point that stands for each, with its error.
     elements, spread = np.zeros((2, len(by_point), context.elements), np.float32)
     if context.bounces and watch.points is not None:

@@ -22,7 +22,7 @@ from ..settings.errors import InputError
 from ..settings.progress import Clock, silent
 from ..settings.threads import map_in_order
 from ..sky.horizon import without_hidden
-from .annual_light import solve_annual, sum_suns
+from .annual_light import light_unshaded, solve_annual, sum_suns
 from .change_modules import change_losses, lay_changed
 from .change_rays import find_changed_rows, find_shadowed
 from .change_suns import Edit, change_suns, with_first_days
@@ -340,14 +340,17 @@ def _sum_annual(edit, state):
     # Of light that is left out the sums of before do not hold what elements pass on.
     watch, rows = task.watch, np.flatnonzero(edit.touched | (context.left_out != 0))
     by_point = np.zeros((len(edit.touched), context.points), np.float32)
-    known = edit.state_before(state).direct.annual.by_point
-    by_point[: len(known)] = known
+    known = edit.state_before(state).direct.annual
+    by_point[: len(known.by_point)] = known.by_point
     weight = weigh_points(watch)
     block = block_of_suns(task.suns, slice(None))
     points = KnownPoints(*(part[rows] for part in watch.points))
     shadows = Shadows(task.bits[state][rows], points, weight[rows], 0)
     by_point[rows] = shadows.light_of_points(context.patches.normal[rows], block, context.threads)
-    return sum_suns(context, edit.traced[state], watch, by_point, block)
+    # What stands before a patch changes, not how it faces the suns.
+    new = context.patches.take(np.arange(len(known.unshaded), len(by_point)))
+    unshaded = np.append(known.unshaded, light_unshaded(new, block, context.threads))
+    return sum_suns(context, edit.traced[state], watch, by_point, block, unshaded=unshaded)
 
 
 def _find_cramped(old, context, scene, asked):

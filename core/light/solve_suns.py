@@ -8,7 +8,7 @@ import numpy as np
 
 from ..settings.progress import CancelledError
 from ..sun.suns import Suns
-from .annual_light import Annual, sum_suns
+from .annual_light import Annual, light_unshaded, sum_suns
 from .form_factor_products import multiply_visible
 from .shadow_points import WORD
 from .solve_radiosity import radiosity_factor, reflection_of, sum_reflections
@@ -254,8 +254,10 @@ def solve_suns(context, traced, task, hooks, *, folder=None):
         sums, weights = sums / whole, weights / whole
         for light in lights_of_states:
             light.specular = light.specular / whole
+    part = SunBlock(directions, weights)
+    unshaded = light_unshaded(context.patches, part, context.threads)
     for light, one, by_point in zip(lights_of_states, traced, sums, strict=True):
-        light.annual = sum_suns(context, one, task.watch, by_point, SunBlock(directions, weights))
+        light.annual = sum_suns(context, one, task.watch, by_point, part, unshaded=unshaded)
     return lights_of_states
 
 

@@ -10,6 +10,7 @@ import shapely
 
 from ..city.city import starts_of
 from ..city.grid_cells import Outlines
+from ..city.plan_geometry import join_triangles
 from ..city.polygons import plane_axes
 from ..patches.cover_cells import unpack_cells
 from ..rays.hemisphere_rays import CELL_DIVISIONS
@@ -93,25 +94,9 @@ def outline_taken(scene, covered, cramped, shares, *, most=0.5):
         places = np.einsum("mcw,mwj->mcj", weights[cell], corners[patch])
         triangles = shapely.polygons(GEOMETRY.corner * np.rint(places / GEOMETRY.corner))
         kept = np.flatnonzero(shapely.area(triangles) > 0)
-        kept = kept[np.argsort(surface[patch[kept]], kind="stable")]
-        names, first = np.unique(surface[patch[kept]], return_index=True)
-        shapes = np.split(triangles[kept], first[1:]) if len(names) else []
-        for name, own in zip(names, shapes, strict=True):
-            parts[name, column] = _join_cells(own)
+        names, shapes = join_triangles(triangles[kept], surface[patch[kept]])
+        parts[names, column] = shapes
     return parts
-
-
-def _join_cells(triangles):
-    """Union of triangles, by the edges that they share; where some overlap, as on a bent surface,
-    by all crossings.
-    """
-    try:
-        joined, area = shapely.coverage_union_all(triangles), shapely.area(triangles).sum()
-    except shapely.errors.GEOSException:  # where edges meet only to rounding
-        return shapely.union_all(triangles, grid_size=GEOMETRY.corner)
-    if shapely.is_valid(joined) and abs(shapely.area(joined) - area) <= GEOMETRY.tie * area:
-        return joined
-    return shapely.union_all(triangles, grid_size=GEOMETRY.corner)
 
 
 def rings_of_parts(parts):

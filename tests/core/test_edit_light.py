@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import shapely
 from cities import box, make_city
 from reliefs import hill, tin
 from thorough import mark_cases
@@ -198,8 +199,23 @@ def check_law(edited, full):
     assert (apart <= stated).all()
     totals = [area @ found[known] for found in hours]
     assert totals[0] == pytest.approx(totals[1], rel=1e-5)
+    check_modules(edited, full)
     lost = [area @ found.string_loss[known] for found in energy]
     assert lost[0] == pytest.approx(lost[1], rel=1e-3, abs=1e-6 * totals[1])
+
+
+def check_modules(edited, full):
+    """Modules lie, and parts of surfaces are taken, as where all surfaces are laid anew."""
+    laid = []
+    for one in (edited, full):
+        layout, number = one.city.context.layout, np.full(len(one.city.context.surfaces), -1)
+        number[one.rows] = np.arange(len(one.rows))
+        laid.append(None if layout is None else vars(layout.renumber(number)))
+    assert (laid[0] is None) == (laid[1] is None)
+    for name in laid[0] or ():
+        np.testing.assert_allclose(laid[0][name], laid[1][name], atol=1e-6)
+    parts = [shapely.area(one.transfer.taken_parts) for one in (edited, full)]
+    np.testing.assert_allclose(*map(np.nan_to_num, parts), atol=1e-6)
 
 
 def try_edit(base_of, name, seed):
