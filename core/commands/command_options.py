@@ -31,7 +31,7 @@ def plot_options(parser):
     parser.add_argument(
         "folder", metavar="DIR", help="folder that simulate, yield or world has written"
     )
-    _add_words(parser, "")
+    _add_words(parser)
     parser.add_argument("--quiet", action="store_true", help="print errors only")
 
 
@@ -40,7 +40,7 @@ def site_options(parser):
     parser.add_argument(
         "folder", nargs="+", metavar="DIR", help="folders that simulate or yield has written"
     )
-    _add_words(parser, "Solar map")
+    _add_words(parser)
     parser.add_argument(
         "--private", action="store_true", help="leave out the ids of buildings and surfaces"
     )
@@ -99,8 +99,8 @@ def _add_json(parser):
     parser.add_argument("--json", action="store_true", help="print as JSON")
 
 
-def _add_words(parser, title):
-    parser.add_argument("--title", default=title, metavar="TEXT", help="heading of the page")
+def _add_words(parser):
+    parser.add_argument("--title", default="", metavar="TEXT", help="heading of the page")
     parser.add_argument(
         "--attribution",
         default="",

@@ -5,6 +5,7 @@ Surfaces are kept by the square in which the middle of their building lies.
 
 import json
 import pickle
+import re
 import sqlite3
 import zlib
 
@@ -21,6 +22,7 @@ class Store:
 
     def __init__(self, path):
         self.filled = set()  # columns of the table of buildings that hold anything
+        self.addresses = []  # of the first thousand buildings that have one
         self.base = sqlite3.connect(path, isolation_level=None)
         self.base.executescript(
             """PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF; BEGIN;
@@ -107,14 +109,13 @@ class Store:
             name, number, _, _, flat, energy, _, *texts = row
             self.filled |= {column for column, text in zip(FACTS, texts, strict=True) if text}
             self.filled |= {"flatKwp"} if flat and flat[1] else set()
+            if texts[0] and len(self.addresses) < 1000:
+                self.addresses.append(texts[0])
             self.base.execute(
                 "UPDATE building SET row = ?, energy = ? WHERE number = ?",
                 (json.dumps(row, separators=(",", ":")), energy, number + 1),
             )
-            # Each text by its beginning, and names and functions by that of each word, too.
-            keys = set() if name is None else {plain(text) for text in (name, *texts) if text}
-            for text in map(plain, texts[1:3]):
-                keys |= {text[place:] for place in word_starts(text)}
+            keys = set() if name is None else search_keys(name, *texts)
             # Texts are compared by a browser as their UTF-16 is.
             self.base.executemany(
                 "INSERT INTO entry VALUES (?, ?, ?)",
@@ -137,8 +138,13 @@ class Store:
         return [f'["",{row[1:]}' for (row,) in stored]
 
 
-def word_starts(text):
-    """Places in a text where a word begins, but the first: list of int."""
-    return [
-        place for place in range(1, len(text)) if text[place - 1] == " " and text[place].isalpha()
-    ]
+def search_keys(name, address, *texts):
+    """What a building is found by: its id, each of its addresses, its other texts, and the rest of
+    each from every word on, of addresses up to the town: set of str, as `words.plain` writes them.
+    """
+    keys = {plain(name)}
+    for text in map(plain, (*address.split("; "), *texts)):
+        words = text.partition(", ")[0]
+        starts = [match.start() for match in re.finditer(r"(?<![^\W_])[^\W\d_]", words)]
+        keys |= {text[start:] for start in (0, *starts) if text}
+    return keys

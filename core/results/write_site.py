@@ -28,7 +28,7 @@ from .headline import compose_headline
 from .output_folder import SITE_FILES, SITE_NAMES, whole_folder
 from .page import fill_template, paragraph, section, table
 from .read_pieces import frame_of, join_pieces, read_pieces
-from .read_results import in_order, read_summary
+from .read_results import in_order, read_summary, town_of
 from .site_store import Store
 from .surfaces_file import GIVE_RESULTS
 from .tile_tree import SIDE, bound, join_squares, write_square, write_tileset
@@ -51,7 +51,7 @@ def write_site(
     folders,
     out,
     *,
-    title="Solar map",
+    title="",
     attribution="",
     private=False,
     language="en",
@@ -67,6 +67,7 @@ def write_site(
     out : path-like
         Folder of the site; written completely or not at all.
     title : str
+        By default with the town of most addresses, where the files tell them.
     attribution : str
         Licence and source of the city model; "": as its files say.
     private : bool
@@ -132,9 +133,11 @@ def write_site(
             "box": box.round(2).tolist(),
             "buildings": total,
         }
-        header["filled"] = sorted(store.filled)
+        town = town_of(store.addresses)
+        header |= {"filled": sorted(store.filled), "town": town}
         _write_index(work, store, header | view, private)
-        _write_page(work, summary, title, attribution, compose_sums(folders, districts))
+        heading = say("Solar map of {town}", town=town) if town else say("Solar map")
+        _write_page(work, summary, title or heading, attribution, compose_sums(folders, districts))
         # Names of what was written, so that the next run may replace just these.
         paths = [path.relative_to(work) for path in work.rglob("*") if path.is_file()]
         listed = sorted(path.as_posix() for path in paths if path.parts[0] in SITE_NAMES)

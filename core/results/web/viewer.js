@@ -583,7 +583,8 @@ function showHits(found) {
   const count = { count: format(found.length, 0), all: format(city.buildings.length ?? city.buildings, 0) };
   byId("found").textContent = wanted ? say("{count} of {all} buildings", count) : say("{all} buildings", count);
   const changed = say("Largest change of energy in a year");
-  byId("best-title").textContent = changes ? changed : say("Most energy in a year");
+  const title = changes ? changed : say("Most energy in a year");
+  byId("best-title").textContent = found.length ? title : say("Nothing is called so.");
   const items = best.map((row) => {
     const item = button("", () => chooseBuilding(row.building, true));
     const energy = make("span", `${format(row[name], digits, plus)} MWh`);
