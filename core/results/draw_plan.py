@@ -10,6 +10,7 @@ from matplotlib.path import Path
 from .colour_map import DIVERGING, choose_range, tick_step
 from .picture import colour_scale, make_figure
 from .read_results import select_mounted
+from .words import say
 
 FROM_ABOVE = ("roof", "flat", "steep", "rack")
 
@@ -35,7 +36,7 @@ def draw_plan(faces, outlines, show):
     hours = chosen["full_load_hours"]
     ends = choose_range(hours.to_numpy(), chosen["area"].to_numpy())
     look = {"cmap": colour_scale("viridis"), "clim": ends}
-    return _draw_surfaces(faces, outlines, hours.rename("Full load hours a year [h]"), show, look)
+    return _draw_surfaces(faces, outlines, hours.rename(say("Full load hours a year [h]")), show, look)
 
 
 def draw_change(surfaces, outlines, show):
@@ -68,7 +69,7 @@ def draw_change(surfaces, outlines, show):
     )
     look = {"cmap": colours, "clim": (-most, most)}
     figure = _draw_surfaces(
-        faces, outlines, values.rename("Change of the full load hours a year [h]"), show, look
+        faces, outlines, values.rename(say("Change of the full load hours a year [h]")), show, look
     )
     new = _rows_by_height(
         outlines, np.flatnonzero(faces["kind"].isin(FROM_ABOVE) & (faces["state"] == "new"))
@@ -156,7 +157,7 @@ def _frame_plan(axes, lower, upper):
     axes.plot([x, x + length], [y, y], color="black", linewidth=2.5, solid_capstyle="butt")
     axes.text(x + length + 0.4 * margin, y, f"{length:g} m", va="center", fontsize=9)
     north = {"ha": "center", "va": "center", "arrowprops": {"arrowstyle": "-|>", "color": "black"}}
-    axes.annotate("N", (right, y + 1.4 * margin), (right, y - 0.4 * margin), fontsize=10, **north)
+    axes.annotate(say("N"), (right, y + 1.4 * margin), (right, y - 0.4 * margin), fontsize=10, **north)
 
 
 def _rows_by_height(outlines, rows):

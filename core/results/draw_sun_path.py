@@ -5,6 +5,7 @@ import pandas as pd
 
 from ..sun.solar_position import solar_position
 from .picture import make_figure
+from .words import say
 
 HOUR, DAY = pd.Timedelta(hours=1), pd.Timedelta(days=1)
 DAYS = {  # month and day: name and colour of its path
@@ -105,7 +106,7 @@ def draw_sun_path(times, interval, latitude, longitude, suns):
     for (month, day), (name, colour) in DAYS.items():
         azimuth, elevation = day_path(year, month, day, latitude, longitude)
         x, y = _break_at_edge((azimuth - low) % 360 + low, elevation)
-        axes.plot(x, y, color=colour, linewidth=1.6, label=name)
+        axes.plot(x, y, color=colour, linewidth=1.6, label=say(name))
     # The traced suns as points on them.
     east, north, up = np.asarray(suns, float).T
     azimuth, elevation = (
@@ -119,14 +120,14 @@ def draw_sun_path(times, interval, latitude, longitude, suns):
         "o",
         color="#009E73",
         markersize=3.2,
-        label=f"traced: {len(suns):,} suns",
+        label=say("traced: {count:,} suns", count=len(suns)),
         zorder=3,
     )
     # Compass below, elevation beside.
-    ticks, compass = np.arange(low, low + 361, 45), ["N", "NE", "E", "SE", "S", "SW", "W", "NW"]
-    axes.set_xticks(ticks, [f"{compass[tick // 45 % 8]}\n{tick % 360}°" for tick in ticks])
+    ticks, compass = np.arange(low, low + 361, 45), ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
+    axes.set_xticks(ticks, [f"{say(compass[tick // 45 % 8])}\n{tick % 360}°" for tick in ticks])
     axes.set(xlim=(low, low + 360), ylim=(0, min(axes.get_ylim()[1] + 4, 93)))
-    axes.set(xlabel="Azimuth of the sun", ylabel="Elevation of the sun [°]")
+    axes.set(xlabel=say("Azimuth of the sun"), ylabel=say("Elevation of the sun [°]"))
     axes.legend(loc="lower left", bbox_to_anchor=(0, 1.01), ncols=4, fontsize=8.5)
     return figure
 
