@@ -121,7 +121,7 @@ def describe_origin(summary, written, attribution):
     paragraph.
     """
     words = [
-        say("Results of {date}.", date=f"{written:%Y-%m-%d}"),
+        say("Results of {date}.", date=written.strftime(say("%Y-%m-%d"))),
         say("Weather: {label}.", label=say(summary["weather"]["label"])),
     ]
     if attribution:
