@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from .polygons import measure_polygons
 from .transform_crs import UNITS
 
 TALLEST = 1000.0  # [m] no building reaches it; the tallest has 828 m
@@ -71,40 +70,3 @@ def _heights_of(content):
     np.minimum.at(low, building, np.minimum.reduceat(z, starts))
     np.maximum.at(high, building, np.maximum.reduceat(z, starts))
     return list(zip(low[low <= high], high[low <= high], strict=True))
-
-
-def judge_up(vertices, faces):
-    """The upward axis of a mesh, and a hint where that is likely but not sure.
-
-    Floors are level and roofs often are not. So of the areas that face straight along the upward
-    axis those on one side are larger, while the two sides of a house have the same.
-
-    Parameters
-    ----------
-    vertices : array, (v, 3) float64
-    faces : list of (k,) int
-
-    Returns
-    -------
-    up : {'z', 'y'}
-    notes : list of str
-    """
-    shaped = [face for face in faces if len(face) > 2]
-    if not shaped:
-        return "z", []
-    starts = np.cumsum([0, *map(len, shaped)])
-    area, normal = measure_polygons(
-        vertices[np.concatenate(shaped)], starts, np.arange(len(starts))
-    )
-    # Area that faces up and down each axis: together, and how much the two differ.
-    ends = [[area[sign * normal[:, axis] > 0.999].sum() for sign in (1, -1)] for axis in (1, 2)]
-    (level_y, lean_y), (level_z, lean_z) = ((sum(two), abs(two[0] - two[1])) for two in ends)
-    least = 0.01 * area.sum()
-    # Across y the two sides differ, as with floors; across z they are the same, as with walls.
-    floors = level_y > least and lean_y > 0.5 * level_y
-    if floors and level_z > least and lean_z < 0.1 * level_z:
-        words = "The file's y axis was taken to point up: floors lie across it, and walls across z."
-        return "y", [f"{words} --up z takes z."]
-    if level_y > 0.1 * area.sum() and level_z < 1e-3 * level_y and len(faces) > 5:
-        return "z", ["No surface is level. If the file's y axis points up, give --up y."]
-    return "z", []

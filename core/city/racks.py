@@ -15,6 +15,7 @@ from ..settings.errors import InputError, count_of
 from .build_scene import DRAWN_TWICE
 from .city import whole_of_cell
 from .classify import classify, measure_tilt
+from .grid_cells import split_into_cells
 from .place_rows import THICKNESS, frame_roof, free_area, place_rows
 from .plan_geometry import draw_triangles
 from .polygons import measure_polygons
@@ -282,15 +283,19 @@ def _stand_slabs(scene, fronts, rows, patch_size, back_albedo):
     )
 
 
-def city_with_racks(city, scene):
-    """City whose polygons are all surfaces of the scene: the fronts of racks follow its own.
+def drawn_city(city, scene, grid_size):
+    """City whose polygons are all surfaces of its scene: cut into cells as the scene is, the fronts
+    of racks behind its own.
 
     Parameters
     ----------
     city : City
-        Cut into cells where the scene is.
+        As it was read.
     scene : Scene
+    grid_size : float [m] or None
+        Of the scene.
     """
+    city = city if grid_size is None else split_into_cells(city, grid_size)[0]
     if scene.racks is None or not len(scene.racks):
         return city
     first, count = len(city), len(scene.racks)

@@ -34,6 +34,17 @@ class Terrain:
     layers: list = field(default_factory=list)  # of Layer, the finest first
     notes: list = field(default_factory=list)  # sentences for the report
 
+    def ground_heights(self):
+        """Heights of a terrain, close beside its edge too, as outlines are extruded on it: a
+        function of places, (k, 2) float64 [m].
+        """
+
+        def measure(places):
+            heights = measure_heights(self, places)
+            return np.where(np.isfinite(heights), heights, nearest_heights(self, places, NEAR))
+
+        return measure
+
 
 def measure_heights(terrain, places):
     """Height of a terrain; the highest triangle wins where several overlap.
@@ -91,18 +102,6 @@ def nearest_heights(terrain, places, reach):
         np.maximum.at(height_of_place, place, heights_on(corners[triangle], on))
         heights[missing] = np.where(np.isinf(height_of_place), np.nan, height_of_place)
     return heights
-
-
-def ground_of_terrain(terrain):
-    """Heights of a terrain, close beside its edge too, as outlines are extruded on it: a function
-    of places, (k, 2) float64 [m].
-    """
-
-    def measure(places):
-        heights = measure_heights(terrain, places)
-        return np.where(np.isfinite(heights), heights, nearest_heights(terrain, places, NEAR))
-
-    return measure
 
 
 def ground_of_feet(city):

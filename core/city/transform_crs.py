@@ -74,21 +74,6 @@ def transform_crs(places, source, target, path=None):
     return there
 
 
-def full_turn(crs):
-    """What longitudes of a system in degrees grow by around the Earth; None for any other
-    system.
-    """
-    plane, _ = plane_of(crs)
-    return 2 * np.pi / plane.axis_info[0].unit_conversion_factor if plane.is_geographic else None
-
-
-def turn_towards(longitude, middle, turn):
-    """Turn longitudes by whole turns to within half a turn of a middle one: a map may go on beyond
-    180°.
-    """
-    return middle + (longitude - middle + turn / 2) % turn - turn / 2
-
-
 @lru_cache(maxsize=64)
 def _globe_of(plane):
     """Latitude and longitude, in degrees from Greenwich, on the datum of a plane: pyproj.CRS."""

@@ -18,6 +18,7 @@ from pyproj.exceptions import CRSError
 from scipy import sparse
 
 from ..city import transform_crs
+from ..city.transform_crs import plane_of
 from ..settings.errors import InputError
 from .open_geotiff import GIVE, UNREADABLE, Raster, open_geotiff
 from .open_input import FREE_BYTES, LARGEST_GAIN, open_input, open_text
@@ -330,12 +331,12 @@ def windows_around(raster, places):
     One for each turn around the Earth in which longitudes may be written: two where a map of the
     globe begins and ends. The middle belongs to the last place, None without longitudes.
     """
-    turn, windows = raster.crs and transform_crs.full_turn(raster.crs), []
+    turn, windows = raster.crs and full_turn(raster.crs), []
     for count in (-1, 0, 1) if turn else (0,):
         own, middle = places.copy(), None
         if turn:
             middle = places[-1, 0] + count * turn
-            own[:, 0] = transform_crs.turn_towards(own[:, 0], middle, turn)
+            own[:, 0] = turn_towards(own[:, 0], middle, turn)
         (west, south), (east, north) = own.min(axis=0), own.max(axis=0)
         corners = np.array([(west, south), (west, north), (east, south), (east, north)])
         cells = np.linalg.solve(raster.matrix[:, :2], corners.T - raster.matrix[:, 2:]).T
@@ -356,3 +357,18 @@ def _height_factor(raster, unit=1.0):
     if word in UNIT_WORDS:
         return UNIT_WORDS[word]
     return unit if raster.crs is None else transform_crs.plane_of(raster.crs)[1]
+
+
+def full_turn(crs):
+    """What longitudes of a system in degrees grow by around the Earth; None for any other
+    system.
+    """
+    plane, _ = plane_of(crs)
+    return 2 * np.pi / plane.axis_info[0].unit_conversion_factor if plane.is_geographic else None
+
+
+def turn_towards(longitude, middle, turn):
+    """Turn longitudes by whole turns to within half a turn of a middle one: a map may go on beyond
+    180°.
+    """
+    return middle + (longitude - middle + turn / 2) % turn - turn / 2

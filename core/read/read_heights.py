@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import pyproj
 
-from ..city.transform_crs import full_turn, plane_of, transform_crs, turn_towards
+from ..city.transform_crs import plane_of, transform_crs
 from ..settings.errors import InputError
 from .open_input import open_input, suffix_of
-from .open_raster import open_raster, read_posts, windows_around
+from .open_raster import full_turn, open_raster, read_posts, turn_towards, windows_around
 from .read_terrain import RASTERS, RELIEFS
 
 MOST_POSTS = 4000  # per side; a finer raster is averaged down to that many

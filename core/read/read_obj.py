@@ -6,8 +6,7 @@ import numpy as np
 import shapely
 
 from ..city.city import FileContent, Polygon, number_names
-from ..city.judge_sizes import judge_up
-from ..city.polygons import measure_rings, number_connected
+from ..city.polygons import measure_polygons, measure_rings, number_connected
 from ..city.tangled_rings import is_tangled
 from ..settings.errors import InputError, list_some
 from ..settings.progress import silent
@@ -219,3 +218,40 @@ def _colour(parts, content):
         "Materials)."
     )
     content.notes.append(f"{words}. {coloured} have a diffuse colour. {asked}")
+
+
+def judge_up(vertices, faces):
+    """The upward axis of a mesh, and a hint where that is likely but not sure.
+
+    Floors are level and roofs often are not. So of the areas that face straight along the upward
+    axis those on one side are larger, while the two sides of a house have the same.
+
+    Parameters
+    ----------
+    vertices : array, (v, 3) float64
+    faces : list of (k,) int
+
+    Returns
+    -------
+    up : {'z', 'y'}
+    notes : list of str
+    """
+    shaped = [face for face in faces if len(face) > 2]
+    if not shaped:
+        return "z", []
+    starts = np.cumsum([0, *map(len, shaped)])
+    area, normal = measure_polygons(
+        vertices[np.concatenate(shaped)], starts, np.arange(len(starts))
+    )
+    # Area that faces up and down each axis: together, and how much the two differ.
+    ends = [[area[sign * normal[:, axis] > 0.999].sum() for sign in (1, -1)] for axis in (1, 2)]
+    (level_y, lean_y), (level_z, lean_z) = ((sum(two), abs(two[0] - two[1])) for two in ends)
+    least = 0.01 * area.sum()
+    # Across y the two sides differ, as with floors; across z they are the same, as with walls.
+    floors = level_y > least and lean_y > 0.5 * level_y
+    if floors and level_z > least and lean_z < 0.1 * level_z:
+        words = "The file's y axis was taken to point up: floors lie across it, and walls across z."
+        return "y", [f"{words} --up z takes z."]
+    if level_y > 0.1 * area.sum() and level_z < 1e-3 * level_y and len(faces) > 5:
+        return "z", ["No surface is level. If the file's y axis points up, give --up y."]
+    return "z", []

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from ..accuracy.error_budget import budget_errors
-from ..city.edge_distance import FURTHEST, NEAREST
+from ..city.edge_distance import share_near_edge
 from ..energy.counted_area import name_group, sum_left_out
 from ..energy.energy import exceeded_energy
 from ..energy.pv_system import KINDS, build_system
@@ -139,21 +139,7 @@ def measure_edge(transfer, energy):
         np.asarray(surfaces.orientation)[rows],
         np.nan_to_num(distance[rows], nan=np.inf),
     )
-    # For each direction: hours near the edge against what its area would have at inner facades'
-    # mean.
-    measures = {"unit": "m, %, %"}
-    for name, near in (("25", distance <= NEAREST), ("100", distance <= FURTHEST)):
-        gained = expected = 0.0
-        for one in np.unique(side[near]):
-            own, inner = near & (side == one), (distance == np.inf) & (side == one)
-            if inner.any() and hours[inner].sum() > 0:
-                gained += hours[own].sum()
-                expected += area[own].sum() * hours[inner].sum() / area[inner].sum()
-        measures[f"share_within_{name}"] = float(100 * area[near].sum() / area.sum())
-        measures[f"more_hours_within_{name}"] = (
-            float(100 * (gained / expected - 1)) if expected else None
-        )
-    return measures
+    return share_near_edge(distance, side, area, hours)
 
 
 def _describe_input(transfer, energy, scene):

@@ -27,5 +27,4 @@ DOORS = (
     "variant.make_variant",
     "variant.trace_edit",
     "write_run.Output",
-    "write_run.draw_city",
 )

@@ -21,7 +21,6 @@ from ..city.edge_distance import measure_edge_distance
 from ..city.edited_scene import edit_scene
 from ..city.foliage import parse_months
 from ..city.racks import lay_racks, parse_racks
-from ..city.terrain import ground_of_terrain
 from ..effects.table import check_effects
 from ..energy.check_inputs import check_string_settings, check_strings
 from ..energy.compute_energy import compute_energy as compute_surface_energy
@@ -113,7 +112,7 @@ def read_buildings(paths, request, progress=silent):
         # Outlines are extruded on the terrain.
         def find_ground(city):
             terrain = read_terrain(request.terrain, city, *conventions_of(city, request))
-            return ground_of_terrain(terrain)
+            return terrain.ground_heights()
 
     place = request.axes, request.latitude, request.longitude, is_land, like
     heights = HeightHints(

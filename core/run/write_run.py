@@ -8,8 +8,8 @@ import pandas as pd
 
 from ..accuracy.measure_effects import state_effects
 from ..city.building_facts import tell_facts
-from ..city.grid_cells import Outlines, split_into_cells
-from ..city.racks import city_with_racks
+from ..city.grid_cells import Outlines
+from ..city.racks import drawn_city
 from ..effects.table import TABLE
 from ..energy.pv_system import build_system, note_windows
 from ..light.sun_matrix import is_on_disk
@@ -52,7 +52,7 @@ def write_results(work, run, request, output, log):
     log : RunLog
     """
     city, scene, transfer, _, weather = run
-    city = draw_city(city, scene, request)
+    city = drawn_city(city, scene, request.grid_size)
     outlines, facts = Outlines.of(city, scene.surfaces, scene.site), tell_facts(city)
     transfer = replace(transfer, outlines=outlines, facts=facts)
     keep = not is_on_disk(transfer.visible_share) or bool(
@@ -122,12 +122,6 @@ def write_run(work, results, request, log, tiles=None, *, beside=None):
         log.write(f"  {describe_bound(summary['tiles'])}")
     write_summary(work / "summary.json", summary | (beside or {}))
     return summary["totals"]
-
-
-def draw_city(city, scene, request):
-    """City whose polygons are the surfaces of its scene: cells of the grid, and racks."""
-    cells = city if request.grid_size is None else split_into_cells(city, request.grid_size)[0]
-    return city_with_racks(cells, scene)
 
 
 def _state_bound(tiles, transfer, energy, weather):

@@ -114,16 +114,16 @@ def weigh(session, path, request, progress=silent, *, weather=None):
         The file with the light is missing or damaged, or the weather cannot be read.
     """
     from ...core.city.grid_cells import Outlines
+    from ...core.city.racks import drawn_city
     from ...core.results.transfer_file import read_transfer
     from ...core.run import study
-    from ...core.run.write_run import draw_city
 
     study.check_settings(request)
     transfer = read_transfer(path) if session.transfer is None else session.transfer
     # Modules lie on the shapes of the surfaces, cells and racks among them.
     if transfer.outlines is None and session.city is not None and session.scene is not None:
         scene = session.scene
-        city = draw_city(session.city, scene, request)
+        city = drawn_city(session.city, scene, request.grid_size)
         outlines = Outlines.of(city, scene.surfaces, scene.site)
         transfer = replace(transfer, outlines=outlines)
     progress("reading weather", 0, 1, "years")

@@ -164,14 +164,14 @@ def _write_results(session, name, path, progress=silent):
     ------
     InputError
     """
-    from ...core.run.write_run import draw_city
+    from ...core.city.racks import drawn_city
 
     scene, request = session.scene, session.request
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder, path.stem)
         work.mkdir()
         if name in MODELS:
-            city = draw_city(session.city, scene, request)
+            city = drawn_city(session.city, scene, request.grid_size)
             run = RunResults(city, scene, session.transfer, session.energy, session.weather)
             write_exports(work, run, [name], progress)
         else:

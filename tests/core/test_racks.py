@@ -7,7 +7,7 @@ from flat_roofs import fronts_in, rectangle, roof, rows_of, scene_with
 from test_triangulate import vectors
 
 from citypv.core.city.place_rows import THICKNESS
-from citypv.core.city.racks import Racks, city_with_racks, parse_racks
+from citypv.core.city.racks import Racks, drawn_city, parse_racks
 from citypv.core.run.study import make_scene
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
@@ -166,7 +166,7 @@ def test_a_city_with_its_racks_has_a_polygon_for_each_surface():
     city = make_city([*rectangle(20, 10)], crs="EPSG:25833")
     city.points += [390_000.0, 5_818_000.0, 30.0]
     scene = make_scene(city, Request(racks="tilt=10", ground="none"))
-    drawn = city_with_racks(city, scene)
+    drawn = drawn_city(city, scene, None)
     assert drawn.surface_id == scene.surfaces.surface_id
     fronts = drawn.points[len(city.points) :].reshape(-1, 4, 3) - [390_000.0, 5_818_000.0, 30.0]
     assert (
