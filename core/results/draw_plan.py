@@ -36,7 +36,9 @@ def draw_plan(faces, outlines, show):
     hours = chosen["full_load_hours"]
     ends = choose_range(hours.to_numpy(), chosen["area"].to_numpy())
     look = {"cmap": colour_scale("viridis"), "clim": ends}
-    return _draw_surfaces(faces, outlines, hours.rename(say("Full load hours a year [h]")), show, look)
+    return _draw_surfaces(
+        faces, outlines, hours.rename(say("Full load hours a year [h]")), show, look
+    )
 
 
 def draw_change(surfaces, outlines, show):
@@ -157,7 +159,9 @@ def _frame_plan(axes, lower, upper):
     axes.plot([x, x + length], [y, y], color="black", linewidth=2.5, solid_capstyle="butt")
     axes.text(x + length + 0.4 * margin, y, f"{length:g} m", va="center", fontsize=9)
     north = {"ha": "center", "va": "center", "arrowprops": {"arrowstyle": "-|>", "color": "black"}}
-    axes.annotate(say("N"), (right, y + 1.4 * margin), (right, y - 0.4 * margin), fontsize=10, **north)
+    axes.annotate(
+        say("N"), (right, y + 1.4 * margin), (right, y - 0.4 * margin), fontsize=10, **north
+    )
 
 
 def _rows_by_height(outlines, rows):
