@@ -41,7 +41,7 @@ module.exports = { ...globalThis.THREE, FileLoader, ImageBitmapLoader };
 """
 BUNDLE = "--bundle --minify --format=iife --target=es2022 --charset=ascii --legal-comments=none"
 ALIAS = "--alias:three/addons=./node_modules/three/examples/jsm --alias:three=./three-global.cjs"
-PAGES = ("report.js", "map.js")  # each with viewer.js and supply.js in front of it
+PAGES = ("report.js", "map.js")  # each with what it shares with the other in front of it
 RULES = """
 import js from "@eslint/js";
 import globals from "globals";
@@ -114,7 +114,10 @@ def main():
         (folder / "eslint.config.mjs").write_text(RULES)
         for page in PAGES:
             (folder / page).write_bytes(
-                b"".join((WEB / name).read_bytes() for name in ("viewer.js", "supply.js", page))
+                b"".join(
+                    (WEB / name).read_bytes()
+                    for name in ("viewer.js", "supply.js", "building.js", page)
+                )
             )
         call(folder, "npx", "eslint", *PAGES)
 

@@ -16,6 +16,7 @@ from ..city.classify import ORIENTATIONS
 from ..city.polygons import triangulate
 from ..energy.pv_system import KINDS
 from ..modules.module_shapes import draw_modules
+from .describe_buildings import describe_buildings
 from .read_results import in_order, town_of
 from .viewer_columns import describe_view, list_layers, measure_faces, sum_counting
 
@@ -91,6 +92,10 @@ def pack_city(results, change=None, *, with_modules=True):
         ),
         "arrays": [entry for entry, _ in packed],
     }
+    # The rest of what the page of a building says.
+    if results.folder is not None:
+        told = dict(describe_buildings(results.folder))
+        header["places"] = [told.get(name) for name in buildings.tolist()] if told else None
     text = json.dumps(header, separators=(",", ":")).encode("ascii")
     stream = zlib.compressobj(9, zlib.DEFLATED, -zlib.MAX_WBITS)
     parts = [len(text).to_bytes(4, "little"), text, *(data for _, data in packed)]

@@ -13,7 +13,7 @@ from string import Template
 from .charts import style_of_heat
 from .words import WEB, spoken, words_as_data
 
-SCRIPTS = ("viewer.js", "supply.js", "report.js")
+SCRIPTS = ("viewer.js", "supply.js", "building.js", "report.js")
 NONE = "'none'"
 
 
@@ -32,7 +32,9 @@ def fill_page(title, body, data=""):
 
 def fill_template(title, body, scripts, allowed):
     """A page with scripts as HTML, whose Content-Security-Policy says what is `allowed`: str."""
-    style = read_web("page.css") + style_of_heat() + read_web("viewer.css")
+    style = (
+        read_web("page.css") + style_of_heat() + read_web("viewer.css") + read_web("building.css")
+    )
     return Template(read_web("page.html")).substitute(
         policy=(
             f"default-src {NONE}; {allowed}; style-src {_hash_source(style)}; base-uri {NONE}; "

@@ -30,6 +30,7 @@ from .surfaces_file import (
     check_names,
     open_surfaces,
     read_layout,
+    zone_of_hours,
 )
 from .transfer_file import read_fields
 
@@ -86,6 +87,8 @@ class Results:
     # a row per building: building, address, name, function, year, texts, "" where nothing is told;
     # kwp, mwh_per_year and mwh_standard_error, NaN where they are not known
     buildings: pd.DataFrame | None = None
+    folder: Path | None = None
+    zone: str = ""  # of the hours of the day of buildings; "" where they are not known
 
 
 def read_results(folder):
@@ -132,8 +135,8 @@ def read_results(folder):
         outlines = Outlines(**found) if (found := read_fields(file, "outlines")) else None
         suns, months = (np.asarray(file[name][:], float) for name in ("direction", MONTHLY))
         check_names(folder, file["surface_id"][:], faces["surface_id"].tolist())
-        read = suns, outlines, months, read_layout(file)
-    read = *read, _read_buildings(folder / "buildings.csv", faces)
+        read, zone = (suns, outlines, months, read_layout(file)), zone_of_hours(file)
+    read = *read, _read_buildings(folder / "buildings.csv", faces), folder, zone
     return Results(folder.absolute().name, faces, groups, summary, *axis, *read)
 
 

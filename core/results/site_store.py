@@ -27,7 +27,7 @@ class Store:
         self.base.executescript(
             """PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF; BEGIN;
             CREATE TABLE building (number INTEGER PRIMARY KEY, name TEXT UNIQUE, folder INTEGER, x INTEGER, y INTEGER,
-                energy REAL, row TEXT);
+                energy REAL, row TEXT, page TEXT);
             CREATE TABLE entry (sorted BLOB, key TEXT, number INTEGER);
             CREATE TABLE told (name TEXT PRIMARY KEY, told TEXT);
             CREATE TABLE piece (x INTEGER, y INTEGER, data BLOB); CREATE INDEX squares ON piece (x, y);"""
@@ -121,6 +121,22 @@ class Store:
                 "INSERT INTO entry VALUES (?, ?, ?)",
                 ((key.encode("utf-16-be", "replace"), key, number + 1) for key in keys),
             )
+
+    def keep_pages(self, pages):
+        """Keep what the pages of buildings say, (name, dict) each; of those that have shapes."""
+        self.base.executemany(
+            "UPDATE building SET page = ? WHERE name = ?",
+            ((json.dumps(page, separators=(",", ":")), name) for name, page in pages),
+        )
+
+    def pages(self):
+        """What the pages of buildings say, by their number, with their `box`, as JSON: yields str;
+        null of those without.
+        """
+        stored = self.base.execute("SELECT page, row FROM building ORDER BY number")
+        for page, row in stored:
+            known = page and row and json.loads(page) | {"box": json.loads(row)[2]}
+            yield json.dumps(known or None, separators=(",", ":"))
 
     def entries(self):
         """The index by what is searched: yields key and JSON of an entry."""

@@ -123,18 +123,21 @@ def read_layout(file, first=0, stop=None):
     )
 
 
-def read_hours(file):
-    """Power of the buildings in a surfaces.nc that is open: their places by name, (b, 12, 24) float
-    [kW], and the zone of the hours; None in files of earlier versions.
+def read_hours(file, first, stop):
+    """Names of some buildings of a surfaces.nc that is open, and their power, (b, 12, 24) float32
+    [kW]; None in files of earlier versions.
     """
     if HOURLY not in file:
         return None
-    names = [text.decode() if isinstance(text, bytes) else text for text in file["building"][:]]
-    power = np.asarray(file[HOURLY][:], np.float32)
-    return {name: row for row, name in enumerate(names)}, power, str(file[HOURLY].attrs["zone"])
+    return file["building"][first:stop], np.asarray(file[HOURLY][first:stop], np.float32)
+
+
+def zone_of_hours(file):
+    """Zone of the hours of the day in a surfaces.nc that is open, as text; "" if it has none."""
+    return str(file[HOURLY].attrs["zone"]) if HOURLY in file else ""
 
 
 def check_names(folder, found, surface_id):
-    """Refuse surfaces that differ from the ones in faces.csv."""
+    """Refuse surfaces that differ from the ones in faces.csv, or buildings in buildings.csv."""
     if [text.decode() if isinstance(text, bytes) else str(text) for text in found] != surface_id:
-        raise InputError(folder / NAME, "does not belong to the faces.csv beside it", GIVE_RESULTS)
+        raise InputError(folder / NAME, "does not belong to the tables beside it", GIVE_RESULTS)

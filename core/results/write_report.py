@@ -12,6 +12,7 @@ from pathlib import Path
 from ..city.classify import PAPER
 from ..settings.version import __version__
 from .charts import draw_histograms, tabulate_heat
+from .describe_buildings import compose_building
 from .describe_errors import LIMITS, SPREAD, list_errors, summarise_errors
 from .describe_run import (
     attributions_of,
@@ -110,8 +111,10 @@ def write_report(folder, results, *, title="", attribution="", language="en", di
         known = results.buildings is not None
         town = town_of(results.buildings["address"]) if known else ""
         heading = title or say("Solar potential: {name}", name=town or results.name)
-        sums = compose_sums([folder], districts)
-        page = fill_page(heading, f"{origin}\n{_compose_body(results, *city, sums)}", data)
+        parts = [origin, _compose_body(results, *city, compose_sums([folder], districts))]
+        # Below all stands the page of a building, which is empty until one is asked for.
+        parts += [compose_building(origin, results.zone)] if data else []
+        page = fill_page(heading, "\n".join(parts), data)
     write_whole(path, lambda file: file.write_text(page, encoding="utf-8", newline="\n"))
     return path
 

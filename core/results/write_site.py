@@ -22,6 +22,7 @@ from ..energy.pv_system import KINDS
 from ..settings.errors import InputError, id_of_cell
 from ..settings.version import __version__
 from .compare_runs import layout_of, list_differences
+from .describe_buildings import compose_building, describe_buildings
 from .describe_run import attributions_of, describe_assumptions
 from .group_sums import compose_sums
 from .headline import compose_headline
@@ -30,7 +31,7 @@ from .page import fill_template, paragraph, section, table
 from .read_pieces import frame_of, join_pieces, read_pieces
 from .read_results import in_order, read_summary, town_of
 from .site_store import Store
-from .surfaces_file import GIVE_RESULTS
+from .surfaces_file import GIVE_RESULTS, open_surfaces, zone_of_hours
 from .tile_tree import SIDE, bound, join_squares, write_square, write_tileset
 from .viewer_columns import describe_view, list_layers, measure_faces, sum_counting
 from .words import WEB, read_html, say, speaking, words_as_data
@@ -41,7 +42,7 @@ from .write_report import (
     list_warnings,
 )
 
-SCRIPTS = ("three.js", "tiles.js", "viewer.js", "supply.js", "map.js")
+SCRIPTS = ("three.js", "tiles.js", "viewer.js", "supply.js", "building.js", "map.js")
 NO_LICENCE = (
     "The licence of the city model is not stated. Whoever publishes this map has to see to it."
 )
@@ -114,6 +115,8 @@ def write_site(
         store = Store(Path(scratch) / "city.sqlite")
         stack.callback(store.base.close)
         count, view = _sort_surfaces(store, folders, frame, summary)
+        for folder in folders:
+            store.keep_pages(describe_buildings(folder, private=private))
         # Tiles by level of detail, then what the map searches and shows, then the page.
         look = {
             "level": next(layer["range"] for layer in view["layers"] if layer["name"] == "hours"),
@@ -162,6 +165,8 @@ def _join_summaries(folders):
         summary["attributions"] = attributions_of(summary)
         if first is None:
             first = summary
+            with open_surfaces(folder) as file:
+                first["zone"] = zone_of_hours(file)
             continue
         first["attributions"] += [
             text for text in summary["attributions"] if text not in first["attributions"]
@@ -374,6 +379,10 @@ def _write_index(work, store, header, private, *, shard=1000):
         write_shard(len(begins), [entry for _, entry in some])
         begins.append(some[0][0])
     header["shards"] = begins
+    # What the pages of buildings say, by number, 100 in a file as in web/map.js.
+    pages = store.pages()
+    for name, some in enumerate(iter(lambda: list(islice(pages, 100)), [])):
+        write_shard(f"page_{name}", some)
     (work / "page" / "map.json").write_text(
         json.dumps(header, separators=(",", ":")), "ascii", newline="\n"
     )
@@ -391,8 +400,9 @@ def _write_page(work, summary, title, attribution, sums):
     shutil.copyfile(WEB / "three.LICENSES.txt", work / "page" / "LICENSES.txt")
     # How much and how sure, the map, then what its numbers mean, and how far they hold.
     written = datetime.fromtimestamp(summary["date"], UTC)
+    origin = describe_origin(summary, written, attribution)
     body = [
-        describe_origin(summary, written, attribution),
+        origin,
         *(paragraph(text, "warning") for text in list_warnings(summary)),
         compose_headline(summary),
         read_html("viewer.html"),
@@ -403,7 +413,9 @@ def _write_page(work, summary, title, attribution, sums):
         compose_errors(summary),
         section(say("What was assumed"), table((), describe_assumptions(summary))),
         paragraph(say("Made by CityPV {version}.", version=__version__), "small"),
+        compose_building(origin, summary["zone"]),
     ]
     scripts = [words_as_data(), *(f'<script src="page/{name}"></script>' for name in SCRIPTS)]
-    page = fill_template(title, "\n".join(body), scripts, "script-src 'self'; connect-src 'self'")
+    allowed = "script-src 'self'; connect-src 'self'; img-src data:"  # a picture that is printed
+    page = fill_template(title, "\n".join(body), scripts, allowed)
     (work / "index.html").write_text(page, "utf-8", newline="\n")

@@ -119,11 +119,13 @@ class Browser:
             self.complaints.append(details["entry"]["text"])
         return message
 
-    def open(self, path):
-        """Open a file, and wait until its script has filled the table or said why not."""
+    def open(self, path, link=""):
+        """Open a file at a link in it, and wait until its script has filled the table or said why
+        not.
+        """
         self.requests.clear()
         self.complaints.clear()
-        self.call("Page.navigate", url=Path(path).absolute().as_uri())
+        self.call("Page.navigate", url=Path(path).absolute().as_uri() + link)
         self.wait(
             "document.querySelector('#city-buildings tbody tr, #city-note:not([hidden])') !== null"
         )
@@ -165,6 +167,12 @@ class Browser:
     def picture(self, path):
         """Write what the window shows as a PNG."""
         Path(path).write_bytes(base64.b64decode(self.call("Page.captureScreenshot")["data"]))
+
+    def print(self):
+        """The page as a PDF: bytes."""
+        return base64.b64decode(
+            self.call("Page.printToPDF", printBackground=True, preferCSSPageSize=True)["data"]
+        )
 
     def close(self):
         """End the browser."""

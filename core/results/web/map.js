@@ -245,8 +245,24 @@ async function searchBuildings() {
 
 // Number of a building by its id, −1 if there is none.
 async function findBuilding(id) {
-  const entries = header.shards.length ? await readShards(shardsOf(plain(id))) : [];
+  if (!header.shards.length) return Number(/\d+$/.exec(id) ?? 0) - 1; // ids are numbers on a private map
+  const entries = await readShards(shardsOf(plain(id)));
   return entries.find(({ row }) => row.id === id)?.row.building ?? -1;
+}
+
+// ---- The page of a building
+
+const pages = new Map(); // of each file of pages, a hundred buildings, as far as they were read
+
+async function loadPlace(building) {
+  const file = Math.floor(building / 100);
+  if (!pages.has(file)) pages.set(file, readJson(`buildings/page_${file}.json`).catch(() => []));
+  return (await pages.get(file))[building % 100];
+}
+
+// Wait until a tile that has the building is there; the picture is on its way to it.
+async function loadSurfaces(building) {
+  while (view && !rowOf(building)?.surfaces) await new Promise((done) => setTimeout(done, 100));
 }
 
 // ---- Beginning

@@ -204,6 +204,14 @@ async function findBuilding(id) {
   return city.buildings.indexOf(id);
 }
 
+// ---- The page of a building
+
+async function loadPlace(building) {
+  return city.places?.[building];
+}
+
+async function loadSurfaces() {} // they are there
+
 // ---- Beginning
 
 async function begin() {
