@@ -110,6 +110,7 @@ class Result:
         sky: Literal["auto", "perez", "isotropic"] = "auto",
         effects: Mapping[str, bool] = ...,
         threads: int | None = None,
+        private: bool = False,
     ) -> Result:
         """Compute the electricity of this light in another weather: Result. Module, system and sky
         stay as they were unless given.
@@ -205,6 +206,8 @@ class Result:
             overrule the plan of effects
         threads : int, optional
             threads; default: all processors
+        private : bool, default False
+            leave names and addresses of buildings out of all that is written
         """
         ...
 
@@ -221,6 +224,7 @@ class Result:
         raised: Mapping[str, float] = ...,
         albedo_of: Mapping[str, float] = ...,
         local: bool = False,
+        private: bool = ...,
     ) -> Result:
         """Edit the city and trace what the edit changes, from what its rays met: Result.
 
@@ -230,7 +234,7 @@ class Result:
             As in `simulate`; with "editable" among the exports it can be edited again.
         **change
             Fields of `variant.Change`: add (files), remove (ids), move {id: (east, north)} [m],
-            raised {id: metres}, albedo_of {id: albedo}, local.
+            raised {id: metres}, albedo_of {id: albedo}, local, private.
 
         Raises
         ------
@@ -355,6 +359,7 @@ def simulate(
     effects: Mapping[str, bool] = ...,
     seed: int = 0,
     threads: int | None = None,
+    private: bool = False,
 ) -> Result:
     """Trace a city and compute its full load hours.
 
@@ -553,6 +558,8 @@ def simulate(
         seed of the rays: the same gives the same results
     threads : int, optional
         threads; default: all processors
+    private : bool, default False
+        leave names and addresses of buildings out of all that is written
     """
     ...
 
@@ -691,6 +698,7 @@ def world(
     weather_seed: int = 0,
     sky: Literal["auto", "perez", "isotropic"] = "auto",
     threads: int | None = None,
+    private: bool = False,
     way: str | None = None,
     mix: str | None = None,
     step: float | None = None,
@@ -798,5 +806,7 @@ def world(
         model of the diffuse sky
     threads : int, optional
         threads; default: all processors
+    private : bool, default False
+        leave names and addresses of buildings out of all that is written
     """
     ...

@@ -81,6 +81,7 @@ WISHES = {
     "raised": "Mapping[str, float]",
     "albedo_of": "Mapping[str, float]",
     "local": "bool",
+    "private": "bool",
 }
 RETURNS = {
     "faces": "pd.DataFrame",

@@ -15,6 +15,7 @@ DOORS = (
     "building_facts.BuildingFacts",
     "building_facts.FACTS",
     "building_facts.tell_facts",
+    "building_facts.without_names",
     "canopy.LeafyScene",
     "choose_levels.SHAPELESS",
     "choose_levels.rank_lod",

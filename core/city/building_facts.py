@@ -76,6 +76,11 @@ class BuildingFacts:
         rows = [row.get(name) for name in buildings]
         return {name: ["" if k is None else getattr(self, name)[k] for k in rows] for name in FACTS}
 
+    def without_names(self):
+        """Facts without addresses and names: BuildingFacts."""
+        empty = [""] * len(self.building)
+        return replace(self, address=empty, name=empty)
+
 
 def tell_facts(city):
     """What the files tell of the buildings of a City, of those of which they tell anything:

@@ -222,7 +222,8 @@ def _run_variant(options):
             ("--albedo-of", "albedo_of"),
         )
     )
-    change = Change(options.add, options.remove, move, raised, albedo_of, options.local)
+    told = move, raised, albedo_of, options.local, options.private
+    change = Change(options.add, options.remove, *told)
     output = Output(overwrite=options.overwrite, exports=options.exports)
     make_variant(options.base, options.out, change, output=output, log=options.log)
 
@@ -239,9 +240,8 @@ def _run_plot(options):
     """`citypv plot`."""
     from .show import plot_results
 
-    words = {
-        name: getattr(options, name) for name in ("title", "attribution", "language", "districts")
-    }
+    names = ("title", "attribution", "language", "districts", "private")
+    words = {name: getattr(options, name) for name in names}
     options.log.write(f"Written to {', '.join(map(str, plot_results(options.folder, **words)))}")
 
 

@@ -32,6 +32,7 @@ def plot_options(parser):
         "folder", metavar="DIR", help="folder that simulate, yield or world has written"
     )
     _add_words(parser)
+    _add_private(parser)
     parser.add_argument("--quiet", action="store_true", help="print errors only")
 
 
@@ -41,9 +42,7 @@ def site_options(parser):
         "folder", nargs="+", metavar="DIR", help="folders that simulate or yield has written"
     )
     _add_words(parser)
-    parser.add_argument(
-        "--private", action="store_true", help="leave out the ids of buildings and surfaces"
-    )
+    _add_private(parser, "the ids of buildings and surfaces, ")
     add_output(parser)
 
 
@@ -59,6 +58,7 @@ def variant_options(parser):
     """An edited city."""
     parser.add_argument("base", metavar="BASE", help="result folder")
     add_change(parser)
+    _add_private(parser)
     add_output(parser, exports=True)
 
 
@@ -93,6 +93,11 @@ def accuracy_options(parser):
 def selfcheck_options(parser):
     """Checks of the tracer."""
     _add_json(parser)
+
+
+def _add_private(parser, more=""):
+    words = f"leave out {more}names and addresses of buildings"
+    parser.add_argument("--private", action="store_true", help=words)
 
 
 def _add_json(parser):

@@ -132,7 +132,7 @@ class Result:
             As in `simulate`; with "editable" among the exports it can be edited again.
         **change
             Fields of `variant.Change`: add (files), remove (ids), move {id: (east, north)} [m],
-            raised {id: metres}, albedo_of {id: albedo}, local.
+            raised {id: metres}, albedo_of {id: albedo}, local, private.
 
         Raises
         ------
@@ -154,7 +154,7 @@ class Result:
             )
             return Result(folder, temporary=out is None)
 
-    def plot(self, *, title="", attribution="", language="en", districts=None):
+    def plot(self, *, title="", attribution="", language="en", districts=None, private=False):
         """Write report.html into the folder: its path.
 
         Parameters
@@ -167,11 +167,13 @@ class Result:
             Of texts and numbers: "en" or "de".
         districts : str
             FILE or FILE:COLUMN of districts; by default those that the run was given.
+        private : bool
+            Leave out names and addresses of buildings.
         """
         from .show import plot_results
 
         words = {"title": title, "attribution": attribution, "language": language}
-        return plot_results(self.folder, **words, districts=districts)[0]
+        return plot_results(self.folder, **words, districts=districts, private=private)[0]
 
     def _read(self, name):
         from ..results.read_results import FACE_TEXTS, GROUP_TEXTS, read_table

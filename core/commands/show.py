@@ -89,7 +89,7 @@ def show_accuracy(paths, request, plot=None):
     return curve
 
 
-def plot_results(folder, **words):
+def plot_results(folder, *, private=False, **words):
     """Draw the results in a folder and write report.html beside them; of a world, draw its
     pictures.
 
@@ -98,6 +98,8 @@ def plot_results(folder, **words):
     folder : path-like
         Of `citypv simulate`, `citypv yield` or `citypv world`. A report or pictures of an earlier
         call are replaced.
+    private : bool
+        Leave out names and addresses of buildings.
     **words
         `title`, `attribution`, `language` and `districts` of `write_report`.
 
@@ -132,4 +134,7 @@ def plot_results(folder, **words):
     from ..results.read_results import read_results
     from ..results.write_report import write_report
 
-    return [write_report(folder, read_results(folder), **words)]
+    results = read_results(folder)
+    if private:
+        results.buildings[["address", "name"]] = ""
+    return [write_report(folder, results, **words)]

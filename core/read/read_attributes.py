@@ -9,7 +9,7 @@ them. Addresses in xAL 2 and 3 become a list of objects.
 import math
 import re
 import sys
-from contextlib import suppress
+from functools import lru_cache
 
 # what the standards count or measure; others are texts
 WHOLE = ("yearOfConstruction", "yearOfDemolition", "storeysAboveGround", "storeysBelowGround")
@@ -51,13 +51,13 @@ def read_attributes(element):
     """
     attributes, addresses = {}, []
     for child in element.iterchildren("*"):
-        name = child.tag.rpartition("}")[2]
+        name = _local(child.tag)
         if name in OTHERS or name.startswith("lod"):
             continue
-        if name.endswith(("Attribute", "genericAttributeSet")):
-            _add_generic(child, attributes)
+        if name.endswith(("Attribute", "AttributeSet")):
+            _add_generic(child, name, attributes)
         elif name == "address":
-            addresses += map(_read_address, child.iterfind("{*}Address"))
+            addresses += map(_read_address, child.iterchildren("{*}Address"))
         elif name == "height":
             # CityGML 3 says what was measured, and between what: the first is taken.
             value = child.findtext("{*}Height/{*}value")
@@ -120,26 +120,33 @@ def _add_plain(element, name, attributes):
             attributes[f"{name}_codeSpace"] = element.get("codeSpace")
 
 
-def _add_generic(element, attributes):
+@lru_cache(maxsize=1024)
+def _local(tag):
+    """Name of an element without its namespace."""
+    return tag.rpartition("}")[2]
+
+
+def _add_generic(element, name, attributes):
     """Add a generic attribute, or a set of such, under the name that the file gives it."""
     # CityGML 3: a genericAttribute holds an IntAttribute with the elements name and value.
-    name = element.tag.rpartition("}")[2]
+    members = [(_local(child.tag), child) for child in element.iterchildren("*")]
     if name == "genericAttribute":
-        for child in element.iterchildren("*"):
-            _add_generic(child, attributes)
+        for own, child in members:
+            _add_generic(child, own, attributes)
         return
-    key = element.get("name") or element.findtext("{*}name", "").strip()
+    key, value = element.get("name"), None
     if name.endswith("Set"):
         value = {}
-        for child in element.iterchildren("*"):
-            if child.tag.endswith(("Attribute", "genericAttributeSet")):
-                _add_generic(child, value)
-    else:
-        held = element.find("{*}value")
-        kind = name.removesuffix("Attribute").lower()
-        value = None if held is None else _take_number(_text(held), GENERIC.get(kind, str))
-        unit = "" if held is None else held.get("uom", "")
-        value = {"value": value, "uom": unit} if unit and value is not None else value
+        for own, child in members:
+            if own.endswith(("Attribute", "AttributeSet")):
+                _add_generic(child, own, value)
+    for own, child in members:
+        if own == "name":
+            key = key or _text(child)
+        elif own == "value":
+            value = _take_number(_text(child), GENERIC.get(name[:-9].lower(), str))
+            unit = child.get("uom")
+            value = {"value": value, "uom": unit} if unit and value is not None else value
     if key and value not in (None, {}, ""):
         # A name that is taken gets a number.
         number, free = 1, key
@@ -153,8 +160,8 @@ def _read_address(element):
     """An address in xAL: dict of members of CityJSON to texts; several of one kind in one text."""
     address = {}
     for child in element.iterdescendants("*"):
-        name, text = child.tag.rpartition("}")[2], _text(child)
-        above = child.getparent().tag.rpartition("}")[2]
+        name, text = _local(child.tag), _text(child)
+        above = _local(child.getparent().tag)
         member = ADDRESS.get(name) or ADDRESS.get(f"{above}/{name}")
         if member and text:
             address[member] = f"{address[member]} {text}" if member in address else text
@@ -172,9 +179,11 @@ def _text(element):
 
 def _take_number(text, kind):
     """A text as a number; as it is where it is none."""
-    with suppress(ValueError, TypeError):
+    if kind is str or not text:
+        return text or None
+    try:
         number = kind(text)
-        # A code of digits that begins with zero is no number.
-        if kind is str or (math.isfinite(number) and (kind is float or str(number) == text)):
-            return number
-    return text or None
+    except ValueError:
+        return text
+    # A code of digits that begins with zero is no number.
+    return number if math.isfinite(number) and (kind is float or str(number) == text) else text

@@ -154,7 +154,8 @@ def _read_buildings(path, faces):
             )
         except (ValueError, OSError) as error:
             raise InputError(path, f"cannot be read as a table ({error})", GIVE_RESULTS) from error
-    table = check_columns(path, table, [*texts], ()).set_index("building_id")
+    known = [name for name in (*FACTS, "building_id") if name in table]
+    table = check_columns(path, table, known, ()).set_index("building_id")
     names = sorted(set(faces["building_id"]))
     table = table.reindex(names, columns=[*FACTS, *BUILDING_SUMS])
     return table.fillna(dict.fromkeys(FACTS, "")).rename_axis("building").reset_index()

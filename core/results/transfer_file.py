@@ -216,7 +216,8 @@ def write_transfer(path, transfer, progress=silent):
     progress : callable, optional
         See `core.settings.progress`; in bytes of the matrices, before they are packed.
     """
-    states = {None: transfer, BARE: transfer.bare, BASE: transfer.base}
+    base = transfer.base and replace(transfer.base, facts=None)
+    states = {None: transfer, BARE: transfer.bare, BASE: base}
     states[f"{BASE}/{BARE}"] = transfer.base and transfer.base.bare
     states = {group: state for group, state in states.items() if state is not None}
     total = sum(4 * getattr(state, name).size for state in states.values() for name in MATRICES)

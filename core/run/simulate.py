@@ -264,6 +264,8 @@ def recompute(transfer_path, folder, request, *, overwrite=False, log=None):
         # Surfaces may count otherwise now; notes tell what the file does not know.
         stored = read_transfer(transfer_path)
         check_facades(stored.surfaces, request.facades)
+        if request.private and stored.facts:
+            stored = replace(stored, facts=stored.facts.without_names())
         transfer = classify_again(stored, request.sectors)
         if transfer is not stored:
             log.write(

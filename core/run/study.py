@@ -17,6 +17,7 @@ import numpy as np
 from ..accuracy.sun_sampling import CityYear, measure_ways
 from ..city.axis_order import PlaceHints
 from ..city.build_scene import SceneOptions, build_scene
+from ..city.building_facts import without_names
 from ..city.edge_distance import measure_edge_distance
 from ..city.edited_scene import edit_scene
 from ..city.foliage import parse_months
@@ -120,7 +121,8 @@ def read_buildings(paths, request, progress=silent):
     )
     hints = PlaceHints(*place, find_ground=find_ground, heights=heights)
     how = {"unit": request.unit, "up": request.up, "orient": request.orient, "hints": hints}
-    return read_city(paths, lod=request.lod, progress=progress, **how)
+    city = read_city(paths, lod=request.lod, progress=progress, **how)
+    return without_names(city) if request.private else city
 
 
 def make_located_scene(city, request):

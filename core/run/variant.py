@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from ..city.axis_order import PlaceHints
+from ..city.building_facts import without_names
 from ..city.edge_distance import measure_edge_distance
 from ..city.edit_city import CityChange, edit_city, place_local
 from ..city.terrain import ground_of_feet
@@ -46,6 +47,8 @@ class Change:
     raised: dict = field(default_factory=dict)  # id -> [m] by which all above its foot goes up
     albedo_of: dict = field(default_factory=dict)  # id -> albedo of the building
     local: bool = False  # whether files are in metres from the base's local origin
+    # whether names and addresses are left out; they are where the base has none
+    private: bool = False
 
 
 def make_variant(base_folder, folder, change, *, output=None, log=None):
@@ -86,10 +89,9 @@ def make_variant(base_folder, folder, change, *, output=None, log=None):
         log.clock.lap("read base")
         # The edited city, with new albedos where they were given: only what the edit changes is
         # traced.
-        city, request = (
-            edit_city(kept.city, _read_change(change, kept), kept.scene.site.convergence),
-            kept.request,
-        )
+        city = edit_city(kept.city, _read_change(change, kept), kept.scene.site.convergence)
+        request = replace(kept.request, private=kept.request.private or change.private)
+        city = without_names(city) if request.private else city
         if change.albedo_of:
             path = _write_albedos(Path(place), request.albedo_file, city, change.albedo_of)
             request = replace(request, albedo_file=path)

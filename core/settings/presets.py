@@ -58,4 +58,4 @@ METHODS = {
 # Of these groups, settings that mean nothing for a world.
 NOT_FOR_WORLDS = ("series", "monthly", "losses", "inverter", "allow_distance", "weather_point")
 NOT_FOR_WORLDS += ("least_hours", "leave_out", "layout", "module_size", "storey", "window_band")
-NOT_FOR_WORLDS += ("ground_floor", "facades", "strings", "districts")
+NOT_FOR_WORLDS += ("ground_floor", "facades", "strings", "districts", "private")

@@ -301,6 +301,11 @@ class Request(SystemSettings):
     )
     # the run
     threads: int | None = of_run(None, "threads; default: all processors", least=1)
+    private: bool = of_run(
+        False,
+        "leave names and addresses of buildings out of all that is written",
+        kind="flag",
+    )
 
     @property
     def wants_rounds(self):

@@ -17,13 +17,16 @@ import pytest
 import shapely
 from cities import box, make_city
 from footprint_text import feature, square, write_map
+from small_city import FAST
 
-from citypv.core.city.building_facts import tell_facts
+from citypv.core.city.building_facts import FACTS, tell_facts
+from citypv.core.commands.command_line import main
 from citypv.core.read.read_city import read_city
 from citypv.core.read.read_citygml import read_citygml
 from citypv.core.results import write_cityjson
 from citypv.core.results.exports import RunResults
 from citypv.core.results.read_results import read_results
+from citypv.core.results.transfer_file import read_transfer
 from citypv.core.results.write_geopackage import TABLES, write_system
 
 DEMO = Path(__file__).parents[2] / "examples/berlin/berlin_3910_5817.gml"
@@ -132,8 +135,7 @@ def test_addresses_and_functions_of_the_demo_counted_in_its_text():
 def test_facts_of_buildings_are_read_from_results(small_results):
     """As the city of `small_city` tells them of house a, and nothing of the others."""
     buildings = read_results(small_results).buildings
-    assert [*buildings.columns] == ["building", "address", "name", "function", "year"]
-    assert buildings.to_numpy().tolist() == [
+    assert buildings[["building", *FACTS]].to_numpy().tolist() == [
         ["a", "Große Straße 12, Halle", "Old mill", "office building (1120)", "1904"],
         ["b", "", "", "", ""],
         ["c", "", "", "", ""],
@@ -142,11 +144,9 @@ def test_facts_of_buildings_are_read_from_results(small_results):
 
 def test_results_of_earlier_versions_tell_nothing_of_buildings(small_results, tmp_path):
     folder = shutil.copytree(small_results, tmp_path / "old")
-    table = pd.read_csv(folder / "buildings.csv").drop(
-        columns=["address", "name", "function", "year"]
-    )
+    table = pd.read_csv(folder / "buildings.csv").drop(columns=[*FACTS])
     table.to_csv(folder / "buildings.csv", index=False)
-    assert (read_results(folder).buildings.to_numpy()[:, 1:] == "").all()
+    assert (read_results(folder).buildings[[*FACTS]] == "").all(axis=None)
     (folder / "buildings.csv").unlink()
     assert read_results(folder).buildings["building"].tolist() == ["a", "b", "c"]
 
@@ -325,3 +325,28 @@ def test_functions_and_years_in_words(attributes, function, year):
     city.attributes = {(city.building_id[0], ""): {"attributes": attributes}}
     facts = tell_facts(city)
     assert (facts.function, facts.year) == ([function], [year])
+
+
+@pytest.mark.slow
+def test_private_results_tell_neither_names_nor_addresses(small_results, tmp_path):
+    """Not in any file, with all else; no more does a report or electricity of a run that told
+    them.
+    """
+    secrets = [b"Halle", b"Stra\xc3\x9fe", b"Old mill"]
+    source, options = small_results.parent / "city.gml", ("--overwrite", "--quiet", "--private")
+    exports = ["--cityjson", "--gltf", "--geopackage", "--editable"]
+    out, again = tmp_path / "out", tmp_path / "again"
+    assert main(["simulate", str(source), "--out", str(out), *exports, *FAST, "--private"]) == 0
+    assert main(["yield", str(small_results), "--out", str(again), *options]) == 0
+    assert main(["plot", str(again), "--quiet"]) == 0
+    files = [path for folder in (out, again) for path in folder.rglob("*") if path.is_file()]
+    assert len(files) > 14
+    told = {(path.name, word) for path in files for word in secrets if word in path.read_bytes()}
+    assert told == set()
+    for folder in (out, again):
+        assert read_results(folder).buildings["function"][0] == "office building (1120)"
+        stored = read_transfer(folder / "transfer.nc").facts
+        assert (stored.address, stored.name, stored.year) == ([""], [""], ["1904"])
+    # The same words are found where nobody asked to leave them out.
+    assert b"Old mill" in (small_results / "city.city.json").read_bytes()
+    assert read_transfer(small_results / "transfer.nc").facts.name == ["Old mill"]
