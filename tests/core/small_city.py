@@ -24,6 +24,7 @@ TABLES = {
     "faces.csv",
     "groups.csv",
     "buildings.csv",
+    "uses.csv",  # the file tells what house a is used for
     "timeseries.nc",
     "surfaces.nc",
     "transfer.nc",
