@@ -28,7 +28,8 @@ def compose_headline(summary):
             f'<div class="card"><dt>{escape(title)}</dt><dd class="figure">{figure}</dd>'
             f"{more}<dd>{escape(words)}</dd></div>"
         )
-    sure = f"<b>{escape(say('How sure?'))}</b> {escape(describe_certainty(summary))}"
+    told = escape(describe_certainty(summary)).replace("± ", "±&nbsp;")
+    sure = f"<b>{escape(say('How sure?'))}</b> {told}"
     return "\n".join([*lines, "</dl>", f'<p class="sure">{sure}</p>'])
 
 
@@ -78,9 +79,7 @@ def _shares(totals):
         f'<rect class="facades" x="{share}" width="{100 - share}" height="1" stroke="none"/>'
         "</svg></dd>"
     )
-    words = say(
-        "roofs {roofs:,.0f} MWh, facades {facades:,.0f} MWh", roofs=whole - facades, facades=facades
-    )
+    words = say("{roofs:,.0f} MWh and {facades:,.0f} MWh", roofs=whole - facades, facades=facades)
     figure = _figure(f"{share} : {100 - share}", "%")
     return say("Roofs : facades"), figure, words, bar
 
@@ -111,8 +110,8 @@ def describe_certainty(summary):
         )
     elif "climatology" in summary["weather"]["label"]:
         weather = say(
-            "The weather is a built-in climate, with which facades were 5 to 11 % too high on "
-            "average; expect less rather than more."
+            "The weather is a built-in climate, not a measurement: with it facades were 5 to 11 % too "
+            "high on average. For a design use measured or satellite data."
         )
     else:
         energy, part = totals["mwh_per_year"], YEARS / 100

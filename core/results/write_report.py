@@ -255,13 +255,6 @@ def list_warnings(summary):
                 label=label,
             )
         )
-    if "climatology" in label:
-        warnings.append(
-            say(
-                "The weather is a climatology, not a measurement: for a design use measured or "
-                "satellite data."
-            )
-        )
     if stopped := (summary.get("traced") or {}).get("interrupted"):
         warnings.append(
             say(

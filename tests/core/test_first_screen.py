@@ -14,7 +14,7 @@ from lxml import html
 from citypv.core.commands.command_line import main
 from citypv.core.results import words
 from citypv.core.results.headline import compose_headline, describe_certainty
-from citypv.core.results.read_results import town_of
+from citypv.core.results.read_results import read_results, town_of
 from citypv.core.results.site_store import search_keys
 
 TOTALS = {
@@ -46,7 +46,7 @@ def test_four_numbers_are_those_of_the_totals():
     assert modules[1:] == ["12,345", "20,001 m² on roofs and facades"]
     assert power[1:] == ["4,000 kWp", "5.00 m² of modules for each kilowatt"]
     assert energy[1:] == ["3.20 GWh", "3,200 MWh, 800 kWh for each kWp"]
-    assert shares[1] == "75 : 25 %" and shares[-1] == "roofs 2,400 MWh, facades 800 MWh"
+    assert shares[1] == "75 : 25 %" and shares[-1] == "2,400 MWh and 800 MWh"
     with words.speaking("de"):
         assert [card[1] for card in cards(SUMMARY)] == [
             "12.345",
@@ -68,7 +68,7 @@ def test_how_sure_says_what_the_weather_does():
     told = describe_certainty(SUMMARY | {"totals": TOTALS | years, "weather": weather})
     assert "Of the 19 years of the weather, nine of ten bring at least 900.0 MWh." in told
     told = describe_certainty(SUMMARY | {"weather": {"label": "climatology"}, "error_budget": {}})
-    assert "expect less rather than more" in told and "this run does not tell" in told
+    assert "not a measurement" in told and "this run does not tell" in told
 
 
 def test_the_town_is_that_of_most_addresses():
@@ -181,3 +181,15 @@ def test_a_page_has_its_language_and_private_results_no_addresses(small_results,
     whole = b"".join(path.read_bytes() for path in out.rglob("*.json"))
     whole += (out / "index.html").read_bytes()
     assert not any(text.encode() in whole for text in ("Straße", "strasse", "Old mill", "Halle"))
+
+
+def test_a_folder_of_an_earlier_version_has_sums_and_no_texts(small_results, tmp_path):
+    folder = tmp_path / "earlier"
+    shutil.copytree(small_results, folder)
+    table = pd.read_csv(folder / "buildings.csv")
+    table.drop(columns=["address", "name", "function", "year"]).to_csv(
+        folder / "buildings.csv", index=False
+    )
+    buildings = read_results(folder).buildings
+    assert (buildings[["address", "name", "function", "year"]] == "").all(axis=None)
+    assert buildings["kwp"].tolist() == table.sort_values("building_id")["kwp"].tolist()
