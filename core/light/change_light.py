@@ -31,6 +31,7 @@ from .editable_city import EditableCity, prepare_decided
 from .form_factors import LARGEST_KEY, FormFactors, leave_rows
 from .match_light import match_light, with_reflections
 from .measure_cover import choose_left_out, find_cover, find_cramped, list_clearances
+from .packed_bits import pack_bits
 from .shadow_points import KnownPoints, find_points
 from .solve_radiosity import element_factors
 from .solve_suns import SunLight, prepare_suns
@@ -139,7 +140,8 @@ def _make_city(edit, prepared, suns, clock, change):
     of before.
     """
     context = edit.context
-    city = TracedCity(prepared, context, edit.task, [], edit.cramped)
+    bits = pack_bits(edit.task.bits)
+    city = TracedCity(prepared, context, replace(edit.task, bits=None), [], edit.cramped, bits)
     counts = edit.traced[0].ray_count, edit.traced_pairs * context.points
     common = trace_statistics(context, counts, clock, 0.0) | {"interrupted": None}
     for state, parts in enumerate(zip(edit.traced, edit.lights, edit.direct, strict=True)):
@@ -273,7 +275,7 @@ def _copy_rows(new, old, count):
 def _look_again(edit, suns, change):
     """Find out which points see which suns in the edited city: written to the Edit."""
     old, context, traced = edit.before, edit.context, edit.traced
-    patches, first, before = context.patches, change.first, old.task
+    patches, first = context.patches, change.first
     task = prepare_suns(context, traced, suns)
     watch, known = task.watch, old.task.watch
     # Bits of what is new or is covered otherwise hold no longer.
@@ -284,7 +286,8 @@ def _look_again(edit, suns, change):
         watch.unobstructed[:first] != known.unobstructed
     )
     # Bits of points that see suns stay as before, but for what is new.
-    states, (_, _, words, count) = context.ray_scene.states, before.bits.shape
+    edit.bits = old.bits.unpack()
+    states, (_, _, words, count) = context.ray_scene.states, edit.bits.shape
     bits = np.zeros((states, len(patches), words, count), np.uint16)
     for state in range(states):
         bits[state, :first] = edit.bits_before(state)

@@ -38,6 +38,7 @@ class Edit:
     traced: list  # of Traced, in each state of trees
     anew: np.ndarray  # (p,) bool, patches whose rows were traced anew
     task: SunTask | None = None  # with the bits of all suns
+    bits: np.ndarray | None = None  # (states, o, words, s) uint16, of the city before
     touched: np.ndarray | None = None  # (p,) bool, patches with a changed bit
     traced_pairs: int = 0  # pairs of a patch and a sun whose shadows were traced again
     lights: list = field(default_factory=list)  # of the lights of each state
@@ -60,8 +61,7 @@ class Edit:
 
     def bits_before(self, state):
         """Bits of the city before in a state of trees: (o, words, s) uint16."""
-        bits = self.before.task.bits
-        return bits[min(state, len(bits) - 1)]
+        return self.bits[min(state, len(self.bits) - 1)]
 
 
 def change_suns(edit, drift):

@@ -13,6 +13,7 @@ from ..settings.progress import silent
 from ..sky.horizon import without_hidden
 from .editable_city import EditableCity, prepare_decided
 from .form_factors import FormFactors, Rows
+from .packed_bits import pack_bits
 from .shadow_points import KnownPoints
 from .solve_suns import prepare_suns
 from .trace_all import prepare_gather
@@ -77,8 +78,8 @@ def compact_city(base):
     )
     watch = old.task.watch
     task.watch.points = KnownPoints(*(part[kept] for part in watch.points))
-    task.bits = old.task.bits[:, kept]
-    city = TracedCity(prepared, context, task, states, old.cramped[kept])
+    bits = pack_bits(old.bits.unpack()[:, kept])
+    city = TracedCity(prepared, context, task, states, old.cramped[kept], bits)
     return EditableCity(
         base.suns, base.request, city, np.arange(len(rows)), base.specular, base.drift
     )

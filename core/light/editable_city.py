@@ -162,7 +162,7 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
     )
     suns = without_hidden(decisions.suns, prepared.plan.terrain)
     task = prepare_suns(context, [state["traced"] for state in states], suns)
-    task.bits, watch = kept["bits"], task.watch
+    watch = task.watch
     counts = context.points, context.elements
     watch.points = find_points(
         context.patches,
@@ -187,7 +187,7 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
             state_of_trees.transfer.direct_reflected,
             state_of_trees.transfer.string_loss,
         )
-    city = TracedCity(prepared, context, task, states, kept["cramped"])
+    city = TracedCity(prepared, context, task, states, kept["cramped"], kept["bits"])
     return EditableCity(
         decisions.suns, request, city, np.arange(len(scene.surfaces)), specular, drift
     )

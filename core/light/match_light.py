@@ -52,9 +52,8 @@ def with_reflections(base, bounces, progress=silent):
     old, clock = base.city, Clock()
     prepared = replace(old.prepared, bounces=bounces)
     context = replace(old.context, bounces=bounces, progress=progress, layout=None)
-    task = replace(
-        old.task, progress=SunProgress(progress, len(old.task.suns), int(context.reflections))
-    )
+    suns_progress = SunProgress(progress, len(old.task.suns), int(context.reflections))
+    task = replace(old.task, progress=suns_progress, bits=old.bits.unpack())
     # Sky and suns are solved again from what rays met; none is traced.
     traced, specular = [state_traced.traced for state_traced in old.states], base.specular(prepared)
     hooks = [
@@ -70,7 +69,8 @@ def with_reflections(base, bounces, progress=silent):
         light.string_loss = state.direct.string_loss  # of shadows alone
     context.layout = old.context.layout
     clock.lap("suns")
-    city, record = TracedCity(prepared, context, task, [], old.cramped), old.transfer.record
+    task, record = replace(task, bits=None), old.transfer.record
+    city = TracedCity(prepared, context, task, [], old.cramped, old.bits)
     common = trace_statistics(context, (traced[0].ray_count, record.shadow_rays), clock, 0.0) | {
         "interrupted": None
     }

@@ -34,11 +34,12 @@ from .compact_city import compact_city
 from .editable_city import Decisions
 from .form_factors import FormFactors, Rows
 from .light_errors import LightError
+from .packed_bits import PackedBits
 from .solve_light import Light
 from .solve_suns import SunLight
 from .traced import FirstLight, Traced
 
-NAME, FORMAT = "rays.nc", "CityPV rays, format 6"
+NAME, FORMAT = "rays.nc", "CityPV rays, format 7"
 GIVE_EDITABLE = "give the folder of citypv simulate --editable"
 TYPES = (
     City,
@@ -52,6 +53,7 @@ TYPES = (
     FirstLight,
     FormFactors,
     ModuleLayout,
+    PackedBits,
     Rows,
     Traced,
 )
@@ -154,7 +156,7 @@ def _keep_traced(city):
         }
         for state in city.states
     ]
-    kept = {"bits": city.task.bits, "cramped": city.cramped, "layout": city.context.layout}
+    kept = {"bits": city.bits, "cramped": city.cramped, "layout": city.context.layout}
     return kept | {"states": states}
 
 

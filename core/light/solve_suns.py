@@ -10,7 +10,6 @@ from ..settings.progress import CancelledError
 from ..sun.suns import Suns
 from .annual_light import Annual, light_unshaded, sum_suns
 from .form_factor_products import multiply_visible
-from .shadow_points import WORD
 from .solve_radiosity import radiosity_factor, reflection_of, sum_reflections
 from .string_shade import add_losses, empty_losses, table_of_strings
 from .sun_blocks import (
@@ -55,7 +54,7 @@ class SunTask:
     progress: SunProgress
     # start of a block -> list of Shadows, traced but not solved yet
     traced_shadows: dict = field(default_factory=dict)
-    # (states, p, words, s) uint16, of Shadows for all suns looked at; None: not kept
+    # (states, p, words, s) uint16, of Shadows for all suns looked at; None: not wanted, or packed
     bits: np.ndarray | None = None
     # whether what patches reflect of each sun is wanted, and not the first reflection alone
     reflects: bool = True
@@ -78,11 +77,7 @@ def prepare_suns(context, traced, suns):
         left_out=context.left_out,
     )
     progress = SunProgress(context.progress, len(suns), int(context.reflections))
-    task = SunTask(suns, watch, cut_into_blocks(suns, len(patches)), progress)
-    if context.editable:
-        shape = context.ray_scene.states, len(patches), -(-context.points // WORD), len(suns)
-        task.bits = np.zeros(shape, np.uint16)
-    return task
+    return SunTask(suns, watch, cut_into_blocks(suns, len(patches)), progress)
 
 
 def _trace_shadows(context, task, block, report):

@@ -21,7 +21,9 @@ from .measure_cover import (
     list_clearances,
     share_without_room,
 )
+from .packed_bits import PackedBits, pack_bits
 from .prepare_scene import PreparedScene, check_tracing, prepare_scene
+from .shadow_points import WORD
 from .solve_light import solve_light
 from .solve_radiosity import covariance_of_replicates, find_bounces, radiosity_factor
 from .solve_suns import SunLight, SunTask, light_of_first_days, prepare_suns, solve_suns
@@ -72,6 +74,7 @@ class TracedCity:
     task: SunTask
     states: list  # of TracedState: in leaf and, where trees lose their leaves, bare
     cramped: np.ndarray  # (p, k) uint64, of `find_cramped` at `list_clearances`
+    bits: PackedBits | None = None  # of SunTask, where the city can be edited
 
     @property
     def transfer(self):
@@ -147,6 +150,9 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     # Every sun is traced, since open hours lie between them; errors are about the light that
     # counts.
     task, left = prepare_suns(context, traced, without_hidden(suns, plan.terrain)), None
+    if context.editable:
+        words, states = -(-context.points // WORD), ray_scene.states
+        task.bits = np.zeros((states, len(context.patches), words, len(task.suns)), np.uint16)
     lay_traced(prepared, context, traced[0], cramped)
     clock.lap("modules")
     # As many reflections as it takes until what is left is small.
@@ -179,6 +185,8 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
         if not context.rounds:
             state.direct.annual = replace(state.direct.annual, elements=None, spread=None)
         common |= {"seconds": {}, "processor_seconds": {}}  # the first state's are of all states
+    if task.bits is not None:
+        traced_city.bits, task.bits = pack_bits(task.bits), None  # large
     return traced_city
 
 
