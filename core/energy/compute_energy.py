@@ -226,6 +226,7 @@ def _sum_surfaces(task, group_weight, threads, progress):
     periods = (np.zeros((count, length)) for length in (12, task.hours.year_count))
     of_groups = np.zeros((hours, group_weight.shape[1]))
     total = BlockSums(*single, *periods, of_groups, np.zeros(count))
+    progress("electricity", 0.0, float(count * hours), "surface-hours")
     for rows, sums in sum_blocks(task, blocks, lambda rows: group_weight[rows], threads):
         for name in vars(total).keys() - {"capacity_factor"}:
             getattr(total, name)[rows] = getattr(sums, name)

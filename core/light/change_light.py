@@ -25,7 +25,7 @@ from ..sky.horizon import without_hidden
 from .annual_light import light_unshaded, solve_annual, sum_suns
 from .change_modules import change_losses, lay_changed
 from .change_rays import find_changed_rows, find_shadowed
-from .change_suns import Edit, change_suns, with_first_days
+from .change_suns import EACH_SUN, Edit, change_suns, with_first_days
 from .compact_city import compact_city
 from .editable_city import EditableCity, prepare_decided
 from .form_factors import LARGEST_KEY, FormFactors, leave_rows
@@ -121,11 +121,14 @@ def trace_change(base, change, request=None, progress=silent, preview=None):
         edit.lights.append(light)
         edit.direct.append(SunLight(None, None, len(base.suns), annual=annual))
     clock.lap("annual light")
+    progress(EACH_SUN, 0, 1, "steps")
     # Reflected light of each sun follows from what changed; rows that are gone are dropped if many.
     drift = change_suns(edit, base.drift)
+    progress(EACH_SUN, 3, 4, "steps")
     # Modules and what their strings lose ask for no light, and a preview need not wait for them.
     lay_changed(edit, prepared)
     change_losses(edit)
+    progress(EACH_SUN, 4, 4, "steps")
     clock.lap("suns")
     city = _make_city(edit, prepared, base.suns, clock, change)
     edited = EditableCity(base.suns, request, city, change.rows, base.specular, drift)
@@ -197,7 +200,9 @@ def _trace_rows(old, context, change, scene, progress):
     context.left_out = choose_left_out(scene, context.patch_to_surface, context.request, cramped)
     todo[:first] |= context.left_out[:first] != old.context.left_out
     todo &= patches.receives
+    progress(STAGE, 1.2, 3, "steps")
     covered = _find_cover(context, before[0].covered, todo)
+    progress(STAGE, 1.4, 3, "steps")
     # Rows of patches that are gone become dark; their entries of the matrix fall out, all others
     # are kept.
     dead = np.flatnonzero(~patches.receives)
@@ -223,12 +228,16 @@ def _trace_rows(old, context, change, scene, progress):
         new.far_ground[dead], new.element_far_ground[dead], new.open_share[dead] = 0, 0, 0
         new.covered[dead], new.samples[dead] = True, 0
         traced.append(new)
-    # Rows with as many rays as each other are traced together.
+    # Rows with as many rays as each other are traced together, some at a time: a newer edit may stop
+    # it.
+    city = replace(context, covered=covered)
     for number in np.unique(samples[todo & (samples > 0)]):
         rows = np.flatnonzero(todo & (samples == number))
-        for parts in trace_rows(replace(context, covered=covered), rows, int(number)):
-            for traced_state, part in zip(traced, parts, strict=True):
-                traced_state.put(part)
+        for some in np.array_split(rows, -(-len(rows) // 2048)):
+            progress(STAGE, 1.5, 3, "steps")
+            for parts in trace_rows(city, some, int(number)):
+                for traced_state, part in zip(traced, parts, strict=True):
+                    traced_state.put(part)
     # What a closed form gives is filled in, as in any run.
     for traced_state in traced:
         fill_closed_forms(context, traced_state)
@@ -304,6 +313,7 @@ def _look_again(edit, suns, change):
     asked = np.zeros((len(patches), count), bool)
     rows = np.flatnonzero(watch.traced & ~anew)
     asked[rows] = find_shadowed(watch, rows, block.directions, change)
+    context.progress(STAGE, 2.5, 3, "steps")
     asked[watch.traced & anew] = True
     asked &= lit  # suns above the terrain only
     # New points that nothing shades see all suns in front of them, without rays.
@@ -315,7 +325,7 @@ def _look_again(edit, suns, change):
     for _ in map_in_order(
         lambda one: trace_points(watch, one, block, bits, asked[one]), tasks, context.threads
     ):
-        pass
+        context.progress(STAGE, 2.7, 3, "steps")
     # Rows that see suns otherwise now.
     touched = anew.copy()
     rows = np.flatnonzero(looking[:first] & ~anew[:first])

@@ -16,6 +16,7 @@ from scipy import sparse
 from .form_factor_loops import link_patches
 from .form_factor_products import multiply_visible, scales_of
 from .form_factors import FormFactors, leave_rows
+from .shadow_points import WORD
 from .solve_suns import SunTask, solve_suns
 from .sun_blocks import FIRST_SUNS, block_of_suns
 from .sun_matrix import LIMIT
@@ -24,6 +25,7 @@ from .trace_all import GatherContext
 from .trace_gather import TracedCity
 
 SMALL = 4e6  # patches times suns, up to which all suns are solved: half a second
+EACH_SUN = "each sun"  # the stage that follows the preview
 GUESSED = 5e-4  # of reflected light that one edit may give the mean's pattern
 
 
@@ -96,7 +98,9 @@ def change_suns(edit, drift):
         guessed = 0.0
         for state, direct in enumerate(edit.direct):
             direct.visible_share = _visible_share(edit, state)
+            context.progress(EACH_SUN, 3 * state + 1, 3 * states + 2, "steps")
             direct.reflected = _first_reflections(edit, state)
+            context.progress(EACH_SUN, 3 * state + 2, 3 * states + 2, "steps")
             guessed += _add_further(edit, state) / states
         # Where what has the mean pattern adds up to a tenth of the reflected light, all suns are
         # solved.
@@ -181,8 +185,9 @@ def _first_reflections(edit, state):
         old.task.watch.points.representative_points,
     )
     rows = np.flatnonzero(edit.touched[:first])
-    lit = _lit_elements(bits[rows], points[rows]), _lit_elements(old_bits[rows], old_points[rows])
-    entry, sun, element, sign = _list_changes(*lit)
+    entry, sun, element, sign = _list_changes(
+        (bits[rows], points[rows]), (old_bits[rows], old_points[rows])
+    )
     number = np.full(len(context.patches), -1)
     number[rows] = np.arange(len(rows))
     starts = np.searchsorted(entry * ff.elements + element, np.arange(len(rows) * ff.elements + 1))
@@ -227,22 +232,30 @@ def _light_of_rows(form_factors, chosen, seen_by, suns, context):
     return multiply_visible(some, seen_by, suns, context.threads)
 
 
-def _lit_elements(bits, points):
-    """Which elements of patches see which suns: (c, cells, s) bool."""
-    lit = np.empty((*points.shape, bits.shape[2]), bool)
-    for cell in range(points.shape[1]):
-        point = points[:, cell].astype(np.int64)
-        word = np.take_along_axis(bits, (point >> 4)[:, None, None], axis=1)[:, 0]
-        lit[:, cell] = (word >> (point & 15)[:, None].astype(np.uint16)) & 1
-    return lit
-
-
 def _list_changes(now, before):
-    """Where two arrays of bool, (c, cells, s), differ: patch, sun, element, and 1 or -1, by patch
-    and element.
+    """Elements of patches that see a sun now and did not before, or the other way round: patch,
+    sun, element, and 1 or -1, by patch and element.
+
+    Parameters
+    ----------
+    now, before : tuple of (c, words, s) uint16 and (c, cells) int
+        Which points of patches see which suns, and the point that stands for each element.
     """
-    patch, element, sun = np.nonzero(now != before)
-    return patch, sun, element, np.where(now[patch, element, sun], 1, -1).astype(np.float32)
+    # Only pairs of a patch and a sun with another bit, or of a patch with other points, are asked.
+    moved = (now[1] != before[1]).any(axis=1)
+    patch, sun = np.nonzero((now[0] != before[0]).any(axis=1) | moved[:, None])
+    changes = []
+    for element in range(now[1].shape[1]):
+        lit = []
+        for bits, points in (now, before):
+            word, bit = np.divmod(points[patch, element].astype(np.int64), WORD)
+            lit.append(bits[patch, word, sun] >> bit.astype(np.uint16) & 1)
+        other = np.flatnonzero(lit[0] != lit[1])
+        sign = np.where(lit[0][other], 1, -1).astype(np.float32)
+        changes.append((patch[other], sun[other], np.full(len(other), element), sign))
+    patch, sun, element, sign = (np.concatenate(part) for part in zip(*changes, strict=True))
+    order = np.argsort(patch * now[1].shape[1] + element, kind="stable")
+    return patch[order], sun[order], element[order], sign[order]
 
 
 @njit(nogil=True, cache=True)

@@ -37,9 +37,10 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
         "building the scene": 1,
         "what the change reaches": 8,
         "reflections of the sky": 4,
-        "suns": 2,
+        "suns": 1,
+        "each sun": 2,
+        "electricity": 3,
     }
-    stages |= {"electricity": 3}
     # state of the city that was asked for last, until it is computed or the city is another one
     tried = None
 
