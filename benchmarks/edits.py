@@ -21,7 +21,6 @@ from citypv.core.city.edit_city import CityChange, edit_city
 from citypv.core.light.change_light import trace_change
 from citypv.core.light.editable_city import prepare_decided, trace_editable
 from citypv.core.light.rays_file import write_rays
-from citypv.core.light.specular_light import specular_of
 from citypv.core.run.study import (
     change_scene,
     compute_energy,
@@ -157,9 +156,7 @@ def main():
         if number < options.full:
             start = read_clock()
             prepared = prepare_decided(base.decisions, change.scene, request)
-            whole = replace(
-                trace_editable(prepared, base.suns, request, specular=specular_of), rows=change.rows
-            )
+            whole = replace(trace_editable(prepared, base.suns, request), rows=change.rows)
             record = whole.transfer.record
             full.append([*(read_clock() - start), record.hemisphere_rays, record.shadow_rays])
             apart.append(tell_apart(edited, whole, weather, request))

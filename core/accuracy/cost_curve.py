@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..light.prepare_scene import PreparedScene, prepare_scene
-from ..light.shadow_points import count_elements, points_above
+from ..light.shadow_points import count_elements
 from ..settings.presets import PRESETS
 from ..settings.progress import describe_duration, silent
 from ..settings.request import Request
@@ -128,9 +128,7 @@ class PredictedCity:
         rays, points = request.samples / run.samples, request.shadow_samples / run.shadow_samples
         more = {"rays": rays, "shadows": points, "passed_on": np.sqrt(rays * points)}
         # Uneven light inside elements: its square falls with their number.
-        elements = [
-            count_elements(points_above(settings.shadow_samples)) for settings in (request, run)
-        ]
+        elements = [count_elements(settings.shadow_samples) for settings in (request, run)]
         variance = {
             name: errors.variance[name] / (more[name] ** SAMPLED[name] * rounds) for name in SAMPLED
         }

@@ -196,7 +196,7 @@ def find_lit_share(transfer, system):
     return np.maximum(1.0 - covered - dark, 1 / 64)
 
 
-def note_other_clearance(transfer, clearance):
+def _note_other_clearance(transfer, clearance):
     """What the light of a Transfer is for another clearance than was traced: str, empty for the
     same.
     """
@@ -219,6 +219,14 @@ def note_other_layout(transfer, request):
         "does not tell which parts of surfaces are covered (versions before 0.3 did not keep their "
         "shapes): modules are counted by area, as with --layout area"
     )
+
+
+def note_other_settings(transfer, request):
+    """What is said of a Transfer that was traced for another clearance, or does not know the shapes
+    that rows need: list of str.
+    """
+    notes = _note_other_clearance(transfer, request.clearance), note_other_layout(transfer, request)
+    return [note for note in notes if note]
 
 
 def sum_left_out(area, energy):

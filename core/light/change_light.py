@@ -35,6 +35,7 @@ from .packed_bits import pack_bits
 from .shadow_points import KnownPoints, find_points
 from .solve_radiosity import element_factors
 from .solve_suns import SunLight, prepare_suns
+from .specular_light import specular_of
 from .sun_blocks import block_of_suns
 from .sun_visibility import Shadows, see_all, trace_points, weigh_points
 from .trace_all import ask_samples, fill_closed_forms, prepare_gather
@@ -110,7 +111,7 @@ def trace_change(base, change, request=None, progress=silent, preview=None):
             base = with_reflections(base, asked, progress)
             edit.before, context.bounces = base.city, asked
     # Light of the year in each state of trees; a preview can be shown before suns are solved.
-    specular = base.specular(prepared)
+    specular = specular_of(prepared)
     for state, traced in enumerate(edit.traced):
         hook, annual = specular and specular(context, traced, state), _sum_annual(edit, state)
         light = solve_skies(context, traced, hook, clock)
@@ -131,7 +132,7 @@ def trace_change(base, change, request=None, progress=silent, preview=None):
     progress(EACH_SUN, 4, 4, "steps")
     clock.lap("suns")
     city = _make_city(edit, prepared, base.suns, clock, change)
-    edited = EditableCity(base.suns, request, city, change.rows, base.specular, drift)
+    edited = EditableCity(base.suns, request, city, change.rows, drift)
     gone = len(context.surfaces) - len(change.rows)
     # When more than a tenth of the surfaces are gone, all get new numbers.
     edited = compact_city(edited) if gone > 0.1 * len(change.rows) else edited

@@ -80,9 +80,7 @@ def compact_city(base):
     task.watch.points = KnownPoints(*(part[kept] for part in watch.points))
     bits = pack_bits(old.bits.unpack()[:, kept])
     city = TracedCity(prepared, context, task, states, old.cramped[kept], bits)
-    return EditableCity(
-        base.suns, base.request, city, np.arange(len(rows)), base.specular, base.drift
-    )
+    return EditableCity(base.suns, base.request, city, np.arange(len(rows)), base.drift)
 
 
 def _rows_of(matrix, rows):

@@ -1,6 +1,5 @@
 """A traced city that can be edited, from a run or from what was kept of one."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,6 +14,7 @@ from .measure_cover import choose_left_out
 from .prepare_scene import prepare_scene
 from .shadow_points import find_points
 from .solve_suns import prepare_suns
+from .specular_light import specular_of
 from .trace_all import prepare_gather
 from .trace_gather import TracedCity, TracedState, trace_light
 
@@ -38,8 +38,6 @@ class EditableCity:
     city: TracedCity
     # (k,) int, surfaces of its scene in the order of the city, racks last; others are gone
     rows: np.ndarray
-    # PreparedScene -> as of `trace_gather`, or None where all reflect by Lambert's law
-    specular: Callable
     drift: float = 0.0  # share of reflected light that edits gave the mean's pattern over the suns
     # of an edit: the city before with more light than it had, where it was needed
     before: "EditableCity | None" = None
@@ -81,7 +79,7 @@ def prepare_decided(decisions, scene, request, progress=silent):
     )
 
 
-def trace_editable(prepared, suns, request, progress=silent, *, specular=lambda prepared: None):
+def trace_editable(prepared, suns, request, progress=silent):
     """Trace a city so that it can be edited.
 
     Parameters
@@ -91,8 +89,6 @@ def trace_editable(prepared, suns, request, progress=silent, *, specular=lambda 
     request : Request
     progress : callable, optional
         See `core.settings.progress`.
-    specular : callable, optional
-        As of `EditableCity`.
 
     Returns
     -------
@@ -118,11 +114,11 @@ def trace_editable(prepared, suns, request, progress=silent, *, specular=lambda 
         )
     # Only one round of gather, of a whole city, keeps what an edit needs.
     prepared = replace(prepared.build_tree(request), editable=True)
-    city = trace_light(prepared, suns, request, progress, specular=specular(prepared))
-    return EditableCity(suns, request, city, np.arange(len(prepared.scene.surfaces)), specular)
+    city = trace_light(prepared, suns, request, progress, specular=specular_of(prepared))
+    return EditableCity(suns, request, city, np.arange(len(prepared.scene.surfaces)))
 
 
-def restore_editable(scene, request, transfer, *, decisions, kept, drift, specular):
+def restore_editable(scene, request, transfer, *, decisions, kept, drift):
     """A traced city as it was, from what its rays and suns met: EditableCity.
 
     Parameters
@@ -135,7 +131,7 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
         `bits` of SunTask, `cramped` of TracedCity, `layout` of GatherContext, `rules` of
         PreparedScene, and `states`: a dict of each state of the trees, with `traced`, `lights` and
         `direct` of TracedState.
-    drift, specular
+    drift
         As of `EditableCity`.
 
     Raises
@@ -188,6 +184,4 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift, specul
             state_of_trees.transfer.string_loss,
         )
     city = TracedCity(prepared, context, task, states, kept["cramped"], kept["bits"])
-    return EditableCity(
-        decisions.suns, request, city, np.arange(len(scene.surfaces)), specular, drift
-    )
+    return EditableCity(decisions.suns, request, city, np.arange(len(scene.surfaces)), drift)

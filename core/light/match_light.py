@@ -9,6 +9,7 @@ from ..settings.request import BEST_SKY
 from .annual_light import solve_annual
 from .change_suns import solve_known_suns
 from .editable_city import EditableCity, prepare_decided, trace_editable
+from .specular_light import specular_of
 from .sun_blocks import SunProgress
 from .trace_gather import (
     SUNS,
@@ -55,7 +56,7 @@ def with_reflections(base, bounces, progress=silent):
     suns_progress = SunProgress(progress, len(old.task.suns), int(context.reflections))
     task = replace(old.task, progress=suns_progress, bits=old.bits.unpack())
     # Sky and suns are solved again from what rays met; none is traced.
-    traced, specular = [state_traced.traced for state_traced in old.states], base.specular(prepared)
+    traced, specular = [state_traced.traced for state_traced in old.states], specular_of(prepared)
     hooks = [
         specular and specular(context, state_traced, state)
         for state, state_traced in enumerate(traced)
@@ -87,7 +88,7 @@ def with_reflections(base, bounces, progress=silent):
             state.traced.form_factors.links = None  # large
         city.states.append(state)
         common |= {"seconds": {}, "processor_seconds": {}}
-    return EditableCity(base.suns, base.request, city, base.rows, base.specular)
+    return EditableCity(base.suns, base.request, city, base.rows)
 
 
 def _with_sky(base, sky, progress):
@@ -99,7 +100,5 @@ def _with_sky(base, sky, progress):
         known, on=known.on | {BEST_SKY: sky != "isotropic"}, plan=known.plan | {"sky": sky}
     )
     prepared = prepare_decided(known, base.city.prepared.scene, base.request, progress)
-    traced_again = trace_editable(
-        prepared, base.suns, base.request, progress, specular=base.specular
-    )
+    traced_again = trace_editable(prepared, base.suns, base.request, progress)
     return replace(traced_again, rows=base.rows)

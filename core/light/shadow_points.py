@@ -39,8 +39,9 @@ def count_elements(point_count):
     """Number of cells by which the light of a patch is resolved: 1, 4 or 16, at most one
     per point.
     """
-    # A patch has 16 cells at most: one bit each in the mask of those that see a sun.
-    return next(cells for cells in (16, 4, 1) if cells <= point_count)
+    # A patch has 16 cells at most: one bit each in the mask of those that see a sun. Points are as
+    # many as the next power of two.
+    return next(cells for cells in (16, 4, 1) if cells <= points_above(point_count))
 
 
 def shadow_points(patches, chosen, point_count):

@@ -5,8 +5,9 @@ what files may hold.
 import csv
 import gzip
 import io
+import zipfile
 import zlib
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from ..settings.errors import InputError
@@ -183,8 +184,27 @@ class _Decompressed(io.RawIOBase):
         super().close()
 
 
+@contextmanager
+def open_zip(path):
+    """A zip archive whose files have a plausible size, open: zipfile.ZipFile.
+
+    Raises
+    ------
+    InputError
+        What it unpacks to is far larger than itself.
+    """
+    with zipfile.ZipFile(path) as archive:
+        size = sum(member.file_size for member in archive.infolist())
+        if size > FREE_BYTES + LARGEST_GAIN * Path(path).stat().st_size:
+            raise InputError(
+                path, f"unpacks to {size / 1e9:.1f} GB, an implausible ratio", "unpack it yourself"
+            )
+        yield archive
+
+
 def read_rows(path, cure):
-    """Rows of a small table of the user, CSV in UTF-8, as ids must be exact: iterator of list of str.
+    """Rows of a small table of the user, CSV in UTF-8, as ids must be exact: iterator of list of
+    str.
 
     Parameters
     ----------

@@ -9,7 +9,7 @@ from ..accuracy.check_goal import check_goal
 from ..accuracy.error_budget import suggest_more
 from ..accuracy.rounds_to_target import CELLS
 from ..energy import left_out
-from ..energy.counted_area import classify_again, note_other_clearance, note_other_layout
+from ..energy.counted_area import classify_again, note_other_settings
 from ..energy.pv_system import ELECTRIC
 from ..light.rays_file import write_rays
 from ..light.trace_run import trace_run, weigh_kept_suns
@@ -273,9 +273,7 @@ def recompute(transfer_path, folder, request, *, overwrite=False, log=None):
                 "not count when"
             )
             log.write("  they were traced may have a quarter of the rays, and larger errors")
-        other = note_other_clearance(transfer, request.clearance)
-        layout = note_other_layout(transfer, request)
-        for note in (*transfer.notes, *filter(None, (other, layout))):
+        for note in (*transfer.notes, *note_other_settings(transfer, request)):
             log.write(f"{transfer_path}: {note}")
         # An edit may have removed what the list of its base names; other names must be there.
         if (Path(transfer_path).parent / CHANGE).is_file():

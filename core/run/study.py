@@ -29,7 +29,6 @@ from ..energy.pv_system import build_system
 from ..energy.time_axis import read_zone
 from ..light.editable_city import trace_editable
 from ..light.prepare_scene import prepare_scene
-from ..light.specular_light import specular_of
 from ..light.trace_run import choose_year, trace_run
 from ..patches.read_albedo import check_materials
 from ..read.footprint_heights import HeightHints
@@ -271,7 +270,7 @@ def trace_base(scene, weather, request, progress=silent, *, prepared=None):
     """
     prepared = prepared or prepare_study(scene, weather, request, progress=progress)
     suns = choose_year(weather, request) if prepared.suns is None else prepared.suns
-    return trace_editable(prepared, suns, request, progress, specular=specular_of)
+    return trace_editable(prepared, suns, request, progress)
 
 
 def measure_sun_sampling(scene, weather, transfer, request, progress=silent, *, prepared=None):

@@ -20,7 +20,6 @@ from ..light.change_light import trace_change
 from ..light.editable_city import restore_editable
 from ..light.errors_of_change import errors_of_difference
 from ..light.rays_file import read_rays, write_rays
-from ..light.specular_light import specular_of
 from ..read.footprint_heights import HeightHints
 from ..read.read_city import read_city
 from ..results.columns import write_table
@@ -77,7 +76,6 @@ def make_variant(base_folder, folder, change, *, output=None, log=None):
         known = {
             "decisions": kept.decisions,
             "kept": kept.traced | {"rules": build_system(kept.request).layout},
-            "specular": specular_of,
             "drift": kept.drift,
         }
         transfer = read_transfer(Path(base_folder) / "transfer.nc")

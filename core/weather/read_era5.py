@@ -15,7 +15,7 @@ import pandas as pd
 from scipy.io import netcdf_file
 
 from ..read.netcdf_file import open_netcdf
-from ..read.open_input import FREE_BYTES, LARGEST_GAIN
+from ..read.open_input import open_zip
 from ..settings.errors import InputError
 from .grid_point import AXES, name_axes, weigh_lines
 from .weather import Record
@@ -232,15 +232,8 @@ def _list_files(path, stack):
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         with (
             InputError.parsing(path, "cannot be unpacked", AGAIN),
-            zipfile.ZipFile(path) as archive,
+            open_zip(path) as archive,
         ):
-            size = sum(member.file_size for member in archive.infolist())
-            if size > FREE_BYTES + LARGEST_GAIN * path.stat().st_size:
-                raise InputError(
-                    path,
-                    f"unpacks to {size / 1e9:.1f} GB, an implausible ratio",
-                    "unpack it yourself",
-                )
             members = [member for member in archive.namelist() if member.endswith(".nc")]
             files = [folder / f"{number}.nc" for number in range(len(members))]  # under new names
             for file, member in zip(files, members, strict=True):

@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 import pvlib
 
-from ..read.open_input import FREE_BYTES, LARGEST_GAIN, read_text
+from ..read.open_input import open_zip, read_text
 from ..settings.errors import InputError, first_true
 from .weather import DAMAGED, Record, read_numbers
 
@@ -173,14 +173,7 @@ def read_point_series(path):
     path = Path(path)
     with InputError.parsing(path, "cannot be read as point series", DAMAGED):
         if zipfile.is_zipfile(path):
-            with zipfile.ZipFile(path) as archive:
-                size = sum(member.file_size for member in archive.infolist())
-                if size > FREE_BYTES + LARGEST_GAIN * path.stat().st_size:
-                    raise InputError(
-                        path,
-                        f"unpacks to {size / 1e9:.1f} GB, an implausible ratio",
-                        "unpack it yourself",
-                    )
+            with open_zip(path) as archive:
                 names = sorted(name for name in archive.namelist() if name.lower().endswith(".csv"))
                 tables = [pd.read_csv(archive.open(name)) for name in names]
         else:

@@ -4,7 +4,7 @@ import numpy as np
 import xarray
 
 from ..energy.counted_area import name_group
-from ..read.netcdf_file import ENGINE, netcdf_file
+from ..read.netcdf_file import netcdf_file
 from ..settings.version import __version__
 from ..weather.grid_sources import MEANINGS
 from .place_hours import HOURS, MONTHS
@@ -195,4 +195,4 @@ def write_world(path, world):
     # Coordinates and areas have no missing values.
     encoding |= {name: {"_FillValue": None} for name in ("latitude", "longitude", "area")}
     with netcdf_file(path) as stream:
-        dataset.to_netcdf(stream, engine=ENGINE, encoding=encoding)
+        dataset.to_netcdf(stream, engine="h5netcdf", encoding=encoding)

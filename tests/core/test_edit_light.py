@@ -17,7 +17,6 @@ from citypv.core.city.terrain import Layer, Terrain
 from citypv.core.light.change_light import trace_change
 from citypv.core.light.editable_city import prepare_decided, trace_editable
 from citypv.core.light.errors_of_change import errors_of_difference
-from citypv.core.light.specular_light import specular_of
 from citypv.core.light.sun_visibility import projection_in_front
 from citypv.core.run.study import (
     change_scene,
@@ -173,7 +172,7 @@ def trace_wholly(base, change, request=None):
     request = request or base.request
     prepared = prepare_decided(base.decisions, change.scene, request)
     prepared = replace(prepared, rules=base.city.prepared.rules)
-    full = trace_editable(prepared, base.suns, request, specular=specular_of)
+    full = trace_editable(prepared, base.suns, request)
     return replace(full, rows=change.rows)
 
 
