@@ -204,11 +204,10 @@ def _lay_polygons(surfaces, outlines, polygons, rules, hidden):
     low = (bounds[:, 3] - bounds[:, 1]) * rise < storey
     blind = drawn | (shut > 0.1) | low | (band <= 0)
     boxes = [np.empty((0, 4))] * len(first)
-    for wall in walls[~blind[walls] & ~shapely.is_empty(polygons.free[walls])]:
-        shape = max(shapely.get_parts(polygons.free[wall]), key=shapely.area)
-        outline = shapely.get_coordinates(shapely.get_exterior_ring(shapely.normalize(shape)))
+    lit = walls[~blind[walls] & ~shapely.is_empty(polygons.free[walls])]
+    for wall, outline in zip(lit, _outline_largest(polygons.free[lit]), strict=True):
         boxes[wall] = window_boxes(
-            outline[::-1],  # normalised rings are clockwise
+            outline,
             floor[wall],
             storey[wall] / rise[wall],
             band[wall] / rise[wall],
@@ -216,6 +215,22 @@ def _lay_polygons(surfaces, outlines, polygons, rules, hidden):
         )
     storeys = floor, np.where(np.isfinite(floor), storey / np.where(rise > 0, rise, 1.0), np.nan)
     return lay_modules(polygons.free, planes, kind, rules.size, boxes=boxes, storeys=storeys)
+
+
+def _outline_largest(shapes):
+    """Outer rings of the largest parts of some shapes, (k,): list of (c, 2) float64, closed and
+    counter-clockwise.
+    """
+    if not len(shapes):
+        return []
+    parts, owner = shapely.get_parts(shapes, return_index=True)
+    first = np.searchsorted(owner, np.arange(len(shapes)))
+    largest = parts[np.lexsort((-shapely.area(parts), owner))[first]]
+    # Normalised rings are clockwise.
+    rings = shapely.get_exterior_ring(shapely.normalize(largest))
+    places, ring = shapely.get_coordinates(rings, return_index=True)
+    outlines = np.split(places, np.flatnonzero(np.diff(ring)) + 1)
+    return [outline[::-1] for outline in outlines]
 
 
 def _share_out(layout, polygons, surfaces):

@@ -10,6 +10,8 @@
 └────┘
 """
 
+import math
+
 import numpy as np
 
 
@@ -27,17 +29,17 @@ def window_boxes(outline, lowest, storey, window_band, *, ground_floor=False):
     ground_floor : bool
         Whether the lowest storey carries modules between its windows; else none.
     """
-    left, bottom = outline.min(axis=0)
-    right, top = outline.max(axis=0)
+    xs, ys = outline.T.tolist()
+    left, right, top = min(xs), max(xs), max(ys)
     # Bands of all storeys that reach into the facade; the lowest one is kept free altogether.
-    levels = np.arange(np.floor((bottom - lowest) / storey), np.ceil((top - lowest) / storey))
-    ceilings = lowest + (levels + 1) * storey
-    floors = ceilings - np.where((levels <= 0) & (not ground_floor), storey, window_band)
-    bands = [
-        (left, low, right, high) for low, high in zip(floors, ceilings, strict=True) if high > low
-    ]
+    bands, first = [], math.floor((min(ys) - lowest) / storey)
+    for level in range(first, math.ceil((top - lowest) / storey)):
+        high = lowest + (level + 1) * storey
+        low = high - (storey if level <= 0 and not ground_floor else window_band)
+        if high > low:
+            bands.append((left, low, right, high))
     # Gables are blind: above their eaves a band is left out, beside them it goes on.
-    for begin, end, eaves in _find_gables(outline):
+    for begin, end, eaves in _find_gables(list(zip(xs, ys, strict=True))[:-1]):
         parts = []
         for x0, low, x1, high in bands:
             parts += [(x0, low, min(x1, begin), high), (max(x0, end), low, x1, high)]
@@ -46,13 +48,12 @@ def window_boxes(outline, lowest, storey, window_band, *, ground_floor=False):
     return np.array(bands, float).reshape(-1, 4)
 
 
-def _find_gables(outline, *, slope=0.1):
-    """Gables of a wall: list of (left end, right end, height of the eaves) [m].
+def _find_gables(places, *, slope=0.1):
+    """Gables of a wall with some corners: list of (left end, right end, height of the eaves) [m].
 
     A stretch of its upper edge that is not level, between upright edges. The eaves are the higher
     end of what rises between its ends, and the lower end of what rises from one to the other.
     """
-    places = outline[:-1].tolist()
     count = len(places)
     # Seen from outside the upper edge runs from right to left; it starts behind another edge.
     steps = [
