@@ -250,6 +250,7 @@ class Result:
         attribution: str = ...,
         language: str = ...,
         districts: str | None = None,
+        private: bool = False,
     ) -> Path:
         """Write report.html into the folder: its path.
 
@@ -263,6 +264,8 @@ class Result:
             Of texts and numbers: "en" or "de".
         districts : str
             FILE or FILE:COLUMN of districts; by default those that the run was given.
+        private : bool
+            Leave out names and addresses of buildings.
         """
         ...
 

@@ -60,6 +60,7 @@ TYPES = {
     "out": "StrPath | None",
     "folder": "StrPath",
     "overwrite": "bool",
+    "private": "bool",
     "temporary": "bool",
     "title": "str",
     "language": "str",
