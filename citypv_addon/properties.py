@@ -10,6 +10,7 @@ from bpy.props import (
     StringProperty,
 )
 
+from ..operators.city.build_meshes import suggest_buildings
 from ..operators.city.declare_settings import build_properties
 from ..operators.city.preferences import WeatherSettings
 from ..operators.run.choose_faces import follow_least_hours
@@ -186,6 +187,12 @@ class Seeing(TimelineSettings, bpy.types.PropertyGroup):
         name="Live",
         description="Compute an edit as soon as it is finished; a newer one cancels an older",
         default=True,
+    )
+    find: StringProperty(
+        name="Find building",
+        description="Address, name or id of a building",
+        search=suggest_buildings,
+        search_options={"SUGGESTION"},
     )
     sort_by: EnumProperty(
         name="Sort by",

@@ -87,6 +87,7 @@ GERMAN = {
         "Height attribute": "Attribut der Höhe",
         "Default height": "Höhe ohne Angabe",
         "Unit": "Einheit",
+        "Find building": "Gebäude suchen",
         "Largest first": "Größte zuerst",
         "Sort by": "Sortieren nach",
         "Manual": "Handbuch",

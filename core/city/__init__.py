@@ -14,6 +14,7 @@ DOORS = (
     "build_scene.build_scene",
     "building_facts.BuildingFacts",
     "building_facts.FACTS",
+    "building_facts.fold_text",
     "building_facts.tell_facts",
     "building_facts.without_names",
     "canopy.LeafyScene",

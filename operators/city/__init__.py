@@ -18,6 +18,7 @@ DOORS = (
     "attributes.read_face_attribute",
     "attributes.write_face_attribute",
     "build_meshes.build_meshes",
+    "build_meshes.read_told",
     "build_meshes.read_vertices",
     "build_meshes.remove_objects",
     "build_meshes.renew_holders",

@@ -3,6 +3,7 @@
 import bpy
 import numpy as np
 
+from ...core.city.building_facts import fold_text
 from .attributes import PREFIX, read_array, write_face_attribute
 from .keys import Key
 from .session import find_city
@@ -130,11 +131,21 @@ def remove_objects(*items):
 
 
 def suggest_buildings(operator, context, text):
-    """Names of a city's buildings that have a text in them, for a property's search: list
-    of str.
+    """Ids of a city's buildings, each with its address and name, that have all words of a text in
+    them, without regard to accents and case; for a property's search: list of tuple of str.
     """
-    names = (find_city(context.scene)[0] or {}).get(Key.BUILDINGS, ())
-    return [name for name in names if text.lower() in name.lower()]
+    city = find_city(context.scene)[0] or {}
+    told, words = read_told(city), fold_text(text).split()
+    named = [(name, told.get(name, "")) for name in city.get(Key.BUILDINGS, ())]
+    return [one for one in named if all(word in fold_text(" ".join(one)) for word in words)]
+
+
+def read_told(city):
+    """Address and name of buildings of which files tell them, once there is energy: dict of id to
+    str.
+    """
+    rows = (row.split("|") for row in city.get(Key.TOLD, ()))
+    return {name: " · ".join(filter(None, told)) for name, *told in rows}
 
 
 def read_vertices(item):

@@ -18,6 +18,7 @@ OF_ENERGY = (
     Key.COMPARED,
     Key.MATCHED,
     Key.BEST,
+    Key.TOLD,
     Key.PROBE,
     Key.CHARTS,
 )
@@ -100,6 +101,10 @@ def summarise_energy(item, weather, energy, *, place, whole, buildings, kwp, end
         for (kind, orientation), count, value in zip(
             energy.groups, energy.group_count, annual, strict=True
         )
+    ]
+    told = zip(*(buildings[name] for name in ("building_id", "address", "name")), strict=True)
+    item[Key.TOLD] = [
+        "|".join(one.replace("|", "/") for one in row) for row in told if any(row[1:])
     ]
     columns = ["building_id", "kwp", "mwh_per_year", "p50_mwh_per_year", "p90_mwh_per_year"]
     # The 20 buildings with the most energy, without columns that are unknown.

@@ -7,6 +7,7 @@ from queue import SimpleQueue
 
 import bpy
 
+from ...core.city.building_facts import tell_facts
 from ...core.effects.table import PLANNING
 from ...core.settings.errors import count_of
 from ...core.settings.progress import SUN_STAGE
@@ -55,6 +56,7 @@ class TraceCity(OfScene, Step, bpy.types.Operator):
         albedos = describe_albedo(session.scene, request)
         weather = prepare_weather(session, request, progress)
         transfer, base = _trace_rounds(session, weather, request, progress, found)
+        transfer = replace(transfer, facts=tell_facts(session.city))
         findings = list_findings(session.scene, transfer.covered_share)
         return (
             session,

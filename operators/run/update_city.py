@@ -8,6 +8,7 @@ from queue import SimpleQueue
 import bpy
 import numpy as np
 
+from ...core.city.building_facts import tell_facts
 from ..city import edit_marks
 from ..city.attributes import CHANGE, Faces
 from ..city.keys import Key
@@ -94,9 +95,8 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
             # Weighed with the weather, and kept with all that belongs to it.
             solved = edited.before if before.base is base else None
             edited = replace(edited, before=None)
-            known = Session(
-                city, imported, scene, transfer=edited.transfer, base=edited, design_key=state
-            )
+            transfer = replace(edited.transfer, facts=tell_facts(city))
+            known = Session(city, imported, scene, transfer=transfer, base=edited, design_key=state)
             findings = list_findings(scene, edited.transfer.covered_share)
             light = known, known, findings, (describe_albedo(scene, base.request), [])
             # The weather is known where nothing that was asked for has changed.

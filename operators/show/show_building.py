@@ -6,7 +6,7 @@ from mathutils import Vector
 
 from ...core.settings.errors import InputError, show_end
 from ..city.attributes import read_corners
-from ..city.build_meshes import read_vertices, suggest_buildings
+from ..city.build_meshes import read_told, read_vertices, suggest_buildings
 from ..city.keys import Key
 from ..city.panel import ResultPanel
 from ..city.run_step import Action, OfCity, list_views
@@ -21,7 +21,7 @@ class ShowBuilding(OfCity, Action, bpy.types.Operator):
 
     building: bpy.props.StringProperty(
         name="Building",
-        description="Its id; empty: the one with the most energy",
+        description="Its id, address or name; empty: the one with the most energy",
         search=suggest_buildings,
     )
 
@@ -29,6 +29,9 @@ class ShowBuilding(OfCity, Action, bpy.types.Operator):
         """Select, and look."""
         best = read_best(city)
         name = self.building or (best[0][0] if best else "")
+        if name not in city[Key.BUILDINGS]:
+            # Words of an address or a name stand for the first building that has them.
+            name = next((one for one, _ in suggest_buildings(self, context, name)), name)
         if not name:
             raise InputError(
                 city.name,
@@ -46,7 +49,8 @@ class ShowBuilding(OfCity, Action, bpy.types.Operator):
         told = next(
             (f": {mwh} MWh per year, {kwp} kWp" for one, kwp, mwh, *_ in best if one == name), ""
         )
-        return f"{name}{told}"
+        where = read_told(city).get(name)
+        return f"{name}{f' ({where})' if where else ''}{told}"
 
 
 def read_best(city):
@@ -67,13 +71,18 @@ class ResultsPanel(ResultPanel, bpy.types.Panel):
         """
         column, settings, city = self.start(context)
         self.draw_settings(column, settings, "least_hours")
-        best = read_best(city)
+        found = column.row(align=True)
+        found.prop(context.scene.citypv_seeing, "find", text="", icon="VIEWZOOM")
+        show = found.operator("citypv.show_building", text="", icon="ZOOM_SELECTED")
+        show.building = context.scene.citypv_seeing.find
+        best, told = read_best(city), read_told(city)
         body = best and self.open_part(column, "citypv_best", "Best buildings, per year")
         table = body.column(align=True) if body else None
         for name, kwp, mwh, *years in [("", "kWp", "MWh"), *best] if body else ():
             line = table.split(factor=0.45)
             if name:
-                line.operator("citypv.show_building", text=show_end(name, 18)).building = name
+                label = told.get(name) or show_end(name, 18)
+                line.operator("citypv.show_building", text=label).building = name
             else:
                 line.label(text="Building")
             self.draw_numbers(line.grid_flow(row_major=True, columns=2, align=True), (kwp, mwh))

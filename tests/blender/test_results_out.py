@@ -14,6 +14,7 @@ import pytest
 from steps import forget_module, refuse, run
 
 from citypv.operators.city.attributes import read_face_attribute
+from citypv.operators.city.build_meshes import suggest_buildings
 from citypv.operators.city.session import Session
 from citypv.operators.run.export_results import FILES, FORMATS
 from citypv.operators.show.probe_faces import read_charts
@@ -57,6 +58,16 @@ def test_exports_best_buildings_and_charts_agree(city, tmp_path, monkeypatch):
     shown = read_face_attribute(city.data, "building")[read_selection(city.data)]
     assert set(shown) == {list(city["citypv_buildings"]).index(best[0][0])}
     refuse("show_building", "no building 'Castle'", building="Castle")
+    # A building is found by its address, its name or its id, whatever accents and case.
+    (told,) = buildings.loc[buildings["address"].notna(), "building_id"]
+    where = "Große Straße 12, Halle · Old mill"
+    for text in ("grosse strasse halle", "OLD MÍLL", told):
+        assert suggest_buildings(None, bpy.context, text) == [(told, where)]
+        assert bpy.ops.citypv.show_building(building=text) == {"FINISHED"}
+        shown = read_face_attribute(city.data, "building")[read_selection(city.data)]
+        assert set(shown) == {list(city["citypv_buildings"]).index(told)}
+    assert len(suggest_buildings(None, bpy.context, "")) == 3
+    run("show_building")
 
     # Months and hours of a building sum up to its energy of the year.
     face = int(np.flatnonzero(read_selection(city.data))[0])
