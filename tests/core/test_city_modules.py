@@ -374,9 +374,10 @@ def test_modules_stay_off_the_windows_of_a_real_file():
 
 def test_triangles_whose_edges_cross_are_joined():
     """GEOS refuses them as a coverage: of 5 m² and 1 m², the second almost wholly in the first."""
-    from citypv.core.light.taken_parts import _join_cells
+    from citypv.core.city.plan_geometry import join_triangles
 
     corners = [[(2, 0), (4, 2), (0, 3)], [(4, 2), (1, 1), (3, 1)]]
-    joined = _join_cells(shapely.polygons(corners))
+    triangles = shapely.polygons(corners)
+    joined = join_triangles(triangles, np.zeros(len(triangles), int))[1][0]
     # Beyond the edge from (2, 0) to (0, 3) lies nothing but a tip at (1, 1), of 1/66 m².
     assert joined.area == pytest.approx(5 + 1 / 66, abs=1e-3)

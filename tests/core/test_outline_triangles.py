@@ -8,7 +8,7 @@ import shapely
 from cities import box, make_city
 
 from citypv.core.city.outline_triangles import outline_triangles
-from citypv.core.light.taken_parts import _join_cells
+from citypv.core.city.plan_geometry import join_triangles
 from citypv.core.run.study import make_scene
 from citypv.core.settings.request import Request
 
@@ -78,4 +78,5 @@ def test_cells_that_share_edges_in_part_are_joined_by_their_area():
     beside = shapely.Polygon([(0, 0), (1, -1), (2, 0)])
     with pytest.raises(shapely.errors.GEOSException):
         shapely.coverage_union_all([whole, beside, shapely.Polygon([(1, 0), (3, 0), (2, 1)])])
-    assert _join_cells(np.array([whole, beside])).area == pytest.approx(9.0)
+    (joined,) = join_triangles(np.array([whole, beside]), np.zeros(2, int))[1]
+    assert joined.area == pytest.approx(9.0)
