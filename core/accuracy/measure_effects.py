@@ -24,8 +24,6 @@ from ..settings.threads import usable_threads
 from ..sky.sky_models import choose_sky, sources_of
 from .pilot import LARGE, trace_few, traced_patches
 
-# effects that change the light
-TRACED = tuple(key for key in TABLE if key not in (*ELECTRIC, "string-shade"))
 # suns of each pair, so that the pairs tell what the choice of suns does
 PAIRS = (
     "days:11",
@@ -33,20 +31,6 @@ PAIRS = (
     "days:13",
 )
 MOST_SURFACES = 64  # looked at, as evenly over the area as the eligible surfaces are
-SWITCHED_ON = {
-    "on": True,
-    "extent": "simulated",
-    "reason": "switched on",
-    "bound": 0.0,
-    "outcome": None,
-}
-SWITCHED_OFF = {
-    "on": False,
-    "extent": "left out",
-    "reason": "switched off",
-    "bound": None,
-    "outcome": None,
-}
 
 
 def measure_effects(inputs, progress=silent):
@@ -79,7 +63,9 @@ def measure_effects(inputs, progress=silent):
     large = traced_patches(inputs.prepared).sum() > 1_000
     samples = min(request.samples, LARGE) if large else request.samples
     # With as few rays from all patches there is nothing that `receivers` would change.
-    keys = [key for key in TRACED if key != RECEIVERS or samples == request.samples]
+    # Effects that change the light.
+    traced = tuple(key for key in TABLE if key not in (*ELECTRIC, "string-shade"))
+    keys = [key for key in traced if key != RECEIVERS or samples == request.samples]
     # The city again for each effect, with this one effect the other way round, if that changes it.
     others = {
         key: one
@@ -250,7 +236,13 @@ def state_shares(summary, shares):
         # What an effect leaves out when off is held against the bound that the plan gave.
         share, most, on = shares[effect["key"]]
         if on != effect.get("on", on):  # decided anew by `citypv yield`
-            effect.update(SWITCHED_ON if on else SWITCHED_OFF)
+            effect.update(
+                on=on,
+                extent="simulated" if on else "left out",
+                reason=f"switched {'on' if on else 'off'}",
+                bound=0.0 if on else None,
+                outcome=None,
+            )
         effect["share"] = share
         if not on or not effect.get("outcome"):
             left_out = 0.0 if on else most

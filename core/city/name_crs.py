@@ -21,8 +21,6 @@ ADV_NAMES = {
     r"(?:DE_)?ETRS89_Lat-Lon-h()": lambda _: "EPSG:4937",
     r"DE_DHDN_Lat-Lon()": lambda _: "EPSG:4314",
 }
-# Grids of ETRS89 with the number of the zone before their eastings.
-WITH_ZONES = {"EPSG:25831": "EPSG:5649", "EPSG:25832": "EPSG:4647", "EPSG:25833": "EPSG:5650"}
 
 
 def name_crs(srs_name, easting=None):
@@ -152,7 +150,9 @@ def with_zone(crs, easting, path):
     zone = re.match(r"\d+(?=[NS]$)", plane.utm_zone or "")
     if zone is None or int(easting // 1e6) != int(zone[0]) or easting < 1e7:
         return crs
-    own = WITH_ZONES.get(f"EPSG:{plane.to_epsg(100)}")
+    # Grids of ETRS89 with the number of the zone before their eastings.
+    with_zones = {"EPSG:25831": "EPSG:5649", "EPSG:25832": "EPSG:4647", "EPSG:25833": "EPSG:5650"}
+    own = with_zones.get(f"EPSG:{plane.to_epsg(100)}")
     if own is None:
         raise InputError(
             path,

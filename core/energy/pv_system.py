@@ -60,7 +60,6 @@ POSITIVE = {
     CEC: ("A_c", "I_mp_ref", "V_mp_ref"),
 }
 PVWATTS = "pvwatts"
-OF_INVERTER = ("Paco", "Pdco", "Vdco", "Pso", "C0", "C1", "C2", "C3", "Pnt")
 SHOWN = 5  # names that an error lists
 
 SAPM = pvlib.temperature.TEMPERATURE_MODEL_PARAMETERS["sapm"]
@@ -326,9 +325,8 @@ def pick_inverter(name, dc_ac_ratio=1.0):
     if name.lower() == PVWATTS:
         return _Inverter(PVWATTS, {}, dc_ac_ratio)
     library, key = _search_library(name, ("CECInverter", "SandiaInverter"), option="--inverter")
-    return _Inverter(
-        key, _read_parameters(library, key, OF_INVERTER, option="--inverter"), dc_ac_ratio
-    )
+    names = ("Paco", "Pdco", "Vdco", "Pso", "C0", "C1", "C2", "C3", "Pnt")
+    return _Inverter(key, _read_parameters(library, key, names, option="--inverter"), dc_ac_ratio)
 
 
 @lru_cache

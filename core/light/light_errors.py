@@ -25,11 +25,6 @@ from .form_factor_products import multiply_columns, multiply_elements, multiply_
 from .solve_radiosity import reflection_of
 from .transfer import variance_of_mean
 
-# ratio of successive steps: errors fall with the square or the first power of length
-SMOOTH, ABRUPT = (
-    1 / 4,
-    1 / 2,
-)
 # of a surface's light: a smaller discretisation error is stated for the whole run only
 SMALL_SHARE = 0.01
 
@@ -160,15 +155,17 @@ def remaining_error(steps, variance):
     # 1/4.
     second, first = steps.T
     squared = first**2 + variance
+    # Ratio of successive steps: errors fall with the square or the first power of length.
+    smooth, abrupt = 1 / 4, 1 / 2
     ratio = np.divide(
-        second * first + SMOOTH * variance,
+        second * first + smooth * variance,
         squared,
-        out=np.full(len(steps), SMOOTH),
+        out=np.full(len(steps), smooth),
         where=squared > 0,
     )
     # Steps fall like a geometric series with ratio q, so q/(1 - q) of the last one remains: 1/3 to
     # 1.
-    ratio = np.clip(ratio, SMOOTH, ABRUPT)
+    ratio = np.clip(ratio, smooth, abrupt)
     return np.sign(second) * np.sqrt(np.maximum(second**2 - variance, 0)) * ratio / (1 - ratio)
 
 

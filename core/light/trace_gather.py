@@ -42,10 +42,6 @@ from .transfer import (
 )
 
 SUNS = "suns"  # the name of their light, summed by their weights
-ONE_POINT = (
-    "of direct light: one shadow point per patch gives no variance estimate; ask for "
-    "--shadow-samples 2 or more"
-)
 
 
 @dataclass
@@ -276,11 +272,15 @@ def make_transfer(city, state, suns, common, left):
     # What was decided and measured, as the record of the run.
     context, traced, direct, scene = city.context, state.traced, state.direct, city.prepared.scene
     brightest = float(city.prepared.patches.albedo.max(initial=0))
+    unknown = (
+        "of direct light: one shadow point per patch gives no variance estimate; ask for "
+        "--shadow-samples 2 or more"
+    )
     record = TraceRecord(
         **common,
         brightest_albedo=max(brightest, context.ground_albedo),
         effects=context.plan.judge(_measure_outcome(context, traced, state.lights, left)),
-        standard_error_unknown=ONE_POINT if np.isnan(state.lights[SUNS].error.own).any() else None,
+        standard_error_unknown=unknown if np.isnan(state.lights[SUNS].error.own).any() else None,
         **shares_of_record(context, state.lights),
     )
     # Shares and light of surfaces, with what they are of.

@@ -19,11 +19,6 @@ INSTANCE = "GeometryInstance"
 # instanced polygons of one file; a template instanced a million times fills any memory
 MOST_PLACED = 500_000
 NO_PLACE = "instance with a missing reference point or an invalid matrix"
-UNSOUND = (
-    "geometries have semantics that do not match their boundaries; the classes that could be "
-    "assigned were kept"
-)
-NO_LOD = "geometries give no level of detail; they are used only for buildings without any other"
 
 
 class Owner(NamedTuple):
@@ -134,9 +129,16 @@ def _draw_geometry(geometry, owner, source, shapes):
         content.skip(str(error), owner.name)
         return []
     if not matching:
-        shapes.remarks[UNSOUND].append(owner.name)
+        unsound = (
+            "geometries have semantics that do not match their boundaries; the classes that "
+            "could be assigned were kept"
+        )
+        shapes.remarks[unsound].append(owner.name)
     if not lod:
-        shapes.remarks[NO_LOD].append(owner.name)
+        no_lod = (
+            "geometries give no level of detail; they are used only for buildings without any other"
+        )
+        shapes.remarks[no_lod].append(owner.name)
     # An id counts only if one surface alone has it.
     ids = [surface.semantics.get("id") for surface in surfaces]
     ids = [clean_name(one) if isinstance(one, str) else "" for one in ids]

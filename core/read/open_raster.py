@@ -45,18 +45,6 @@ UNIT_WORDS |= dict.fromkeys(
     ("us survey foot", "us survey feet", "us-ft", "ftus", "foot_us"), 1200 / 3937
 )
 HEAD = re.compile(r"\s*([a-z_]+)\s+(\S+)", re.IGNORECASE)
-MARKS = (
-    "ncols",
-    "nrows",
-    "xllcorner",
-    "xllcenter",
-    "yllcorner",
-    "yllcenter",
-    "cellsize",
-    "dx",
-    "dy",
-    "nodata_value",
-)
 
 
 def _read_ascii_grid(path):
@@ -74,7 +62,19 @@ def _read_ascii_grid(path):
     with open_text(path) as stream:
         # Head: words with values, until a line that has none.
         head, line = {}, stream.readline(1000)
-        while (match := HEAD.match(line)) and match[1].lower() in MARKS:
+        words = (
+            "ncols",
+            "nrows",
+            "xllcorner",
+            "xllcenter",
+            "yllcorner",
+            "yllcenter",
+            "cellsize",
+            "dx",
+            "dy",
+            "nodata_value",
+        )
+        while (match := HEAD.match(line)) and match[1].lower() in words:
             head[match[1].lower()] = match[2]
             line = stream.readline(1000)
         if not {"ncols", "nrows"} <= set(head):

@@ -273,7 +273,6 @@ KINDS |= dict.fromkeys(
 )
 KINDS |= dict.fromkeys(("SolitaryVegetationObject", "PlantCover"), "plant")
 FAMILY = ("building", "member", "extension")
-EXTENSION = re.compile(r"\+?\w*Building\w*", re.ASCII)  # such as +NoiseBuilding
 INSIDE = re.compile(r"Room|Furniture|Unit|Storey|Interior|Space")
 
 
@@ -332,7 +331,12 @@ def _classify_object(city_object):
     kind = city_object.get("type") if isinstance(city_object, dict) else None
     if not isinstance(kind, str):
         return "no object"
-    if kind in KINDS or not EXTENSION.fullmatch(kind) or INSIDE.search(kind):
+    # An extension is called such as +NoiseBuilding.
+    if (
+        kind in KINDS
+        or not re.fullmatch(r"\+?\w*Building\w*", kind, re.ASCII)
+        or INSIDE.search(kind)
+    ):
         return KINDS.get(kind, "other")
     return "extension"
 

@@ -40,7 +40,6 @@ COMPASS = (
     "nnw",
 )
 TAGS = ("tags", "other_tags")  # columns that hold tags together
-SHAPES = {"gabled": "gabled", "hipped": "hipped", "pyramidal": "pyramidal", "skillion": "skillion"}
 
 
 class _Features:
@@ -408,8 +407,8 @@ def _read_roofs(features):
     levels = features.column("roof:levels")
     roofs = {}
     for row, value in enumerate(shapes):
-        shape = SHAPES.get(_text(value).lower())
-        if shape is None or not features.kept[row]:
+        shape = _text(value).lower()
+        if shape not in ("gabled", "hipped", "pyramidal", "skillion") or not features.kept[row]:
             continue
         height = features.heights.roof[row]
         if math.isnan(height) and re.fullmatch(r"\d+(\.\d+)?", _text(levels[row])):

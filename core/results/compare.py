@@ -26,13 +26,6 @@ STATES = {
     "gone": "Buildings that are gone",
     "all": "All",
 }
-PAYING = {  # of what an edit brings below or above the least hours
-    "no_longer": (
-        "Would no longer pay, below {least_hours:g} h, and counts with the modules of before "
-        "({mwh_before:,.1f} MWh a year): {told}"
-    ),
-    "newly": "Would pay now, from {least_hours:g} h, and does not count: {told}",
-}
 HEAD = (
     "Before [MWh]",
     "After [MWh]",
@@ -106,7 +99,15 @@ def describe_comparison(comparison):
 def _note_paying(comparison):
     """Name what an edit brings below or above the least hours: list of str."""
     paying, notes = comparison.summary.get("paying"), []
-    for name, words in PAYING.items() if paying else ():
+    # Of what an edit brings below or above the least hours.
+    sentences = {
+        "no_longer": (
+            "Would no longer pay, below {least_hours:g} h, and counts with the modules of before "
+            "({mwh_before:,.1f} MWh a year): {told}"
+        ),
+        "newly": "Would pay now, from {least_hours:g} h, and does not count: {told}",
+    }
+    for name, words in sentences.items() if paying else ():
         if names := paying[name]["surfaces"]:
             told = f"{count_of(len(names), 'surface')}: {list_some(names, 5)}"
             notes.append(words.format(told=told, **{**paying, **paying[name]}))

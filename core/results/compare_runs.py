@@ -22,16 +22,6 @@ from ..settings.request import declared_settings, option_of
 from .read_results import Results, read_results, read_table
 from .surfaces_file import GIVE_RESULTS
 
-TEXTS = [
-    "surface_id",
-    "building_id",
-    "kind",
-    "orientation",
-    "area",
-    "surface_tilt",
-    "surface_azimuth",
-    "reason",
-]
 # of `tell_yields`
 YIELDS = [
     "mwh_per_hour",
@@ -202,8 +192,18 @@ def _state_of(results):
     """
     faces = results.faces
     counted = faces["counted_area"].where(faces["kwp"] > 0)
+    texts = [
+        "surface_id",
+        "building_id",
+        "kind",
+        "orientation",
+        "area",
+        "surface_tilt",
+        "surface_azimuth",
+        "reason",
+    ]
     return CityState(
-        dict(faces[TEXTS]),
+        dict(faces[texts]),
         (faces["kwp"] * faces["area"] / counted / 1000).to_numpy(),
         faces["reason"].to_numpy(),
         faces["full_load_hours"].to_numpy(),

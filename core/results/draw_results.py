@@ -11,14 +11,6 @@ from .output_folder import write_whole
 from .picture import DOTS, embed_figure, make_figure, make_logarithmic, plain_style
 from .read_results import select_mounted
 
-FAMILIES = {  # beginning of the name -> label, colour, mark
-    "--samples": ("sky rays", "#0072B2", "s"),
-    "--shadow-samples": ("shadow points", "#E69F00", "^"),
-    "--suns days": ("days of suns", "#D55E00", "o"),
-    "--max-bounces": ("reflections", "#009E73", "v"),
-    "--patch-size": ("patch size", "#CC79A7", "D"),
-}
-
 
 def draw_report(results):
     """Pictures of report.html as data URIs, drawn alike on every machine, as far as there is
@@ -63,7 +55,15 @@ def draw_cost_curve(curve, path):
         figure = make_figure(8, 5)
         axes = figure.subplots()
         # A line for each family of settings, such as numbers of rays or ways of choosing suns.
-        for start, (label, colour, mark) in FAMILIES.items():
+        # Beginning of the name -> label, colour, mark.
+        families = {
+            "--samples": ("sky rays", "#0072B2", "s"),
+            "--shadow-samples": ("shadow points", "#E69F00", "^"),
+            "--suns days": ("days of suns", "#D55E00", "o"),
+            "--max-bounces": ("reflections", "#009E73", "v"),
+            "--patch-size": ("patch size", "#CC79A7", "D"),
+        }
+        for start, (label, colour, mark) in families.items():
             points = sorted(
                 (prediction.seconds, prediction.error)
                 for prediction in curve.prices

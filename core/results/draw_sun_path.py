@@ -8,11 +8,6 @@ from .picture import make_figure
 from .words import say
 
 HOUR, DAY = pd.Timedelta(hours=1), pd.Timedelta(days=1)
-DAYS = {  # month and day: name and colour of its path
-    (6, 21): ("21 June", "#D55E00"),
-    (3, 21): ("21 March (and 23 September)", "#8a8a86"),
-    (12, 21): ("21 December", "#0072B2"),
-}
 
 
 def hour_curves(times, interval, latitude, longitude, *, every=4):
@@ -103,7 +98,13 @@ def draw_sun_path(times, interval, latitude, longitude, suns):
             )
     # Paths of the longest, shortest and equal days.
     year = times[len(times) // 2].year
-    for (month, day), (name, colour) in DAYS.items():
+    # Month and day: name and colour of its path.
+    days = {
+        (6, 21): ("21 June", "#D55E00"),
+        (3, 21): ("21 March (and 23 September)", "#8a8a86"),
+        (12, 21): ("21 December", "#0072B2"),
+    }
+    for (month, day), (name, colour) in days.items():
         azimuth, elevation = day_path(year, month, day, latitude, longitude)
         x, y = _break_at_edge((azimuth - low) % 360 + low, elevation)
         axes.plot(x, y, color=colour, linewidth=1.6, label=say(name))

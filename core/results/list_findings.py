@@ -8,11 +8,6 @@ from ..energy.counted_area import MOST_COVERED, REASONS
 from ..light.measure_cover import measure_cover
 from ..settings.progress import silent
 
-SHEET = (
-    "has no thickness and encloses nothing: its back receives and reflects too, its row is the "
-    "front as drawn"
-)
-
 
 @dataclass
 class Finding:
@@ -70,7 +65,11 @@ def list_findings(scene, covered_share=None, progress=silent):
     covered = (covered > MOST_COVERED) & ~closure & ~footprint
     headed += [("inside", REASONS["covered"], covered)]
     if scene.sheet is not None:
-        headed += [("sheet", SHEET, np.isin(every, owner[scene.sheet]))]
+        sheet = (
+            "has no thickness and encloses nothing: its back receives and reflects too, its "
+            "row is the front as drawn"
+        )
+        headed += [("sheet", sheet, np.isin(every, owner[scene.sheet]))]
     # Each finding with the names and area of its surfaces.
     for heading, reason, mask in headed:
         chosen = np.flatnonzero(mask)

@@ -40,22 +40,6 @@ FACE_NUMBERS = ("area", "open_area", "kwp", "module_count", "surface_tilt", "sur
 FACE_NUMBERS += ("sky_view_factor", "full_load_hours", "full_load_hours_standard_error")
 BUILDING_SUMS = ("kwp", "mwh_per_year", "mwh_standard_error")
 GROUP_TEXTS = ("kind", "orientation", "period")
-SECTIONS = {  # of summary.json, and what must stand in each
-    "input": ("site", "surfaces"),
-    "weather": ("label", "ghi_annual", "dhi_annual", "dni_annual"),
-    "settings": ("module", "mounting", "sectors", "hidden_walls", "usable"),
-    "suns": ("way", "count"),
-    "error_budget": ("unit",),
-    "totals": (
-        "eligible_area",
-        "kwp",
-        "mwh_per_year",
-        "area_per_kwp",
-        "kinds",
-        "without_modules",
-        "dark",
-    ),
-}
 
 MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 WORDS = {  # kind -> one, several, what bounds it
@@ -175,9 +159,26 @@ def read_summary(path):
     """Summary of a run: dict."""
     try:
         summary = json.loads(path.read_text(encoding="utf-8"))
+        # Of summary.json, and what must stand in each.
+        sections = {
+            "input": ("site", "surfaces"),
+            "weather": ("label", "ghi_annual", "dhi_annual", "dni_annual"),
+            "settings": ("module", "mounting", "sectors", "hidden_walls", "usable"),
+            "suns": ("way", "count"),
+            "error_budget": ("unit",),
+            "totals": (
+                "eligible_area",
+                "kwp",
+                "mwh_per_year",
+                "area_per_kwp",
+                "kinds",
+                "without_modules",
+                "dark",
+            ),
+        }
         told = {
             (name, key): summary.get(name, {}).get(key)
-            for name, keys in SECTIONS.items()
+            for name, keys in sections.items()
             for key in keys
         }
         missing = [".".join(names) for names, value in told.items() if value is None]

@@ -48,12 +48,6 @@ BASE = "base"  # group with the light of the city before an edit, which may have
 KEEPS_BASE = "light_before"  # attribute of a file that has it
 # attribute: JSON of names and CRC-32, names of attributes after a colon; 0.2.0 wrote none
 SUMS = "checksums"
-UNCHECKED = "has no checksums (version 0.2.0 wrote none): damage would not be noticed"
-
-UNKNOWN_ROOM = (
-    "does not tell where modules have no room (version 0.2.0 did not keep it): --clearance has no "
-    "effect"
-)
 
 MATRICES = {  # of surfaces × suns: name -> long name
     "visible_share": "share of the surface that sees the sun",
@@ -383,8 +377,13 @@ def _read_group(path, group):
             _check_sums(path, state)
             _check_names(path, state)
         # What the file does not say is noted; then both states, and the light before an edit.
-        notes = () if SUMS in stored.attributes else (UNCHECKED,)
-        notes += () if "no_room" in stored.variables else (UNKNOWN_ROOM,)
+        unchecked = "has no checksums (version 0.2.0 wrote none): damage would not be noticed"
+        notes = () if SUMS in stored.attributes else (unchecked,)
+        unknown_room = (
+            "does not tell where modules have no room (version 0.2.0 did not keep it): "
+            "--clearance has no effect"
+        )
+        notes += () if "no_room" in stored.variables else (unknown_room,)
         transfer = replace(make_transfer(*stored), notes=notes)
         if KEEPS_BASE in stored.attributes:
             transfer = replace(transfer, base=_read_group(path, BASE))

@@ -30,7 +30,6 @@ SEMANTICS = {
     "Window",
     "Door",
 }
-BY_KIND = {"facade": "WallSurface", "ground": "GroundSurface", "downward": "OuterCeilingSurface"}
 
 
 def write_cityjson(path, run, progress=silent, *, further_decimals=6):
@@ -261,8 +260,13 @@ def _describe_surfaces(city, transfer, energy):
     """Semantic surface of each polygon, with its class, id and results: list of dict."""
     # Class of each: the file's own, else ground for a footprint, else by its kind.
     floors = find_footprints(transfer.surfaces, city, city.points)
+    by_kind = {
+        "facade": "WallSurface",
+        "ground": "GroundSurface",
+        "downward": "OuterCeilingSurface",
+    }
     types = [
-        own if own in SEMANTICS else "GroundSurface" if floor else BY_KIND.get(kind, "RoofSurface")
+        own if own in SEMANTICS else "GroundSurface" if floor else by_kind.get(kind, "RoofSurface")
         for own, kind, floor in zip(
             transfer.surfaces.thematic, transfer.surfaces.kind, floors, strict=True
         )

@@ -21,7 +21,6 @@ from ..settings.progress import silent
 from .columns import TABLED
 from .write_buildings import sum_buildings
 
-APPLICATION_ID, VERSION = 0x47504B47, 10300  # "GPKG", 1.3.0 (requirement 2)
 TABLES = """
 CREATE TABLE gpkg_spatial_ref_sys (srs_name TEXT NOT NULL, srs_id INTEGER PRIMARY KEY, organization TEXT NOT NULL,
   organization_coordsys_id INTEGER NOT NULL, definition TEXT NOT NULL, description TEXT);
@@ -82,10 +81,11 @@ def write_geopackage(path, run, progress=silent):
         ),
         "buildings": (rows, types, _draw_footprints(city, shapes, rows["building_id"])),
     }
-    # A GeoPackage is an SQLite file with a number that says so, and tables on its layers.
+    # A GeoPackage is an SQLite file with a number that says so ("GPKG", version 1.3.0; requirement
+    # 2), and tables on its layers.
     with closing(sqlite3.connect(path)) as file, file:
-        file.execute(f"PRAGMA application_id = {APPLICATION_ID}")
-        file.execute(f"PRAGMA user_version = {VERSION}")
+        file.execute(f"PRAGMA application_id = {0x47504B47}")
+        file.execute("PRAGMA user_version = 10300")
         file.executescript(TABLES)
         number = write_system(file, city.crs)
         for done, (name, layer) in enumerate(layers.items()):

@@ -43,14 +43,6 @@ HOURS = (
     "a year: 800 h mean 800 kWh for each kWp (kilowatt of nominal power). They are what is fed in "
     "(AC), after losses and inverter.",
 )
-NO_PICTURES = (
-    "There are no plans of the city here, as matplotlib is not installed where this page was "
-    "written. After pip install matplotlib, citypv plot of the command line draws them."
-)
-NO_PLAN = (
-    "There is no plan of the city here: the light is that of a transfer.nc without shapes of the "
-    "surfaces."
-)
 CAPTIONS = {
     "plan-roof": "Roofs from above: full load hours of pitched, steep and flat roofs, and of racks. "
     "Grey: roofs that carry no modules. Yellow is high, dark blue is low; the two plans have "
@@ -62,23 +54,7 @@ CAPTIONS = {
     "coloured ones for three days. Green dots are the sun positions for which shadows and "
     "reflections were computed.",
 }
-MONTHS_CAPTION = (
-    "Full load hours by month, means over all surfaces of a kind that face the same direction."
-)
-DAY_CAPTION = (
-    "Full load hours of a year by hour of the day. Local solar time is UTC plus four minutes for "
-    "each degree east; the sun stands highest at about 12."
-)
-HISTOGRAM_CAPTION = (
-    "Area by full load hours; the dashed line marks the mean. The surfaces furthest to the right "
-    "yield most."
-)
 MOST_DATA = 15_000_000  # characters that the 3D view may add to the page
-TOO_LARGE = (
-    "The city is too large to be shown in 3D on this page: its {count:,} surfaces would take "
-    "{size:.0f} MB, of which there may be {most:.0f}. citypv site makes a map of any size; the "
-    "tables beside this page have all numbers."
-)
 
 
 def write_report(folder, results, *, title="", attribution="", language="en", districts=None):
@@ -142,7 +118,12 @@ def compose_city(results, change=None):
     if len(data) <= MOST_DATA:
         return (read_html("viewer.html"), read_html("viewer_tables.html")), data
     size = {"size": len(data) / 1e6, "most": MOST_DATA / 1e6}
-    return (paragraph(say(TOO_LARGE, count=len(results.faces), **size), "warning"), ""), ""
+    too_large = (
+        "The city is too large to be shown in 3D on this page: its {count:,} surfaces would take "
+        "{size:.0f} MB, of which there may be {most:.0f}. citypv site makes a map of any size; the "
+        "tables beside this page have all numbers."
+    )
+    return (paragraph(say(too_large, count=len(results.faces), **size), "warning"), ""), ""
 
 
 def _compose_body(results, view, tables, sums):
@@ -158,7 +139,11 @@ def _compose_body(results, view, tables, sums):
     """
     summary = results.summary
     # The plans are pictures, only where a drawing library is installed.
-    pictures = paragraph(say(NO_PICTURES), "small")
+    no_pictures = (
+        "There are no plans of the city here, as matplotlib is not installed where this page was "
+        "written. After pip install matplotlib, citypv plot of the command line draws them."
+    )
+    pictures = paragraph(say(no_pictures), "small")
     if importlib.util.find_spec("matplotlib") is not None:
         from .draw_results import draw_report
 
@@ -229,7 +214,11 @@ def _compose_pictures(results, drawn):
         Of `draw_results.draw_report`.
     """
     plans = [name for name in ("plan-roof", "plan-facade") if name in drawn]
-    missing = NO_PLAN if results.outlines is None else "No surface carries modules."
+    no_plan = (
+        "There is no plan of the city here: the light is that of a transfer.nc without "
+        "shapes of the surfaces."
+    )
+    missing = no_plan if results.outlines is None else "No surface carries modules."
     yield section(
         say("Plan of the city"),
         '<div class="panels plans">',
@@ -330,12 +319,23 @@ def _compose_groups(results):
         spread=say(SPREAD),
     )
     # Months and hours of the day as coloured tables, the area by hours as bars.
+    months_caption = (
+        "Full load hours by month, means over all surfaces of a kind that face the same direction."
+    )
+    day_caption = (
+        "Full load hours of a year by hour of the day. Local solar time is UTC plus four "
+        "minutes for each degree east; the sun stands highest at about 12."
+    )
+    histogram_caption = (
+        "Area by full load hours; the dashed line marks the mean. The surfaces furthest to "
+        "the right yield most."
+    )
     charts = {
-        MONTHS_CAPTION: tabulate_heat(
+        months_caption: tabulate_heat(
             results.groups, "month", lambda month: say(MONTHS[month - 1])
         ),
-        DAY_CAPTION: tabulate_heat(results.groups, "solar_hour", str),
-        HISTOGRAM_CAPTION: draw_histograms(results.faces),
+        day_caption: tabulate_heat(results.groups, "solar_hour", str),
+        histogram_caption: draw_histograms(results.faces),
     }
     titles = say("Over the year"), say("Over the day"), say("Over the area")
     return "\n".join(

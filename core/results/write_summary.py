@@ -19,34 +19,6 @@ from ..energy.pv_system import KINDS, build_system
 from ..energy.vary_windows import vary_windows
 from .list_findings import list_findings
 
-# all that a number may depend on: what pyproject.toml asks for, and whose k-means tsam takes
-LIBRARIES = (
-    *(
-        "cftime",
-        "embreex",
-        "h5netcdf",
-        "h5py",
-        "lxml",
-        "mapbox-earcut",
-        "numba",
-        "numpy",
-        "pandas",
-        "pvlib",
-        "pyproj",
-    ),
-    *(
-        "rasterio",
-        "requests",
-        "scikit-learn",
-        "scipy",
-        "shapely",
-        "threadpoolctl",
-        "tifffile",
-        "tsam",
-        "xarray",
-    ),
-)
-
 
 def write_summary(path, summary):
     """Write a summary as JSON, with null for numbers that are not finite."""
@@ -244,7 +216,34 @@ def describe_years(energy):
 def versions():
     """Versions of Python, CityPV and libraries, None of what is not installed."""
     numbers = {"python": platform.python_version()}
-    for name in ("citypv", *LIBRARIES):
+    # All that a number may depend on: what pyproject.toml asks for, and whose k-means tsam takes.
+    libraries = (
+        *(
+            "cftime",
+            "embreex",
+            "h5netcdf",
+            "h5py",
+            "lxml",
+            "mapbox-earcut",
+            "numba",
+            "numpy",
+            "pandas",
+            "pvlib",
+            "pyproj",
+        ),
+        *(
+            "rasterio",
+            "requests",
+            "scikit-learn",
+            "scipy",
+            "shapely",
+            "threadpoolctl",
+            "tifffile",
+            "tsam",
+            "xarray",
+        ),
+    )
+    for name in ("citypv", *libraries):
         try:
             numbers[name] = importlib.metadata.version(name)
         except importlib.metadata.PackageNotFoundError:

@@ -6,10 +6,6 @@ import threading
 
 from ..settings.progress import SUN_STAGE, CancelledError
 
-ANSWER = (
-    "\nInterrupting: finished suns are kept; press Ctrl-C again to quit at once without results\n"
-)
-
 
 class Interruption:
     """Progress report that ends its task with CancelledError after Ctrl-C (SIGINT) or SIGTERM.
@@ -60,4 +56,8 @@ class Interruption:
         self.asked = True
         if self.stream is not None:
             # Not through the stream object: the main thread may be writing to it.
-            os.write(self.stream.fileno(), ANSWER.encode())
+            answer = (
+                "\nInterrupting: finished suns are kept; press Ctrl-C again to quit at once "
+                "without results\n"
+            )
+            os.write(self.stream.fileno(), answer.encode())

@@ -30,10 +30,6 @@ HOW_TO_START = (
     "start `dask scheduler` there (port 8786), and `dask worker` on each machine, or give local:N"
 )
 PATIENCE = 10  # [s] for a cluster to answer
-UNTRUSTED = (
-    "does not accept this machine's key, or finds none",
-    "see docs/guide/many_machines.md, Who may reach it",
-)
 SILENT = f"does not answer as a Dask scheduler within {PATIENCE} s", HOW_TO_START
 HASH_LENGTH = 24  # of the hash in the name of a task's file
 # Names of tasks, of their results, and of those files that were not written to their end.
@@ -200,8 +196,12 @@ def _open_remote(address, stack):
     except (OSError, ValueError, MemoryError, RuntimeError, TypeError) as error:
         # A port that is open on tls:// wants another key, or finds none here; else another protocol
         # is spoken.
+        untrusted = (
+            "does not accept this machine's key, or finds none",
+            "see docs/guide/many_machines.md, Who may reach it",
+        )
         raise InputError(
-            f"--cluster {address}", *(UNTRUSTED if address.startswith("tls:") else SILENT)
+            f"--cluster {address}", *(untrusted if address.startswith("tls:") else SILENT)
         ) from error
     stack.enter_context(client)
     try:

@@ -35,7 +35,6 @@ from .tiles import DEFAULT, assign_tiles, box_pieces, prepare_whole, surround, t
 from .trace_part import SHARES, Part, Run, trace_part
 
 LARGEST = 1_000_000  # triangles that are planned as a whole
-TASK_VERSION = 6  # raised when results of earlier runs are no longer to be used
 STAGE = "tiles"
 
 
@@ -198,7 +197,9 @@ def make_tasks(scene, squares, inputs, folder, lists):
         Run(_settle(prepared, request), prepared.suns, weather, city, terrain), protocol=5
     )
     run_path = write_task(folder, "run", shared)
-    run_key = f"{__version__} {TASK_VERSION}".encode() + shared
+    # Raised when results of earlier runs are no longer to be used.
+    task_version = 6
+    run_key = f"{__version__} {task_version}".encode() + shared
     threads = request.threads if settings.cluster == SERIAL else 1
     # The error of sun sampling is measured where most modules may be.
     eligible = np.where(scene.surfaces.eligible, scene.surfaces.area, 0.0)

@@ -22,7 +22,6 @@ SKIES = {
 }
 BEST_SKY = "perez"  # what "auto" takes where inclined surfaces count, and the key of its effect
 KINDS = {int: "integer", float: "number", bool: "switch"}  # by type; others: text
-METAVARS = {"°": "D", "m": "M", "km": "KM", "min": "MIN", "s": "S", "%": "P", "m²/m³": "D"}
 
 
 @dataclass
@@ -365,7 +364,16 @@ def declared_settings(*groups):
             title = details.title or (
                 field.name.replace("_", " ").capitalize() if details.panel else ""
             )
-            metavar = details.metavar or ("N" if kind == "integer" else METAVARS.get(details.unit))
+            metavars = {
+                "°": "D",
+                "m": "M",
+                "km": "KM",
+                "min": "MIN",
+                "s": "S",
+                "%": "P",
+                "m²/m³": "D",
+            }
+            metavar = details.metavar or ("N" if kind == "integer" else metavars.get(details.unit))
             default = getattr(Request, field.name, {})  # a dict has no default of the class
             settings.append(
                 (field.name, default, replace(details, kind=kind, title=title, metavar=metavar))

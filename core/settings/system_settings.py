@@ -13,10 +13,6 @@ STRINGS = {
     "module": "An optimiser or inverter for each module: none loses by the shade on another",
     "string": "Modules in series: those of a storey, or of three rows, at most 20 m long",
 }
-LAYOUTS = {
-    "rows": "Modules of the product's size in rows, between edges and windows",
-    "area": "Every square metre that counts carries modules (as in the paper)",
-}
 
 
 @dataclass
@@ -134,7 +130,10 @@ class SystemSettings:
         "rows",
         "how modules are laid out on what counts",
         panel="energy",
-        choices=LAYOUTS,
+        choices={
+            "rows": "Modules of the product's size in rows, between edges and windows",
+            "area": "Every square metre that counts carries modules (as in the paper)",
+        },
     )
     module_size: str | None = of_electricity(
         None, "[m] length and width of a module; default: the product's", metavar="L,W"

@@ -23,7 +23,6 @@ from .horizon import GEODESIC, STEPS, TerrainHorizon, horizon_of_terrain
 
 OF_PLACE = "pvgis"  # instead of a file: PVGIS is asked
 GIVE_ANGLES = "give lines of azimuth,elevation in degrees, or a horizon file of PVGIS"
-ELEVATION_FIRST = re.compile(r"\W*(elev|height|h_hor|horizon|altitude)\w*\W.*\bazi", re.IGNORECASE)
 OF_PVGIS = re.compile(r"\s*A\W+H_hor\b")  # header of its columns
 
 
@@ -264,7 +263,8 @@ def _angles_of_text(path, text):
     if OF_PVGIS.match(header) and len(columns) >= 2:
         return columns[0] + 180, columns[1]
     if len(columns) == 2:
-        return columns[::-1] if ELEVATION_FIRST.match(header) else columns
+        elevation = r"\W*(elev|height|h_hor|horizon|altitude)\w*\W.*\bazi"
+        return columns[::-1] if re.match(elevation, header, re.IGNORECASE) else columns
     if len(columns) == 1 or len(rows) == 1:
         values = columns.ravel()
         return np.arange(len(values)) * (360.0 / len(values)), values

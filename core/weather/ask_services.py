@@ -39,14 +39,6 @@ POINT = (
     "v10",
     "sp",
 )
-POINT_NAMES = (
-    "surface_solar_radiation_downwards",
-    "total_sky_direct_solar_radiation_at_surface",
-    "2m_temperature",
-    "10m_u_component_of_wind",
-    "10m_v_component_of_wind",
-    "surface_pressure",
-)
 POWER_NAMES = ("ALLSKY_SFC_SW_DWN", "ALLSKY_SFC_SW_DIFF", "ALLSKY_SFC_SW_DNI", "T2M", "WS10M", "PS")
 
 
@@ -285,7 +277,15 @@ def _ask_era5(question):
     # ERA5 may wait in its queue for a quarter of an hour.
     options = {"map_variables": False, "timeout": 900.0, "url": f"{url}/retrieve/v1/"}
     try:
-        table, _ = pvlib.iotools.get_era5(*place, *ends, list(POINT_NAMES), key, **options)
+        point_names = (
+            "surface_solar_radiation_downwards",
+            "total_sky_direct_solar_radiation_at_surface",
+            "2m_temperature",
+            "10m_u_component_of_wind",
+            "10m_v_component_of_wind",
+            "surface_pressure",
+        )
+        table, _ = pvlib.iotools.get_era5(*place, *ends, list(point_names), key, **options)
     except (OSError, ValueError, KeyError, TypeError, IndexError, AttributeError):
         raise
     except Exception as error:  # pvlib raises a plain one for a refusal

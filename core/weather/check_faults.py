@@ -29,9 +29,6 @@ STRONG, FEWEST = 600.0, 50
 # DNI of the clearest tenth over DNI of a clear sky: under a low sun 0.60 to 1.6 times as much as
 # under a high one.
 LOW_SUN = np.sin(np.radians([12.0, 20.0]))
-# Mean air temperature of a year [°C] by latitude [°], 4 K above the warmest places (Dallol, Ahvaz,
-# Athens, Scilly, Shetland, the Norwegian coast, Svalbard).
-WARMEST = (0, 25, 30, 40, 50, 60, 70, 80, 90), (39, 39, 32, 25, 17, 13, 8, 0, -8)
 
 
 def check_faults(year, days, source):
@@ -58,7 +55,10 @@ def check_faults(year, days, source):
     """
     # Warmer than any place at its latitude: Fahrenheit or kelvin, if that would fit.
     temp_air = year.data["temp_air"]
-    mean, most = float(temp_air.mean()), float(np.interp(abs(year.latitude), *WARMEST))
+    # Mean air temperature of a year [°C] by latitude [°], 4 K above the warmest places (Dallol,
+    # Ahvaz, Athens, Scilly, Shetland, the Norwegian coast, Svalbard).
+    warmest = (0, 25, 30, 40, 50, 60, 70, 80, 90), (39, 39, 32, 25, 17, 13, 8, 0, -8)
+    mean, most = float(temp_air.mean()), float(np.interp(abs(year.latitude), *warmest))
     # Tables that are made up may have one temperature all year: their standard deviation is below 1
     # K.
     if mean > most and temp_air.std() > 1.0:
@@ -273,8 +273,6 @@ def check_direct(year, source):
         )
 
 
-# Physically possible limits of BSRN, a S cos(z)^b + c: factor a, exponent b, offset c.
-POSSIBLE = {"ghi": (1.5, 1.2, 100.0), "dhi": (0.95, 1.2, 50.0)}
 DARKEST_YEAR, BRIGHTEST_YEAR = 0.2, 0.85  # of a year: GHI per irradiation outside of the atmosphere
 NO_FACTOR = (0.6, 1.7)  # for ratios in this range the unit is right
 NEAR = 1.3  # a known factor is suggested if it explains the values to within this ratio
@@ -325,7 +323,9 @@ def check_irradiance(year, source):
     # No more than a share of the sun's light outside the atmosphere, by a power of its height (Long
     # and Shi).
     ghi, outside, day = data["ghi"].to_numpy(), normal * cos_zenith, highest > 0
-    for name, (factor, exponent, offset) in POSSIBLE.items():
+    # Physically possible limits of BSRN, a S cos(z)^b + c: factor a, exponent b, offset c.
+    limits = {"ghi": (1.5, 1.2, 100.0), "dhi": (0.95, 1.2, 50.0)}
+    for name, (factor, exponent, offset) in limits.items():
         above = (data[name].to_numpy() > factor * normal * highest**exponent + offset) & day
         # Cloud edges exceed the limits for minutes: at most 1 % of daytime values may.
         if above.sum() > 0.01 * max(day.sum(), 1):

@@ -17,10 +17,6 @@ from .weather import Record
 
 NOTHING, CLIMATE, CLEAR, FILES = 0, 1, 2, 3  # what the weather of a place is
 MEANINGS = {NOTHING: "none", CLIMATE: "built_in_climate", CLEAR: "clear_sky", FILES: "files"}
-STAMPS = (
-    "check latitudes and longitudes, and that times are UTC and end the interval of each sum, as "
-    "in ERA5"
-)
 
 
 @dataclass
@@ -261,8 +257,12 @@ def grid_source(grid, places, picked, request, years=None):
                 except (
                     InputError
                 ) as error:  # times and places of a grid cannot be changed by options
+                    look_at = (
+                        "check latitudes and longitudes, and that times are UTC and end the "
+                        "interval of each sum, as in ERA5"
+                    )
                     raise InputError(
-                        error.source, error.problem, STAMPS if "--" in error.cure else error.cure
+                        error.source, error.problem, look_at if "--" in error.cure else error.cure
                     ) from error
             found.append((add_sun(record, interval, request.horizon_cut, own), FILES))
         return found

@@ -17,7 +17,6 @@ from .check_sun_times import measure_sun_times
 from .weather import DAMAGED, TYPICAL_YEAR, Record
 
 ZONE = pd.Timedelta(hours=1)  # Central European Time throughout the year
-GERMANY = {"latitude": (46.0, 56.0), "longitude": (5.0, 16.0)}  # [°]
 TABLE_COLUMNS = {"ghi": "G_Bh + G_Dh", "dhi": "G_Dh", "temp_air": "Ta", "wind_speed": "FF"}
 TRY_COLUMNS = {"ghi": "B + D", "dhi": "D", "temp_air": "t", "wind_speed": "WG"}
 NUMBER = r"[-+]?\d+(?:[.,]\d+)?"
@@ -121,7 +120,8 @@ def _find_place(path, head):
             continue
         for latitude, longitude in (numbers[:2], numbers[1::-1]):
             place = {"latitude": latitude, "longitude": longitude}
-            if all(low <= place[name] <= high for name, (low, high) in GERMANY.items()):
+            germany = {"latitude": (46.0, 56.0), "longitude": (5.0, 16.0)}  # [°]
+            if all(low <= place[name] <= high for name, (low, high) in germany.items()):
                 return latitude, longitude, numbers[2]
     raise InputError(
         path, "no place in Germany in its header", "give --weather-place LATITUDE LONGITUDE"

@@ -36,7 +36,6 @@ EPW_MISSING = {
     "pressure": 999999,
 }
 HEADER_LINES = 8
-OFFSET = re.compile(r"irradiance time offset \(h\)\s*:\s*([-+]?\d*\.?\d+)", re.IGNORECASE)
 
 
 def read_epw(path):
@@ -94,7 +93,11 @@ def read_epw(path):
         unit = "W/m²" if factor == 1 else "Wh/m² per interval"
         notes.append(f"{parts} records an hour; its clear days fit the sun in {unit}")
     # Images of PVGIS were taken at another time than the hour says: the intervals are moved there.
-    offset_text = OFFSET.search("\n".join(lines[:HEADER_LINES]))
+    offset_text = re.search(
+        r"irradiance time offset \(h\)\s*:\s*([-+]?\d*\.?\d+)",
+        "\n".join(lines[:HEADER_LINES]),
+        re.IGNORECASE,
+    )
     if offset_text:
         offset = float(offset_text[1])
         # [h] from the end of the hour to the image, which is the middle of the interval

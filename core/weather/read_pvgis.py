@@ -25,12 +25,6 @@ COLUMNS = {
     "wind_speed": "WS10m",
     "pressure": "SP",
 }
-PLACE = (
-    "Latitude (decimal degrees)",
-    "Longitude (decimal degrees)",
-    "Elevation (m)",
-    "Irradiance Time Offset (h)",
-)
 HALF_HOUR = pd.Timedelta(minutes=30)
 TYPICAL_HOURS = 8760
 GIVE_PVGIS = (
@@ -87,7 +81,13 @@ def _read_typical(path, text, file_format):
         fields = dict(
             line.split(":", 1) for line in lines[:12] if ":" in line and not line[0].isdigit()
         )
-        place = [fields.get(name, 0.0) for name in PLACE]
+        place_names = (
+            "Latitude (decimal degrees)",
+            "Longitude (decimal degrees)",
+            "Elevation (m)",
+            "Irradiance Time Offset (h)",
+        )
+        place = [fields.get(name, 0.0) for name in place_names]
         header = next(line for line in lines if line.startswith("time(UTC)"))
         with InputError.parsing(path, "cannot be read as pvgis-csv", DAMAGED):
             cells = pd.read_csv(io.StringIO("\n".join([header, *rows])), dtype=str)

@@ -23,8 +23,6 @@ from .group_errors import carry_to_place
 from .place_hours import HOURS, MONTHS, match_hours, match_shifted, prepare_place
 from .sum_groups import sum_groups
 
-# annual, months, hours of the day by UTC and by local mean solar time
-PERIODS = 1 + MONTHS + 2 * HOURS
 PLAIN_PERIODS = 1 + MONTHS
 
 
@@ -117,6 +115,8 @@ def empty_world(environments, source, way, sky):
         {pair for environment in environments for pair in environment.groups}, key=rank_group
     )
     shape = len(source.places), len(environments), len(groups)
+    # Annual, months, hours of the day by UTC and by local mean solar time.
+    period_count = 1 + MONTHS + 2 * HOURS
     world = World(
         source.places,
         [environment.name for environment in environments],
@@ -124,7 +124,7 @@ def empty_world(environments, source, way, sky):
         groups,
         np.zeros(shape[1:], int),
         np.zeros(shape[1:]),
-        np.full((*shape, PERIODS), np.nan, np.float32),
+        np.full((*shape, period_count), np.nan, np.float32),
         np.full((*shape, PLAIN_PERIODS), np.nan, np.float32),
         np.full(shape, np.nan, np.float32),
         np.full((*shape, PLAIN_PERIODS), np.nan, np.float32),

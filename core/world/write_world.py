@@ -10,9 +10,6 @@ from ..weather.grid_sources import MEANINGS
 from .place_hours import HOURS, MONTHS
 
 BY_MONTH = slice(1, 1 + MONTHS)
-BY_HOUR, BY_SOLAR_HOUR = (
-    slice(BY_MONTH.stop + HOURS * day, BY_MONTH.stop + HOURS * (day + 1)) for day in (0, 1)
-)
 YEAR, MONTH, DARK = (
     "full load hours of a year",
     "full load hours of each month",
@@ -35,13 +32,13 @@ PARTS = {  # name -> values, their periods, dimension of these, long name
     ),
     "full_load_hours_by_hour": (
         "full_load_hours",
-        BY_HOUR,
+        slice(BY_MONTH.stop, BY_MONTH.stop + HOURS),
         ("hour",),
         f"{YEAR}, by hour of the day (UTC)",
     ),
     "full_load_hours_by_solar_hour": (
         "full_load_hours",
-        BY_SOLAR_HOUR,
+        slice(BY_MONTH.stop + HOURS, BY_MONTH.stop + 2 * HOURS),
         ("solar_hour",),
         f"{YEAR}, by {SOLAR}",
     ),

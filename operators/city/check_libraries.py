@@ -23,9 +23,6 @@ NEEDED = (
     ),
     *("scipy", "shapely", "sklearn", "threadpoolctl", "tifffile", "tsam", "xarray"),
 )
-UNLOADABLE = re.compile(
-    r"shared object|shared library|dlopen|image not found|DLL|find/load", re.IGNORECASE
-)
 PYTHON = f"{sys.version_info.major}.{sys.version_info.minor}"
 DEBIAN = "3.14"  # the Python of Debian's own Blender
 
@@ -48,7 +45,14 @@ def name_libraries():
     try:
         yield
     except OSError as error:
-        if UNLOADABLE.search(str(error)) is None:
+        if (
+            re.search(
+                r"shared object|shared library|dlopen|image not found|DLL|find/load",
+                str(error),
+                re.IGNORECASE,
+            )
+            is None
+        ):
             raise
         raise ImportError(str(error)) from error
 

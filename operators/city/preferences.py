@@ -11,26 +11,27 @@ from ...core.weather.sources import ASKED_BY_KEY
 
 _ADDON = __package__.rpartition(".operators")[0]  # its name in Blender
 _FILES = f"One of {len(FORMATS)} formats, told by their content: {', '.join(suffixes_of_weather())}"
-_WEATHERS = [
-    (
-        "climate",
-        "Climate",
-        "Built-in long-term means for every location on land, with synthetic days",
-    ),
-    *(
-        (one.key, one.title, f"Asked for with online access: {one.words}")
-        for one in ASKED_BY_KEY.values()
-    ),
-    ("clear-sky", "Clear sky", "A year without clouds: upper bound"),
-    ("file", "File", _FILES),
-]
 
 
 class WeatherSettings:
     """Mixin of a scene's settings and of the preferences, which new scenes begin with."""
 
     weather: EnumProperty(
-        name="Weather", description="Source of irradiance, temperature and wind", items=_WEATHERS
+        name="Weather",
+        description="Source of irradiance, temperature and wind",
+        items=[
+            (
+                "climate",
+                "Climate",
+                "Built-in long-term means for every location on land, with synthetic days",
+            ),
+            *(
+                (one.key, one.title, f"Asked for with online access: {one.words}")
+                for one in ASKED_BY_KEY.values()
+            ),
+            ("clear-sky", "Clear sky", "A year without clouds: upper bound"),
+            ("file", "File", _FILES),
+        ],
     )
     weather_file: StringProperty(name="File", description=_FILES, subtype="FILE_PATH")
 

@@ -20,12 +20,6 @@ from ..city.run_step import Action, OfCity, Step
 from ..city.session import Session, find_city
 from .compile_loops import compile_loops
 
-# way -> property with its number
-NUMBERS = {
-    "days": "days",
-    "typical-days": "typical_days",
-    "sky-grid": "sky_grid",
-}
 ITEMS = [(name, name.capitalize(), words) for name, words in PRESET_WORDS.items()]
 
 
@@ -198,7 +192,7 @@ def _properties_of_preset(preset):
     chosen = {name: PRESETS[preset].get(name, getattr(Request(), name)) for name in named}
     way, _, number = chosen.pop("suns").partition(":")
     properties = {name: UNSET if value is None else value for name, value in chosen.items()}
-    return properties | {"suns": way, NUMBERS[way]: int(number)}
+    return properties | {"suns": way, way.replace("-", "_"): int(number)}
 
 
 def find_preset(settings):

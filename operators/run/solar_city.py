@@ -23,9 +23,6 @@ from .import_city import CityFiles, ImportCity, show_import
 from .trace_city import TraceCity, keep_light, read_goal, show_round, stages_of_trace, work_of_trace
 
 STAGE = "first look"
-TOLD = (
-    "First look, by 16 rays, 4 shadow points and 4 days. Trace light computes it as set in its step"
-)
 FOLDER = Path(__file__).parents[2] / "examples" / "berlin"
 CITY = "berlin_3910_5817.gml"
 
@@ -114,7 +111,10 @@ class SolarCity(CityFiles, Step, bpy.types.Operator):
         else:  # the light of a first look is still to be traced
             self._show_light(context, *result)
             city, _ = result[0][0].find_city(context.scene)
-            city[Key.INTERRUPTED] = TOLD
+            city[Key.INTERRUPTED] = (
+                "First look, by 16 rays, 4 shadow points and 4 days. Trace light computes it as "
+                "set in its step"
+            )
             for step in ("trace", "energy"):
                 city.pop(Key.ASKED + step, None)
         self.kept.append(name)

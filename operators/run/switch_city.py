@@ -67,19 +67,19 @@ def show_objects_of(city, *, visible):
     for item in list_members(city) if Key.VARIANT in city or not is_in_place(city) else ():
         if not visible and item.visible_get():
             item[Key.PUT_AWAY] = True
-            put_away(item, True)
+            _put_away(item, True)
         elif visible and item.pop(Key.PUT_AWAY, False):
-            put_away(item, False)
+            _put_away(item, False)
     if is_in_place(city):
         city[Key.SEEN] = visible
         wanted = visible and Key.COLOUR_ATTRIBUTE in city and bpy.context.scene.citypv.show_colours
         (colour_user_meshes if wanted else uncolour_user_meshes)(city)
     for item in filter(None, (None if is_in_place(city) else city, city.get(Key.GROUND))):
-        put_away(item, not visible)
+        _put_away(item, not visible)
         item.hide_render = not visible
 
 
-def put_away(item, hidden):
+def _put_away(item, hidden):
     """Hide an object so that Alt H, which shows what the user hid, leaves it away; or show it
     again.
     """

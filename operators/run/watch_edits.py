@@ -136,7 +136,7 @@ def _find_work():
 
 
 @persistent
-def watch():
+def _watch():
     """Update what was edited once the edit is finished; a newer edit cancels the computation of an
     older one.
     """
@@ -172,7 +172,7 @@ def start_watching():
     for name, follow in _HANDLERS:
         getattr(bpy.app.handlers, name).append(follow)
     if not bpy.app.background:
-        bpy.app.timers.register(watch, first_interval=TICK, persistent=True)
+        bpy.app.timers.register(_watch, first_interval=TICK, persistent=True)
 
 
 def stop_watching():
@@ -180,8 +180,8 @@ def stop_watching():
     if Step.current is not None:
         Step.current.cancel(drop=True)
     Step.forget_running(bpy.context)
-    if bpy.app.timers.is_registered(watch):
-        bpy.app.timers.unregister(watch)
+    if bpy.app.timers.is_registered(_watch):
+        bpy.app.timers.unregister(_watch)
     for name, follow in _HANDLERS:
         handlers = getattr(bpy.app.handlers, name)
         if follow in handlers:

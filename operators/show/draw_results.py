@@ -29,11 +29,6 @@ from .show_city import SENSOR_WIDTH, find_camera, place_camera, set_background, 
 
 SCENE = "CityPV picture"
 SAMPLES = 16  # rays per pixel; only the ground's ambient occlusion is noisy
-VIEWS = [
-    ("overview", "Whole city", "From above the south-east, with everything in the frame"),
-    ("viewport", "3D view", "As the 3D view shows it"),
-    ("camera", "Camera", "Through the scene's own camera, in its resolution"),
-]
 
 
 def draw_results(folder, scene, transfer, energy, note, *, pictures):
@@ -244,7 +239,13 @@ class RenderCity(OfCity, Action, bpy.types.Operator):
     needs, lacking = Key.COLOUR_ATTRIBUTE, "Colour the faces first"
 
     view: bpy.props.EnumProperty(
-        name="View", description="Where the picture is taken from", items=VIEWS
+        name="View",
+        description="Where the picture is taken from",
+        items=[
+            ("overview", "Whole city", "From above the south-east, with everything in the frame"),
+            ("viewport", "3D view", "As the 3D view shows it"),
+            ("camera", "Camera", "Through the scene's own camera, in its resolution"),
+        ],
     )
 
     def act(self, context, city, ground):

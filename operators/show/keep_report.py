@@ -14,17 +14,6 @@ from ..city.run_step import Action, OfCity
 
 NAMES_SHOWN = 3
 TEXT = "CityPV report"
-_TITLES = {  # of headings, in the panel
-    "kind": "Kinds",
-    "orientation": "Orientations",
-    "eligible": "Eligible for photovoltaics",
-    "class": "Classes of the file",
-    "material": "Materials",
-    "repaired": "Repaired",
-    "skipped": "Left out",
-    "inside": "Inside or covered",
-    "sheet": "Without thickness",
-}
 _FINDINGS = ("repaired", "skipped", "inside", "sheet")  # headings of what was found
 
 
@@ -251,10 +240,22 @@ def draw_rows(panel, city, headings=("class", "material", *_FINDINGS)):
     """
     for heading in headings:
         rows, found = read_rows(city, heading), heading in _FINDINGS
+        # Of headings, in the panel.
+        titles = {
+            "kind": "Kinds",
+            "orientation": "Orientations",
+            "eligible": "Eligible for photovoltaics",
+            "class": "Classes of the file",
+            "material": "Materials",
+            "repaired": "Repaired",
+            "skipped": "Left out",
+            "inside": "Inside or covered",
+            "sheet": "Without thickness",
+        }
         body = rows and panel.open_part(
             panel.layout,
             f"citypv_{heading}",
-            _TITLES[heading],
+            titles[heading],
             closed=heading in ("orientation", "eligible", "class", "material"),
         )
         for row in rows if body else ():

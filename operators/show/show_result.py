@@ -56,7 +56,7 @@ def show_result(context, city, ground, attribute):
     if not scale.classes:
         settings.low, settings.high = scale.low, scale.high
     _state["quiet"] = False
-    show_colours(context, city)
+    _show_colours(context, city)
     show_modules(context)
     before = find_before(context.scene)
     if before is not None and not before.hide_viewport:
@@ -64,7 +64,7 @@ def show_result(context, city, ground, attribute):
     return scale
 
 
-def show_colours(context, city):
+def _show_colours(context, city):
     """Show the colours of a city, or the shape and the user's own materials where *Colours*
     is off.
     """
@@ -84,7 +84,7 @@ def follow_switch(settings, context):
     city, _ = find_city(context.scene)
     if not _state["quiet"] and city is not None and Key.COLOUR_ATTRIBUTE in city:
         leave_edit_mode(context)
-        show_colours(context, city)
+        _show_colours(context, city)
 
 
 def follow_choice(settings, context):

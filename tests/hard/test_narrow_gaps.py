@@ -15,7 +15,7 @@ from thorough import mark_cases
 from towns import boxes, city_of_polygons
 
 from citypv.core.city.build_scene import build_scene
-from citypv.core.light.light_errors import ABRUPT, SMOOTH, remaining_error
+from citypv.core.light.light_errors import remaining_error
 from citypv.core.patches.patches import Patches
 
 ERRORS = 3.0  # stated ones that gather may be off by
@@ -147,7 +147,7 @@ def test_what_is_left_after_two_steps():
     series.
     """
     first = np.array([1.0, 1.0, -1.0, 0.0])
-    second = np.array([ABRUPT, SMOOTH, -SMOOTH, 0.0])
+    second = np.array([1 / 2, 1 / 4, -1 / 4, 0.0])
     left = remaining_error(np.stack([second, first], axis=1), np.zeros(4))
     np.testing.assert_allclose(left, [0.5, 1 / 12, -1 / 12, 0])
     assert (
