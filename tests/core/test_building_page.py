@@ -180,6 +180,9 @@ def test_the_page_follows_the_address(page, buildings):
     assert page.run("!document.getElementById('building').checkVisibility()")
     page.run("document.querySelector('#city-chosen a[href^=\"#building=\"]').click()")
     page.wait(f"{OPEN} && {TEXT.format('title')} === {NAMES[1]!r}")
+    # A click on another building in the picture leads to its page.
+    page.run(f"chooseSurface(city.building.indexOf(city.buildings.indexOf({NAMES[0]!r})))")
+    page.wait(f"{TEXT.format('title')} === {NAMES[0]!r}")
     page.run("location.hash = '#building=nowhere%'")
     page.wait(f"!{OPEN}")
     assert "nowhere%" in page.run("byId('note').textContent")
@@ -193,6 +196,21 @@ def test_a_building_is_printed_on_one_page_with_a_picture(page):
     pdf = page.print()
     assert count_pages(pdf) == 1 and b"/Subtype /Image" in pdf
     assert page.run("document.querySelectorAll('img.printed').length") == 0  # afterwards
+
+
+def test_without_webgl_the_page_has_all_but_the_picture(folder, buildings):
+    browser = start_browser(webgl=False)
+    try:
+        browser.open(folder / "report.html", "#building=" + quote(NAMES[1]))
+        browser.wait(OPEN)
+        check_sums(browser, buildings.loc[NAMES[1]])
+        seen = [f"document.getElementById('building-{name}')" for name in ("picture", "surfaces")]
+        assert browser.run(f"[{', '.join(seen)}].map((part) => part.checkVisibility())") == [
+            False,
+            True,
+        ]
+    finally:
+        browser.close()
 
 
 def test_the_report_is_printed_with_a_picture_and_all_tables(page):

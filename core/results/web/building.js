@@ -65,8 +65,9 @@ async function followLink() {
   lookAt(rowOf(building)?.shape ?? [place.box]);
   await loadSurfaces(building);
   if (asked !== name) return;
-  chooseBuilding(building);
-  showSurfaces(rowOf(building), place);
+  const row = rowOf(building);
+  if (row) chooseBuilding(building);
+  showSurfaces(row?.surfaces ?? [], place);
 }
 
 // The picture moves from the city to the page.
@@ -199,7 +200,7 @@ function azimuthOf(surface) {
   return city.tilt[surface] < LEVEL ? "–" : format(city.azimuth[surface], 0);
 }
 
-function showSurfaces({ surfaces = [] }, place) {
+function showSurfaces(surfaces, place) {
   const energy = (surface) => city.kwp[surface] * city.hours[surface];
   const worn = surfaces.filter(carries).sort((a, b) => energy(b) - energy(a));
   const placed = Number.isFinite(place.latitude);
@@ -224,6 +225,7 @@ function showSurfaces({ surfaces = [] }, place) {
   }
   const head = ["Surface", "Area [m²]", "Tilt [°]", "Azimuth [°]", "Modules", "Power [kWp]", "Energy in a year [kWh]"];
   fillTable("surfaces", [...head, "Full load hours [h]", "PVGIS"], lines);
+  part("surfaces").closest("section").hidden = !surfaces.length; // of a map without WebGL
   part("pvgis").hidden = !placed || !worn.length;
   part("bare").textContent = describeBare(surfaces.filter((surface) => !carries(surface)));
   showMonths(surfaces, place);
@@ -260,7 +262,10 @@ function showMonths(surfaces, place) {
   part("months").parentElement.hidden = !(year > 0);
   if (!(year > 0)) return;
   const most = Math.max(...values.map((value, k) => value + (errors[k] || 0)));
-  const unit = most > 9999 ? { scale: 1000, digits: 2, name: "MWh" } : { scale: 1, digits: most < 1000 ? 1 : 0, name: "kWh" };
+  const large = most > 9999; // [kWh]
+  const unit = large
+    ? { scale: 1000, digits: most > 99999 ? 1 : 2, name: "MWh" }
+    : { scale: 1, digits: most < 1000 ? 1 : 0, name: "kWh" };
   part("unit").textContent = unit.name;
   const write = (value) => format(value / unit.scale, unit.digits);
   const told = values.map((value, k) => `${say(city.months[k])} ${write(value)} ± ${write(errors[k])} ${unit.name}`).join(", ");
@@ -364,9 +369,10 @@ document.addEventListener("city-ready", () => {
   followLink();
 });
 
-// Beside the numbers of a chosen building stands the link to its page.
+// Beside the numbers of a chosen building stands the link to its page; from page to page leads a click on the picture.
 document.addEventListener("city-chosen", ({ detail: { row } }) => {
   if (!row || !document.getElementById("building")) return;
+  if (opened && row.id !== asked) location.hash = linkTo(row.id);
   const link = make("a", say("Page of this building, to print or to share"));
   link.href = linkTo(row.id);
   byId("chosen").append(make("p", "", link));
