@@ -45,7 +45,9 @@ def test_exports_best_buildings_and_charts_agree(city, tmp_path, monkeypatch):
     plain = (tmp_path / "plain.html").read_text("utf-8")
     assert 'id="city-data"' in plain  # the city in 3D
     assert (
-        "no pictures" in plain and "data:image" not in plain and "Full load hours by kind" in plain
+        "no plans of the city" in plain
+        and "data:image" not in plain
+        and "Full load hours by kind" in plain
     )
 
     # The best buildings are those of buildings.csv, in its order of energy.
