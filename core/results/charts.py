@@ -70,7 +70,7 @@ def tabulate_heat(groups, period, name):
             f'<div class="wide" tabindex="0"><table class="heat" data-kind="{escape(kind)}">{body}</table></div>'
             "</div>"
         )
-    return "\n".join(['<div class="panels">', *parts, "</div>"]) if parts else ""
+    return "\n".join([f'<div class="panels {period}">', *parts, "</div>"]) if parts else ""
 
 
 def draw_histograms(faces):

@@ -50,20 +50,19 @@ def _modules(totals):
 
 def _power(totals):
     """Nominal power, and the area that a kilowatt takes."""
-    words = say("{area:,.2f} m² of modules for each kilowatt", area=totals["area_per_kwp"])
+    words = say("{area:,.2f} m² for each kWp", area=totals["area_per_kwp"])
     return say("Power"), _figure(number(totals["kwp"]), "kWp"), words, ""
 
 
 def _energy(totals):
-    """Energy of a year, in GWh from one on, and in the MWh of the tables."""
+    """Energy of a year, in GWh from one on, and of a kilowatt."""
     energy, title = totals["mwh_per_year"], say("Energy in a year")
     large = energy >= 1000
     figure = _figure(number(energy / 1000 if large else energy, ",.2f"), "GWh" if large else "MWh")
     if not totals["kwp"]:
         return title, figure, say("no surface carries modules"), ""
     hours = 1000 * energy / totals["kwp"]
-    words = say("{energy:,.0f} MWh, {hours:,.0f} kWh for each kWp", energy=energy, hours=hours)
-    return title, figure, words, ""
+    return title, figure, say("{hours:,.0f} kWh for each kWp", hours=hours), ""
 
 
 def _shares(totals):

@@ -44,8 +44,8 @@ def cards(summary):
 def test_four_numbers_are_those_of_the_totals():
     modules, power, energy, shares = cards(SUMMARY)
     assert modules[1:] == ["12,345", "20,001 m² on roofs and facades"]
-    assert power[1:] == ["4,000 kWp", "5.00 m² of modules for each kilowatt"]
-    assert energy[1:] == ["3.20 GWh", "3,200 MWh, 800 kWh for each kWp"]
+    assert power[1:] == ["4,000 kWp", "5.00 m² for each kWp"]
+    assert energy[1:] == ["3.20 GWh", "800 kWh for each kWp"]
     assert shares[1] == "75 : 25 %" and shares[-1] == "2,400 MWh and 800 MWh"
     with words.speaking("de"):
         assert [card[1] for card in cards(SUMMARY)] == [

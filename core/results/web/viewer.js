@@ -464,6 +464,11 @@ function titleOf(row) {
   return first ? first + (more.length ? ` +${more.length}` : "") : row.name || row.id;
 }
 
+// What a building is for, if it is told in words: a bare code tells a reader nothing.
+function useOf(row) {
+  return /\p{L}{3}/u.test(row.function) ? row.function : "";
+}
+
 function describeBuilding(row) {
   const { counted, flat } = partsOf(row);
   const parts = counted.map((sum) => ({ ...sum, title: city.kinds[sum.kind].many }));
@@ -475,7 +480,7 @@ function describeBuilding(row) {
   const sums = parts.length ? make("table", "", head, body) : make("p", say("None of its surfaces counts."));
   const name = make("p", "", button(row.id, () => chooseBuilding(row.building, true)));
   const title = listAddresses(row).join(", ") || row.name || say("Building");
-  const texts = [row.name === title ? "" : row.name, row.function, row.year].filter((text) => text);
+  const texts = [row.name === title ? "" : row.name, useOf(row), row.year].filter((text) => text);
   const known = texts.length ? [make("p", texts.join(" · "))] : [];
   const signed = `${format(row.change, 2, "+")} ± ${format(row.changeError, 2)}`;
   const words = say("Change of its energy in a year: {change} MWh", { change: signed });
@@ -589,9 +594,8 @@ function showHits(found) {
     const item = button("", () => chooseBuilding(row.building, true));
     const energy = make("span", `${format(row[name], digits, plus)} MWh`);
     energy.className = "number";
-    // Of functions only words, as a bare code tells a reader nothing.
     const named = listAddresses(row).length ? row.name : "";
-    const more = [named, /\p{L}{3}/u.test(row.function) ? row.function : "", row.year].filter((text) => text);
+    const more = [named, useOf(row), row.year].filter((text) => text);
     const power = say("{kwp} kWp, {hours} h", { kwp: format(row.kwp, 1), hours: format(row.hours, 0) });
     const bar = make("i");
     bar.style.width = `${(100 * Math.max(size(row), 0)) / Math.max(size(best[0]), 1e-9)}%`;
