@@ -42,7 +42,7 @@ class Page:
         }  # those of HTML 5
         assert not tree.xpath("//link | //iframe | //object | //@*[starts-with(name(), 'on')]")
         self.references = tree.xpath("//@src | //@href | //@srcset | //@data | //@action")
-        self.figures = tree.xpath("//figure/@id")
+        self.figures = tree.xpath("//figure[not(ancestor::article)]/@id")
         assert all(len(picture.get("alt")) > 40 for picture in tree.iter("img"))
         self.text = "".join(tree.xpath("//text()[not(parent::script or parent::style)]"))
         self.tables = [
