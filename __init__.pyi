@@ -44,6 +44,12 @@ class Result:
         """Buildings, a row each: pandas.DataFrame of buildings.csv."""
         ...
     @property
+    def districts(self) -> pd.DataFrame:
+        """Sums by district, of a run that was given `districts`, the last row of what lies in none:
+        pandas.DataFrame of districts.csv.
+        """
+        ...
+    @property
     def timeseries(self) -> xr.Dataset:
         """Capacity factors of the groups at each time: xarray.Dataset of timeseries.nc."""
         ...

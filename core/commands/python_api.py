@@ -57,6 +57,13 @@ class Result:
         return self._read("buildings.csv")
 
     @cached_property
+    def districts(self):
+        """Sums by district, of a run that was given `districts`, the last row of what lies in none:
+        pandas.DataFrame of districts.csv.
+        """
+        return self._read("districts.csv")
+
+    @cached_property
     def timeseries(self):
         """Capacity factors of the groups at each time: xarray.Dataset of timeseries.nc."""
         import xarray
@@ -182,6 +189,7 @@ class Result:
             "faces.csv": FACE_TEXTS,
             "groups.csv": GROUP_TEXTS,
             "buildings.csv": ("building_id",),
+            "districts.csv": ("district",),
         }
         return read_table(self.folder / name, texts[name], ())
 

@@ -13,6 +13,7 @@ import pytest
 import shapely
 from small_city import EAST, FAST, NORTH, write_small_city
 
+import citypv
 from citypv.__main__ import main
 from citypv.core.city.grid_cells import Outlines
 from citypv.core.city.site import Site
@@ -183,7 +184,7 @@ def traced(tmp_path_factory):
 def test_rows_of_districts_are_the_city(traced):
     """a in the west, b with 7 of 10 m in the east, c in neither; sums are those of buildings.csv."""
     folder, _ = traced
-    table = pd.read_csv(folder / "districts.csv")
+    table = citypv.read_results(folder).districts
     buildings = pd.read_csv(folder / "buildings.csv").set_index("building_id")
     assert table["district"].tolist() == ["West", "Ost", "outside"]
     assert table["buildings"].tolist() == [1, 1, 1]

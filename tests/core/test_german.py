@@ -110,11 +110,18 @@ SHOWN = """[...document.querySelectorAll("body *")].filter((one) => !one.closest
 
 
 def shown(browser, page):
-    """All texts of a page with a building, then with a surface of it chosen: set of str."""
+    """All texts of a page, of a building and a surface that are chosen, and of a building's page."""
     browser.open(page)
     texts = set(browser.run(SHOWN))
-    for act in ("chooseBuilding(0)", "chooseSurface(1)", "chooseBuilding(-1)"):
+    acts = (
+        "chooseBuilding(0)",
+        "chooseSurface(1)",
+        "chooseBuilding(-1)",
+        "location.hash = '#building=a'",
+    )
+    for act in acts:
         browser.run(act)
+        browser.run("new Promise((done) => setTimeout(done, 100))")
         texts |= set(browser.run(SHOWN))
     assert browser.complaints == []
     return texts
