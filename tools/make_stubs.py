@@ -63,7 +63,6 @@ TYPES = {
     "private": "bool",
     "temporary": "bool",
     "title": "str",
-    "private": "bool",
     "language": "str",
     "districts": "str | None",
     "attribution": "str",
