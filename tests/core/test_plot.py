@@ -67,6 +67,8 @@ def test_the_report_opens_by_itself(small_results, page):
     assert set(page.figures) == FIGURES
     assert page.references
     for reference in page.references:
+        if reference == "#city":  # a place of the page itself
+            continue
         assert reference.startswith("data:image/")
         kind, _, content = reference.partition(";base64,")
         picture = base64.b64decode(content, validate=True)
