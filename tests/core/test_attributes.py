@@ -19,8 +19,10 @@ from cities import box, make_city
 from footprint_text import feature, square, write_map
 from small_city import FAST
 
-from citypv.core.city.building_facts import FACTS, tell_facts
+from citypv.core.city.building_facts import FACTS, tell_facts, without_names
+from citypv.core.city.edit_city import CityChange, edit_city
 from citypv.core.commands.command_line import main
+from citypv.core.light.rays_file import decode, encode
 from citypv.core.read.read_city import read_city
 from citypv.core.read.read_citygml import read_citygml
 from citypv.core.results import write_cityjson
@@ -350,3 +352,47 @@ def test_private_results_tell_neither_names_nor_addresses(small_results, tmp_pat
     # The same words are found where nobody asked to leave them out.
     assert b"Old mill" in (small_results / "city.city.json").read_bytes()
     assert read_transfer(small_results / "transfer.nc").facts.name == ["Old mill"]
+
+
+def told_boxes(*names):
+    """Boxes in a row, each with attributes that say its name."""
+    city = make_city(
+        [one for k, name in enumerate(names) for one in box(name, 9 * k, 0, 5, 5, 0, 5)]
+    )
+    city.attributes = {(name, ""): {"attributes": {"name": f"House {name}"}} for name in names}
+    return city
+
+
+def test_buildings_that_stay_keep_what_was_told_in_edits():
+    """One that is removed takes it along, also where a new one gets its id; one that is added
+    brings its own under the id that it gets.
+    """
+    city, more = told_boxes("a", "b", "c"), told_boxes("a", "d")
+    more.attributes["a", ""] = {"attributes": {"name": "New"}}
+    change = CityChange(removed=["a", "b"], moved={"c": (1.0, 0.0)}, added=(more, told_boxes("c")))
+    edited = edit_city(city, change)
+    names = {place[0]: told["attributes"]["name"] for place, told in edited.attributes.items()}
+    assert names == {"c": "House c", "a": "New", "d": "House d", "c~2": "House c"}
+    assert set(names) == set(edited.building_id)
+
+
+def test_what_was_told_comes_back_from_the_files_of_rays():
+    city, arrays = told_boxes("a"), []
+    city.attributes["a", "1"] = {"address": [{"Locality": "Halle"}], "attributes": {"x": [1, None]}}
+    kept = json.loads(json.dumps(encode(city, arrays)))
+    again = decode(kept, {f"array_{k}": array for k, array in enumerate(arrays)})
+    assert again.attributes == city.attributes
+
+
+def test_names_and_addresses_alone_are_private():
+    city = told_boxes("a")
+    stays = {"function": "31001_1010", "roofType": "1000", "DachtypName": "flat", "addrless": 1}
+    told = {
+        **stays,
+        **{"name": "x", "name:de": "x", "alt_name": "x", "addr:street": "x", "addr:unit": "x"},
+        **{"Straße": "x", "hausnr": 4, "plz": "06108", "contact:city": "x", "names": {"de": "x"}},
+    }
+    city.attributes = {("a", ""): {"attributes": told, "address": [{"Locality": "Halle"}]}}
+    assert without_names(city).attributes == {("a", ""): {"attributes": stays}}
+    city.attributes = {("a", ""): {"address": [{"Locality": "Halle"}]}}
+    assert without_names(city).attributes == {}
