@@ -11,7 +11,6 @@ from ..city.scene import Scene
 from ..energy.compute_energy import compute_energy
 from ..energy.pv_system import build_system
 from ..light.prepare_scene import PreparedScene
-from ..light.sun_sampling_error import PATCHES as LOOKED_AT
 from ..light.sun_sampling_error import trace_sun_samples
 from ..settings.progress import silent
 from ..settings.request import Request
@@ -23,7 +22,7 @@ from ..weather.weather import Weather
 NO_ERROR = dict.fromkeys(
     ("bias", "bias_standard_error", "of_groups", "rms", "rms_standard_error"), 0.0
 )
-FEWER = LOOKED_AT // 5  # patches where several choices are compared before a run
+FEWER = 100  # patches where several choices are compared before a run
 
 
 class CityYear(NamedTuple):
@@ -35,7 +34,7 @@ class CityYear(NamedTuple):
     request: Request
 
 
-def measure_ways(inputs, transfer, ways, progress=silent, *, patches=LOOKED_AT):
+def measure_ways(inputs, transfer, ways, progress=silent, *, patches=500):
     """Error of full load hours by some choices of suns. Reflections are left out: they change more
     slowly than shadows.
 
@@ -55,7 +54,8 @@ def measure_ways(inputs, transfer, ways, progress=silent, *, patches=LOOKED_AT):
         `bias_standard_error`, `of_groups` (rms of the means of kinds and orientations), `rms`
         (patch by patch) and its `rms_standard_error`, and how many `patches`.
     """
-    # The suns of more days are the truth; if the run has every hour's already, the error is nothing.
+    # The suns of more days are the truth; if the run has every hour's already, the error is
+    # nothing.
     scene, prepared, weather, request = inputs
     every, surfaces = {suns.sampling: suns for suns in ways}, transfer.surfaces
     if every.keys() == {"hourly"} or not surfaces.eligible.any():

@@ -8,14 +8,8 @@ import numpy as np
 from pvlib.temperature import sapm_cell
 
 from ..energy.pv_system import MOUNTINGS
-from ..light.solve_radiosity import radiosity_factor, solve_radiosity
+from ..light.bare_light import trace_bare
 from ..light.trace_gather import trace_gather
-from ..light.trace_hemisphere import trace_rows
-from ..light.traced import RayCity, Traced
-from ..patches.patches import Patches
-from ..rays.hemisphere_rays import CELL_DIVISIONS
-from ..rays.ray_scene import RayScene
-from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.progress import silent
 from ..settings.request import Request
 from ..sun.suns import Suns
@@ -150,19 +144,6 @@ def _canyon(bounces, samples=8192, strips=40):
     return {"wall": mean_of(transfer, wall), "street": mean_of(transfer, street)}
 
 
-def _hemisphere_of(scene, albedo, samples, *, lit_inside=False):
-    """Patches of a scene and their hemisphere rays; where it is lit inside, nothing is covered."""
-    patches = Patches.of_scene(scene, np.full(len(scene.triangles), float(albedo)), 0)
-    covered = np.zeros((len(patches), CELL_DIVISIONS**2), bool) if lit_inside else None
-    city = RayCity(
-        ray_scene=RayScene(scene.vertices, scene.triangles), patches=patches, covered=covered
-    )
-    traced_rays = Traced.empty(city)
-    for part, *_ in trace_rows(city, np.arange(len(patches)), samples):
-        traced_rays.put(part)
-    return patches, traced_rays
-
-
 def furnace(albedo, bounces):
     """Irradiance inside a closed room whose faces all start with 1: (1 - ρⁿ⁺¹)/(1 - ρ) after n
     reflections.
@@ -174,26 +155,15 @@ def furnace(albedo, bounces):
     float
         0: there is no noise if every ray hits a face.
     """
-    patches, hemisphere = _hemisphere_of(
-        join_parts(room((0, 0, 0), (4, 5, 3))), albedo, 1024, lit_inside=True
-    )
-    first = np.ones((len(patches), 1), np.float32)
-    factor = radiosity_factor(patches, hemisphere.covered_share)
-    reflected = solve_radiosity(
-        hemisphere.form_factors, factor, first, np.zeros_like(first), bounces
-    )
-    irradiance = (first + reflected).astype(float).ravel()
+    closed = trace_bare(join_parts(room((0, 0, 0), (4, 5, 3))), albedo, 1024, lit_inside=True)
+    irradiance = closed.reflect(bounces)
     return float(irradiance[np.abs(irradiance - irradiance.mean()).argmax()]), 0.0
 
 
 def view(one, other):
     """View factor from one rectangle to another."""
     scene, own = join_parts([one, other]), len(one[1])
-    patches, hemisphere = _hemisphere_of(scene, 1, 1 << 16)
-    shares = np.asarray(
-        hemisphere.form_factors.as_matrix()[: own * HEMISPHERE_REPLICATES].sum(axis=1)
-    )
-    shares = shares.reshape(own, HEMISPHERE_REPLICATES)
-    share = patches.area[:own] / patches.area[:own].sum()
-    error = share**2 @ shares.var(axis=1, ddof=1) / HEMISPHERE_REPLICATES
+    shares, area = trace_bare(scene, 1, 1 << 16).view_of_others()
+    shares, share = shares[:own], area[:own] / area[:own].sum()
+    error = share**2 @ shares.var(axis=1, ddof=1) / shares.shape[1]
     return float(share @ shares.mean(axis=1)), float(np.sqrt(error))

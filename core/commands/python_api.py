@@ -87,12 +87,9 @@ class Result:
         InputError
             The folder is not empty and `overwrite` is False, or cannot be written.
         """
-        from ..results.output_folder import NAMES, whole_folder
+        from ..results.output_folder import copy_results
 
-        with whole_folder(folder, overwrite) as work:
-            for name in NAMES:
-                if (self.folder / name).exists():
-                    shutil.copy2(self.folder / name, work / name)
+        copy_results(self.folder, folder, overwrite)
         return Result(folder)
 
     @list_settings("surfaces", "weather", "electricity", "sky", "effects", "run")
@@ -183,15 +180,9 @@ class Result:
         return plot_results(self.folder, **words, districts=districts, private=private)[0]
 
     def _read(self, name):
-        from ..results.read_results import FACE_TEXTS, GROUP_TEXTS, read_table
+        from ..results.read_results import read_run_table
 
-        texts = {
-            "faces.csv": FACE_TEXTS,
-            "groups.csv": GROUP_TEXTS,
-            "buildings.csv": ("building_id",),
-            "districts.csv": ("district",),
-        }
-        return read_table(self.folder / name, texts[name], ())
+        return read_run_table(self.folder / name)
 
     def __repr__(self):
         from ..results.read_results import kind_title
@@ -223,10 +214,9 @@ class Result:
             "",
         )
         if importlib.util.find_spec("matplotlib") is not None and found.outlines is not None:
-            from ..results.draw_plan import draw_plan
-            from ..results.picture import embed_figure
+            from ..results.draw_plan import embed_plan
 
-            picture = embed_figure(draw_plan(found.faces, found.outlines, "roof"), "png")
+            picture = embed_plan(found)
             image = f'<img alt="Full load hours from above" style="max-width:30em" src="{picture}">'
         return (
             f"<div><pre>{html.escape(repr(self))}</pre>{image}{annual.to_html(index=False)}</div>"

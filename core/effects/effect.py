@@ -3,7 +3,7 @@ from.
 """
 
 import math
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,7 +16,7 @@ from ..patches.read_albedo import TriangleBrdfs
 from ..settings.errors import show_number
 from ..settings.progress import describe_duration
 from ..settings.request import Request
-from ..sky.horizon import TerrainHorizon
+from ..sky.horizon import TerrainHorizon, is_above
 from ..sky.read_horizon import read_horizon
 from ..sky.sky_models import RAYS_SHARE, sources_of
 from ..sun.solar_position import MINIMUM_ELEVATION
@@ -86,6 +86,15 @@ class TracePlan:
     def sources(self) -> tuple:
         """Sources of light in the sky that are traced beside its dome: of HorizonBand."""
         return sources_of(self.sky)
+
+    def without_hidden(self, suns):
+        """Suns without weight where they stand behind the distant terrain: the weights sum to the
+        share of open suns.
+        """
+        if self.terrain is None:
+            return suns
+        above = is_above(self.terrain, suns.direction)
+        return replace(suns, weight=np.where(above, suns.weight, 0.0))
 
     def lit(self, directions):
         """Which suns, (s, 3) float32, are traced: all but those behind the terrain in all that they

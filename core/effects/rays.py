@@ -6,6 +6,8 @@ seen. Surfaces whose numbers are wanted get all rays, the others as many as the 
 them.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..settings.errors import count_of
@@ -93,9 +95,16 @@ def fewer_rays(samples):
     return min(samples, max(64, samples // 4))
 
 
-WHOLE_LIMIT = 0.002  # share of the light of all receivers that reflections may leave out
-GROUP_LIMIT = 0.005  # of surfaces of one kind and orientation
-MOST_BOUNCES = 50
+class _ReflectionLimits(NamedTuple):
+    """Where reflections end."""
+
+    whole: float = 0.002  # share of the light of all receivers that they may leave out
+    group: float = 0.005  # of surfaces of one kind and orientation
+    bounces: int = 50  # at most
+
+
+LIMITS = _ReflectionLimits()
+
 NO_BOUNCE = "no bounce, no matrix"
 
 
@@ -121,8 +130,10 @@ def decide_reflections(inputs):
             "as asked",
             _bound_beyond(count, brightest),
         )
-    words = f"until what is left is below {100 * WHOLE_LIMIT:g} %"
-    return Effect(REFLECTIONS, True, words, "the light that is still on its way tells", GROUP_LIMIT)
+    words = f"until what is left is below {100 * LIMITS.whole:g} %"
+    return Effect(
+        REFLECTIONS, True, words, "the light that is still on its way tells", LIMITS.group
+    )
 
 
 def _bound_beyond(count, brightest):
@@ -133,10 +144,10 @@ def _bound_beyond(count, brightest):
 
 
 def count_surely(brightest):
-    """The fewest bounces beyond which that bound is below WHOLE_LIMIT, at most MOST_BOUNCES."""
+    """The fewest bounces beyond which that bound is below LIMITS.whole, at most LIMITS.bounces."""
     if brightest >= 1:
-        return MOST_BOUNCES
+        return LIMITS.bounces
     return next(
-        (n for n in range(1, MOST_BOUNCES) if _bound_beyond(n, brightest) <= WHOLE_LIMIT),
-        MOST_BOUNCES,
+        (n for n in range(1, LIMITS.bounces) if _bound_beyond(n, brightest) <= LIMITS.whole),
+        LIMITS.bounces,
     )

@@ -21,7 +21,6 @@ from ..effects.beyond_scene import sky_of_surfaces
 from ..settings.errors import InputError
 from ..settings.progress import Clock, silent
 from ..settings.threads import map_in_order
-from ..sky.horizon import without_hidden
 from .annual_light import light_unshaded, solve_annual, sum_suns
 from .change_modules import change_losses, lay_changed
 from .change_rays import find_changed_rows, find_shadowed
@@ -101,7 +100,7 @@ def trace_change(base, change, request=None, progress=silent, preview=None):
     edit = _trace_rows(old, context, change, prepared.scene, progress)
     clock.lap("sky and reflections")
     # Then suns are looked at again from points that the change may shade.
-    _look_again(edit, without_hidden(base.suns, context.plan.terrain), change)
+    _look_again(edit, context.plan.without_hidden(base.suns), change)
     progress(STAGE, 3, 3, "steps")
     clock.lap("shadows")
     # A brighter city may ask for more reflections: the base then gets them too.
@@ -229,8 +228,8 @@ def _trace_rows(old, context, change, scene, progress):
         new.far_ground[dead], new.element_far_ground[dead], new.open_share[dead] = 0, 0, 0
         new.covered[dead], new.samples[dead] = True, 0
         traced.append(new)
-    # Rows with as many rays as each other are traced together, some at a time: a newer edit may stop
-    # it.
+    # Rows with as many rays as each other are traced together, some at a time: a newer edit may
+    # stop it.
     city = replace(context, covered=covered)
     for number in np.unique(samples[todo & (samples > 0)]):
         rows = np.flatnonzero(todo & (samples == number))

@@ -10,7 +10,6 @@ import numpy as np
 
 from ..city.written_scene import live_triangles, written_scene
 from ..settings.progress import silent
-from ..sky.horizon import without_hidden
 from .editable_city import EditableCity, prepare_decided
 from .form_factors import FormFactors, Rows
 from .packed_bits import pack_bits
@@ -74,7 +73,7 @@ def compact_city(base):
     task = prepare_suns(
         context,
         [state.traced for state in states],
-        without_hidden(base.suns, prepared.plan.terrain),
+        prepared.plan.without_hidden(base.suns),
     )
     watch = old.task.watch
     task.watch.points = KnownPoints(*(part[kept] for part in watch.points))

@@ -8,7 +8,6 @@ from ..city.written_scene import written_scene
 from ..settings.errors import InputError
 from ..settings.progress import silent
 from ..settings.request import BEST_SKY, Request
-from ..sky.horizon import without_hidden
 from ..sun.suns import Suns
 from .measure_cover import choose_left_out
 from .prepare_scene import prepare_scene
@@ -156,7 +155,7 @@ def restore_editable(scene, request, transfer, *, decisions, kept, drift):
     context.left_out = choose_left_out(
         prepared.scene, context.patch_to_surface, request, kept["cramped"]
     )
-    suns = without_hidden(decisions.suns, prepared.plan.terrain)
+    suns = prepared.plan.without_hidden(decisions.suns)
     task = prepare_suns(context, [state["traced"] for state in states], suns)
     watch = task.watch
     counts = context.points, context.elements

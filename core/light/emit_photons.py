@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..rays.random_numbers import GOLDEN, key_of_names, mix
+from ..rays.random_numbers import GOLDEN, keys_of_names, mix
 from ..sky.horizon import TerrainHorizon
 from ..sky.horizon_band import HorizonBand
 
@@ -84,7 +84,7 @@ def make_source(name, box, seed, shares, **details):
     """
     x, y, z = box.size
     areas = np.array([x * y, x * y, y * z, y * z, x * z, x * z])  # of lid, bottom and sides
-    return _Source(name, *box, shares * areas, key_of_names([name], seed)[0], **details)
+    return _Source(name, *box, shares * areas, keys_of_names([name], seed)[0][0], **details)
 
 
 def emit_photons(source, replicate, place):

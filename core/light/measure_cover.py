@@ -13,9 +13,10 @@ no room for modules.
 import numpy as np
 
 from ..city.racks import RACK, find_racked_roofs
-from ..patches.cover_cells import pack_cells, unpack_cells
+from ..patches.cover_cells import unpack_cells
 from ..patches.facing_scene import FacingScene
-from ..patches.find_covered import UPRIGHT, find_covered_cells, starts_in_cells
+from ..patches.find_covered import find_covered_cells
+from ..patches.near_faces import cells_near_faces
 from ..patches.patches import Patches
 from ..rays.hemisphere_rays import CELL_DIVISIONS
 from ..settings.progress import silent
@@ -114,10 +115,10 @@ def find_cramped(ray_scene, patches, scene, *, clearances, threads, asked=True):
         rows[start : start + PATCHES_PER_TASK] for start in range(0, len(rows), PATCHES_PER_TASK)
     ]
     cramped_parts = map_in_order(
-        lambda chosen: _look_ahead(ray_scene, patches, chosen, clearances), tasks, threads
+        lambda chosen: cells_near_faces(ray_scene, patches, chosen, clearances), tasks, threads
     )
     for chosen, cells in zip(tasks, cramped_parts, strict=True):
-        cramped[chosen] = pack_cells(cells)
+        cramped[chosen] = cells
     return cramped
 
 
@@ -153,27 +154,3 @@ def choose_left_out(scene, to_surface, request, cramped):
     carries = (to_surface @ share <= 0.5) & ~find_racked_roofs(surfaces.surface_id, surfaces.kind)
     # The ground's -1 takes the last.
     return np.where(np.append(carries, False)[scene.triangle_surface], cells, np.uint64(0))
-
-
-def _look_ahead(ray_scene, patches, chosen, clearances):
-    """Which cells of some patches, (c,) int, look at a face from less than each clearance: (c, k,
-    cells) bool.
-    """
-    if ray_scene.whole is not None:
-        ray_scene, patches, rows = ray_scene.whole
-        chosen = rows[chosen]
-
-    def measure(some, cells):
-        b1, b2, _ = starts_in_cells(patches.place_key[some], cells)
-        origins = patches.points(some, b1, b2).reshape(-1, 3)
-        own = np.repeat(some, len(cells))
-        hits = ray_scene.trace_places(origins, patches.normal[own])
-        return patches.facing_distance(own, hits).reshape(b1.shape)
-
-    looks_at_face = np.zeros((len(chosen), len(clearances), CELL_DIVISIONS**2), bool)
-    # Some cells tell which patches have anything near; of these all cells are measured, straight
-    # ahead.
-    near = np.flatnonzero((measure(chosen, UPRIGHT) < max(clearances)).any(axis=1))
-    distance = measure(chosen[near], np.arange(CELL_DIVISIONS**2))
-    looks_at_face[near] = distance[:, None] < np.float32(clearances)[:, None]
-    return looks_at_face

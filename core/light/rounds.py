@@ -17,7 +17,6 @@ import numpy as np
 
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.progress import Clock
-from ..sky.horizon import without_hidden
 from ..sky.sky_models import RAYS_SHARE
 from .annual_light import add_points, solve_annual
 from .form_factors import leave_rows
@@ -132,7 +131,7 @@ def _trace_suns(context, city, size, before, folder):
     """
     traced, suns, total = (
         [one.traced for one in city.states],
-        without_hidden(city.task.suns, context.plan.terrain),
+        context.plan.without_hidden(city.task.suns),
         [],
     )
     # One set of points after the other, each as large as the first round's.

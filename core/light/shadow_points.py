@@ -7,11 +7,12 @@ from numba import njit
 
 from ..patches.cover_cells import enclosed_cells, unpack_cells
 from ..rays import sample_points
-from ..rays.hemisphere_rays import CELL_DIVISIONS, HALF, fraction
+from ..rays.hemisphere_rays import CELL_DIVISIONS, fraction
 from ..rays.random_numbers import mix, uniform
 from ..rays.sample_points import DIGITS
 from ..settings.threads import map_in_order
 
+HALF = np.float32(0.5)
 WORD = 16  # points, one bit each
 
 

@@ -14,7 +14,7 @@ from functools import partial
 
 import numpy as np
 
-from ..effects.rays import GROUP_LIMIT, MOST_BOUNCES, WHOLE_LIMIT
+from ..effects.rays import LIMITS
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.errors import InputError, check_array
 from .form_factor_products import multiply, multiply_starts
@@ -153,8 +153,8 @@ def find_bounces(reflect, light, weights, first):
     """How many reflections to follow until the solver's residual is small.
 
     What is left after n reflections is the next one and, with the ratio of the two, the geometric
-    series that it begins: less than WHOLE_LIMIT of the light of all receivers, and than GROUP_LIMIT
-    of the light of any group of them.
+    series that it begins: less than LIMITS.whole of the light of all receivers, and than
+    LIMITS.group of the light of any group of them.
 
     Parameters
     ----------
@@ -170,13 +170,13 @@ def find_bounces(reflect, light, weights, first):
     Returns
     -------
     count : int
-        At least 1, at most MOST_BOUNCES.
+        At least 1, at most LIMITS.bounces.
     left : float
         Share of the light of all that is left, of the column with most.
     """
-    limits = np.append(np.full(len(first) - 1, GROUP_LIMIT), WHOLE_LIMIT)[:, None]
+    limits = np.append(np.full(len(first) - 1, LIMITS.group), LIMITS.whole)[:, None]
     arrived, whole = weights @ light.astype(float), np.array(first)
-    for count in range(1, MOST_BOUNCES + 1):  # noqa: B007
+    for count in range(1, LIMITS.bounces + 1):  # noqa: B007
         whole += arrived
         light = reflect(light)
         following = weights @ light.astype(float)

@@ -19,7 +19,7 @@ from itertools import chain
 import numpy as np
 from scipy import sparse
 
-from ..rays.random_numbers import key_of_names
+from ..rays.random_numbers import keys_of_names
 from ..settings.threads import map_in_order
 from ..sky.horizon import is_above
 from .follow_photons import Target, deposit
@@ -127,7 +127,7 @@ def _trace_specular(prepared, context, traced, state=0):
     faces = np.flatnonzero((plan.brdfs[1] >= 0) & patches.receives & ~traced.covered.all(axis=1))
     per_replicate = -(-context.request.samples * len(faces) // REPLICATES)
     batches = _batches_of(
-        key_of_names(["specular surroundings"], context.request.seed)[0], per_replicate
+        keys_of_names(["specular surroundings"], context.request.seed)[0][0], per_replicate
     )
     # The last columns are the far ground, the sky and its parts that are traced.
     matrix, pending, done = (
@@ -241,7 +241,7 @@ def _trace_sun(light, direction, name):
     power = context.patches.area[faces] * np.maximum(context.patches.normal[faces] @ direction, 0)
     per_replicate = -(-context.request.shadow_samples * int((power > 0).sum()) // REPLICATES)
     arrived = np.zeros((REPLICATES, target.surface_count))
-    for batch in _batches_of(key_of_names([name], context.request.seed)[0], per_replicate):
+    for batch in _batches_of(keys_of_names([name], context.request.seed)[0][0], per_replicate):
         photons = photons_of_sun(target, faces, power, direction, batch)
         for some, surface in follow_reflected(target, batch.key, photons, context.bounces - 1):
             deposit(some, surface, arrived)

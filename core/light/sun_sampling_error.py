@@ -14,10 +14,8 @@ from .shadow_points import points_above
 from .sun_blocks import block_of_suns
 from .sun_visibility import SunWatch, sun_visibility
 
-PATCHES = 500  # drawn of a city
 
-
-def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None, count=PATCHES):
+def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None, count=500):
     """First light of patches of eligible surfaces under several choices of suns.
 
     Parameters
@@ -95,7 +93,7 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
     return transfers
 
 
-def _draw_patches(scene, area, seed, count=PATCHES):
+def _draw_patches(scene, area, seed, count):
     """Patches of eligible surfaces, drawn by area, or all where there are no more: (k,) int,
     ascending.
     """

@@ -18,7 +18,6 @@ from ..effects.rays import count_surely
 from ..patches.read_albedo import brdfs_of_triangles, materials_of_surfaces
 from ..settings.progress import SUN_STAGE, CancelledError, Clock
 from ..settings.threads import usable_threads
-from ..sky.horizon import without_hidden
 from . import measure_cover, sun_matrix
 from .emit_photons import FROM_ABOVE, FROM_BELOW, INWARDS, box_of_scene, make_source
 from .follow_photons import Target
@@ -103,7 +102,7 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
     # box around the scene through the sides that face it.
     sky, far, parts = _trace_surroundings(run, plan, request.seed, bounces)
     clock.lap("sky and far ground")
-    weighed = without_hidden(suns, plan.terrain)
+    weighed = plan.without_hidden(suns)
     sources = [
         make_source(
             f"sun {k}", run.box, request.seed, np.maximum(INWARDS @ travel, 0), travel=travel

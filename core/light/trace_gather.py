@@ -11,7 +11,6 @@ from ..patches.read_albedo import materials_of_surfaces
 from ..rays.sample_points import HEMISPHERE_REPLICATES
 from ..settings.errors import InputError
 from ..settings.progress import Clock
-from ..sky.horizon import without_hidden
 from .annual_light import solve_annual
 from .form_factor_products import multiply, multiply_elements
 from .measure_cover import (
@@ -145,7 +144,7 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     clock.lap("sky and reflections")
     # Every sun is traced, since open hours lie between them; errors are about the light that
     # counts.
-    task, left = prepare_suns(context, traced, without_hidden(suns, plan.terrain)), None
+    task, left = prepare_suns(context, traced, plan.without_hidden(suns)), None
     if context.editable:
         words, states = -(-context.points // WORD), ray_scene.states
         task.bits = np.zeros((states, len(context.patches), words, len(task.suns)), np.uint16)

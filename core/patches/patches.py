@@ -110,16 +110,11 @@ def _keys_of_triangles(scene, *seeds):
     """
     unnamed = "\x00"
     names = np.where(_find_made_up(scene), unnamed, np.array(scene.surfaces.surface_id, object))
-    digests = random_numbers.digest_names([*names, unnamed])
     number = number_triangles(scene) if scene.number is None else scene.number
     own = random_numbers.mix(number.astype(np.uint64) + np.uint64(1))
     # The ground's -1 takes the last name.
-    return [
-        random_numbers.mix(
-            random_numbers.key_of_digests(digests, seed)[scene.surface_of_triangle] ^ own
-        )
-        for seed in seeds
-    ]
+    keys = random_numbers.keys_of_names([*names, unnamed], *seeds)
+    return [random_numbers.mix(key[scene.surface_of_triangle] ^ own) for key in keys]
 
 
 def number_triangles(scene):

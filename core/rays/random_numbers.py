@@ -29,21 +29,14 @@ def mix(words):
     return words ^ (words >> SHIFTS[2])
 
 
-def digest_names(names):
-    """Hashes of names: (n,) uint64."""
-    return np.frombuffer(
+def keys_of_names(names, *seeds):
+    """One 64-bit key per name, independent of its position in the list, for each seed: list of (n,)
+    uint64.
+    """
+    digests = np.frombuffer(
         b"".join(blake2b(name.encode(), digest_size=8).digest() for name in names), dtype="<u8"
     )
-
-
-def key_of_digests(digests, seed):
-    """One 64-bit key per name, (n,) uint64, from `digest_names`."""
-    return mix(digests + np.uint64(int(GOLDEN) * (seed + 1) % 2**64))
-
-
-def key_of_names(names, seed):
-    """One 64-bit key per name: (n,) uint64, independent of the position in the list."""
-    return key_of_digests(digest_names(names), seed)
+    return [mix(digests + np.uint64(int(GOLDEN) * (seed + 1) % 2**64)) for seed in seeds]
 
 
 def uniform(keys, count):

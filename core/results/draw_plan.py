@@ -8,7 +8,7 @@ from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 
 from .colour_map import DIVERGING, choose_range, tick_step
-from .picture import colour_scale, make_figure
+from .picture import colour_scale, embed_figure, make_figure
 from .read_results import select_mounted
 from .words import say
 
@@ -192,3 +192,8 @@ def facade_line(outlines, row, azimuth):
     along = np.array([np.cos(np.radians(azimuth)), -np.sin(np.radians(azimuth))])
     place = points @ along
     return points[[place.argmin(), place.argmax()]]
+
+
+def embed_plan(results):
+    """The roofs of a city from above as text that a page can hold: data URI of a PNG."""
+    return embed_figure(draw_plan(results.faces, results.outlines, "roof"), "png")

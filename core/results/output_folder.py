@@ -311,3 +311,17 @@ def write_whole(path, write):
         ) from error
     finally:
         unfinished.unlink(missing_ok=True)
+
+
+def copy_results(source, folder, overwrite=False):
+    """Copy what a run wrote to another folder.
+
+    Raises
+    ------
+    InputError
+        The folder is not empty and `overwrite` is False, or cannot be written.
+    """
+    with whole_folder(folder, overwrite) as work:
+        for name in NAMES:
+            if (Path(source) / name).exists():
+                shutil.copy2(Path(source) / name, work / name)

@@ -146,7 +146,9 @@ def _read_buildings(path, faces):
 
 
 def town_of(addresses):
-    """The town of most addresses, each "street number, town; …"; "" where fewer than half tell it."""
+    """The town of most addresses, each "street number, town; …"; "" where fewer than half tell
+    it.
+    """
     towns = Counter(
         address.split("; ")[0].rpartition(", ")[2] for address in addresses if ", " in address
     )
@@ -245,6 +247,14 @@ def read_table(path, texts, numbers):
     except (ValueError, OSError) as error:
         raise InputError(path, f"cannot be read as a table ({error})", GIVE_RESULTS) from error
     return check_columns(path, table, texts, numbers)
+
+
+def read_run_table(path):
+    """A table of a run by its name, faces.csv, groups.csv or buildings.csv, with all its
+    columns.
+    """
+    texts = {"faces.csv": FACE_TEXTS, "groups.csv": GROUP_TEXTS}
+    return read_table(path, texts.get(Path(path).name, ("building_id",)), ())
 
 
 def check_columns(path, table, texts, numbers):

@@ -8,7 +8,6 @@ Read first: sky_models.py, then horizon.py.
 DOORS = (
     "horizon.TerrainHorizon",
     "horizon.is_above",
-    "horizon.without_hidden",
     "horizon_band.HorizonBand",
     "horizon_band.SOURCES",
     "read_horizon.check_horizon",

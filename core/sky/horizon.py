@@ -17,7 +17,7 @@ eye ─────────────────────── horizo
 What it takes of the sky from unobstructed surfaces has a closed form: `TerrainHorizon.lost_sky`.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pyproj
@@ -107,8 +107,8 @@ class TerrainHorizon:
         return by_normal(lose, normal, 9)
 
     def hide_rays(self, fate, directions):
-        """Give rays that leave the scene below the horizon to the far ground: their fates, (c, rays)
-        uint8, change in place; directions are (c, rays, 3) float32.
+        """Give rays that leave the scene below the horizon to the far ground: their fates, (c,
+        rays) uint8, change in place; directions are (c, rays, 3) float32.
         """
         sine = np.sin(np.radians(self.elevation))
         _hide_rays(fate, np.ascontiguousarray(np.moveaxis(directions, -1, 0)), sine)
@@ -166,24 +166,6 @@ def is_above(horizon, direction):
     azimuth = np.degrees(np.arctan2(direction[:, 0], direction[:, 1]))
     elevation = np.degrees(np.arcsin(np.clip(direction[:, 2], -1, 1)))
     return elevation >= horizon.elevation_at(azimuth)
-
-
-def without_hidden(suns, horizon):
-    """Suns without weight where they stand behind the horizon: the weights sum to the share of open
-    suns.
-
-    Parameters
-    ----------
-    suns : Suns
-    horizon : TerrainHorizon or None
-
-    Returns
-    -------
-    Suns
-    """
-    if horizon is None:
-        return suns
-    return replace(suns, weight=np.where(is_above(horizon, suns.direction), suns.weight, 0.0))
 
 
 def horizon_of_terrain(grids, place, start, reach, refraction=REFRACTION, *, otherwise=np.nan):

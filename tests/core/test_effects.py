@@ -16,7 +16,7 @@ from transfers import unshaded_transfer
 
 from citypv.core.accuracy.measure_effects import shares_of_effects, state_shares
 from citypv.core.effects.beyond_scene import measure_reach, shade_at_edge
-from citypv.core.effects.rays import GROUP_LIMIT, MOST_BOUNCES, WHOLE_LIMIT, count_surely
+from citypv.core.effects.rays import LIMITS, count_surely
 from citypv.core.energy import compute_energy as energy_under_test
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
@@ -229,14 +229,14 @@ def test_no_group_loses_more_in_clear_and_overcast_years(tmp_path, city, albedo)
         trace_scene(scene, clear, Request(**light, max_bounces=count)) for count in (None, MANY)
     )
     (effect,) = (one for one in few.record.effects if one["key"] == "reflections")
-    assert effect["outcome"]["holds"] and effect["outcome"]["left_out"] <= WHOLE_LIMIT
+    assert effect["outcome"]["holds"] and effect["outcome"]["left_out"] <= LIMITS.whole
     # what a closed cover of clouds lets through (Kasten, Czeplak 1980)
     below = 0.25 * clear.data["ghi"]
     overcast = replace(clear, data=clear.data.assign(ghi=below, dni=0.0, dhi=below))
     for weather in (clear, overcast):
         found, known = (light_of_groups(one, weather) for one in (few, many))
-        assert 0 < (1 - found / known).max() <= GROUP_LIMIT
-        assert 0 < 1 - found.sum() / known.sum() <= WHOLE_LIMIT
+        assert 0 < (1 - found / known).max() <= LIMITS.group
+        assert 0 < 1 - found.sum() / known.sum() <= LIMITS.whole
 
 
 @pytest.mark.slow
@@ -248,7 +248,7 @@ def test_in_a_half_sphere_the_number_is_that_of_a_geometric_series(albedo):
     settings = {"albedo": albedo, "far_ground": False, "samples": 256, "shadow_samples": 16}
     transfer = run_gather(bowl(), suns_towards([[0, 0, 1]]), threads=1, **settings)
     assert transfer.record.max_bounces == next(
-        n for n in range(1, 30) if (albedo / 2) ** (n + 1) <= WHOLE_LIMIT
+        n for n in range(1, 30) if (albedo / 2) ** (n + 1) <= LIMITS.whole
     )
     (effect,) = (one for one in transfer.record.effects if one["key"] == "reflections")
     expected = (albedo / 2) ** (transfer.record.max_bounces + 1)
@@ -264,7 +264,7 @@ def test_by_albedo_alone_where_no_solver_tells():
     0.2 %.
     """
     assert [count_surely(albedo) for albedo in (0.1, 0.25, 0.6)] == [2, 4, 13]
-    assert count_surely(1.0) == MOST_BOUNCES
+    assert count_surely(1.0) == LIMITS.bounces
 
 
 def test_a_retired_key_is_taken_with_one_note():

@@ -7,7 +7,7 @@ import pytest
 from scipy import sparse
 from thorough import mark_cases
 
-from citypv.core.effects.rays import MOST_BOUNCES
+from citypv.core.effects.rays import LIMITS
 from citypv.core.light.form_factor_products import multiply
 from citypv.core.light.form_factors import FormFactors, Rows, leave_rows
 from citypv.core.light.solve_radiosity import find_bounces, solve_radiosity, sum_reflections
@@ -113,6 +113,6 @@ def test_reflections_end_at_the_residual():
     count, left = find_bounces(grey, light, groups, groups @ np.ones((2, 1)))
     assert count == 8
     assert (
-        find_bounces(white, 2 * light, groups, groups @ np.ones((2, 1)))[0] == MOST_BOUNCES
+        find_bounces(white, 2 * light, groups, groups @ np.ones((2, 1)))[0] == LIMITS.bounces
     )  # none is enough
     assert left == pytest.approx(0.5**9 / (1 - 0.5**9), rel=1e-4)

@@ -7,7 +7,7 @@ from scipy.stats.qmc import Sobol
 from thorough import mark_cases
 
 from citypv.core.patches.find_covered import stratified_points
-from citypv.core.rays.random_numbers import key_of_names, uniform
+from citypv.core.rays.random_numbers import keys_of_names, uniform
 from citypv.core.rays.sample_points import (
     DIGITS,
     additive_recurrence,
@@ -20,7 +20,7 @@ from citypv.core.rays.sample_points import (
     sobol_digits,
 )
 
-KEYS = key_of_names([f"surface {number}" for number in range(5000)], seed=1)
+(KEYS,) = keys_of_names([f"surface {number}" for number in range(5000)], 1)
 
 
 def test_uniform_numbers_are_uniform_and_independent():
@@ -33,8 +33,8 @@ def test_uniform_numbers_are_uniform_and_independent():
 
 
 def test_keys_follow_name_and_seed_not_place():
-    assert key_of_names(["b", "a"], 1)[1] == key_of_names(["a", "c"], 1)[0]
-    assert key_of_names(["a"], 1)[0] != key_of_names(["a"], 2)[0]
+    assert keys_of_names(["b", "a"], 1)[0][1] == keys_of_names(["a", "c"], 1)[0][0]
+    assert keys_of_names(["a"], 1)[0][0] != keys_of_names(["a"], 2)[0][0]
 
 
 @pytest.mark.slow
