@@ -1,4 +1,4 @@
-"""What the page of a building says beside its surfaces: its facts and sums as in buildings.csv, and
+"""What the page of a building says beside its surfaces: its place and sums as in buildings.csv, and
 its power by month and hour of the day as in surfaces.nc.
 """
 
@@ -7,9 +7,7 @@ import base64
 import numpy as np
 import pandas as pd
 
-from ..city.building_facts import FACTS
 from ..settings.errors import InputError
-from .columns import IDS
 from .describe_errors import LIMITS, SPREAD
 from .read_results import check_columns
 from .surfaces_file import GIVE_RESULTS, check_names, open_surfaces, read_hours
@@ -22,7 +20,7 @@ SUMS = tuple(  # with the errors of sums of light that surfaces share
 )
 
 
-def describe_buildings(folder, *, private=False):
+def describe_buildings(folder):
     """What is said of each building of a result folder, some thousand at a time: yields (name,
     dict).
 
@@ -30,15 +28,13 @@ def describe_buildings(folder, *, private=False):
     ----------
     folder : pathlib.Path
         Folders of earlier versions have no power by hours, and those without buildings.csv nothing.
-    private : bool
-        Leave out facts, by which people know a building.
 
     Yields
     ------
     str
         Building, as in faces.csv.
     dict
-        Facts that are told; latitude and longitude [°], module_count, sums as in buildings.csv,
+        latitude and longitude [°], module_count, sums as in buildings.csv,
         mwh_dc_per_year; `peak` [kW], the highest mean power of an hour of the day in a month, and
         `hours`, base64 of 288 bytes, the power of each of them in 255ths of it, months one after
         the other.
@@ -51,12 +47,12 @@ def describe_buildings(folder, *, private=False):
     path, first = folder / "buildings.csv", 0
     if not path.is_file():
         return
-    rows = {"dtype": dict.fromkeys((IDS[1], *FACTS), str), "keep_default_na": False}
+    rows = {"dtype": {"building_id": str}, "keep_default_na": False}
     try:
         with open_surfaces(folder) as file, pd.read_csv(path, chunksize=5_000, **rows) as tables:
             for table in tables:
-                columns = _pick_columns(path, table, private)
-                names = columns.pop(IDS[1])
+                columns = _pick_columns(path, table)
+                names = columns.pop("building_id")
                 hours = read_hours(file, first, first + len(names))
                 if hours is not None:
                     check_names(folder, hours[0], names)
@@ -65,17 +61,18 @@ def describe_buildings(folder, *, private=False):
                 # What is not known is left out, so that a page says nothing of it.
                 for name, *values in zip(names, *columns.values(), strict=True):
                     pairs = zip(columns, values, strict=True)
-                    yield name, {key: one for key, one in pairs if pd.notna(one) and one != ""}
+                    yield name, {key: one for key, one in pairs if pd.notna(one)}
     except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
         raise InputError(path, f"cannot be read as a table ({error})", GIVE_RESULTS) from error
 
 
-def _pick_columns(path, table, private):
+def _pick_columns(path, table):
     """Columns of some rows of buildings.csv that pages show: dict of lists."""
     numbers = ("latitude", "longitude", "module_count", "mwh_dc_per_year", *SUMS)
-    told = [name for name in FACTS if name in table and not private]
-    table = check_columns(path, table, (IDS[1], *told), numbers)
-    return {name: table[name].tolist() for name in (IDS[1], *told, *numbers)}
+    wanted = ["building_id", *numbers]
+    table = table[[name for name in wanted if name in table]]
+    table = check_columns(path, table, ("building_id",), numbers)
+    return {name: table[name].tolist() for name in wanted}
 
 
 def _pack_hours(power):

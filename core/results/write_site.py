@@ -116,7 +116,7 @@ def write_site(
         stack.callback(store.base.close)
         count, view = _sort_surfaces(store, folders, frame, summary)
         for folder in folders:
-            store.keep_pages(describe_buildings(folder, private=private))
+            store.keep_pages(describe_buildings(folder))
         # Tiles by level of detail, then what the map searches and shows, then the page.
         look = {
             "level": next(layer["range"] for layer in view["layers"] if layer["name"] == "hours"),

@@ -4,6 +4,7 @@ of the tables, and printed on one page.
 
 import base64
 import re
+import shutil
 import threading
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
@@ -186,6 +187,29 @@ def test_the_page_follows_the_address(page, buildings):
     page.run("location.hash = '#building=nowhere%'")
     page.wait(f"!{OPEN}")
     assert "nowhere%" in page.run("byId('note').textContent")
+
+
+def test_facts_are_told_and_a_private_report_holds_none(browser, folder, tmp_path):
+    """Of a house with an address, use and year, as its file would tell them."""
+    own = tmp_path / "told"
+    shutil.copytree(folder, own)
+    table = pd.read_csv(own / "buildings.csv", dtype=str, keep_default_na=False)
+    facts = {"address": "Am Döbelner Ring 5, Leipzig; Rue 2, Leipzig", "name": "Kita Spatz"}
+    facts |= {"function": "day care (2040)", "year": "1974"}
+    for name, text in facts.items():
+        table.loc[table["building_id"] == NAMES[1], name] = text
+    table.to_csv(own / "buildings.csv", index=False)
+    whole = "JSON.stringify([city, rows.map((row) => ({ ...row, surfaces: 0, shape: 0 }))])"
+    for options in ([], ["--private"]):
+        assert main(["plot", str(own), "--quiet", *options]) == 0
+        browser.call("Page.navigate", url="about:blank")
+        browser.open(own / "report.html", "#building=" + quote(NAMES[1]))
+        browser.wait(OPEN)
+        told = browser.run(TEXT.format("title")) + browser.run(TEXT.format("facts"))
+        held = browser.run(whole) + (own / "report.html").read_text("utf-8")
+        for name, text in facts.items():
+            known = not options or name in ("function", "year")
+            assert (text in told) is known and (text in held) is known
 
 
 def count_pages(pdf):

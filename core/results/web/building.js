@@ -59,7 +59,7 @@ async function followLink() {
     note(say("These results have no page for {name}: compute them again.", { name }));
     return;
   }
-  openPage(name, place);
+  openPage(rowOf(building) ?? { id: name }, place);
   // On a map the building's surfaces come with a tile, when the picture is near.
   if (rowOf(building)) chooseBuilding(building);
   lookAt(rowOf(building)?.shape ?? [place.box]);
@@ -71,7 +71,7 @@ async function followLink() {
 }
 
 // The picture moves from the city to the page.
-function openPage(name, place) {
+function openPage(row, place) {
   const picture = byId("picture");
   if (!opened) picture.before(seat);
   opened = true;
@@ -79,7 +79,7 @@ function openPage(name, place) {
   document.getElementById("building").hidden = false;
   part("picture").append(picture);
   part("picture").hidden = !view;
-  showFacts(name, place);
+  showFacts(row, place);
   showSums(place);
   showHours(place);
   window.scrollTo(0, 0);
@@ -117,16 +117,18 @@ function fillFacts(list, facts) {
   list.replaceChildren(...entries);
 }
 
-function showFacts(id, place) {
-  const title = place.address || place.name || id;
+function showFacts(row, place) {
+  const { id } = row;
+  const title = titleOf(row);
   part("title").textContent = title;
   document.title = title;
   const degrees = (value) => `${format(value, 5)}°`;
   const where = Number.isFinite(place.latitude) ? `${degrees(place.latitude)}, ${degrees(place.longitude)}` : "";
   fillFacts(part("facts"), [
-    [say("Name"), place.name === title ? "" : place.name],
-    [say("Use"), place.function],
-    [say("Built"), place.year],
+    [say("Address"), row.address === title ? "" : row.address],
+    [say("Name"), row.name === title ? "" : row.name],
+    [say("Use"), row.function],
+    [say("Built"), row.year],
     [say("Latitude, longitude"), where],
     [say("Id"), id === title ? "" : id],
   ]);
