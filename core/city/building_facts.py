@@ -89,7 +89,8 @@ def tell_facts(city):
     """
     told, facts = defaultdict(list), BuildingFacts()
     for (building, part), own in city.attributes.items():
-        told[building].append((part != "", own))
+        known = _plain_names(own.get("attributes", {}))
+        told[building].append((part != "", (known, [*map(_plain_names, own.get("address", ()))])))
     for building in dict.fromkeys(city.building_id):
         # What stands for the building itself comes before what stands for its parts.
         levels = [[own for of_part, own in told[building] if of_part == level] for level in (0, 1)]
@@ -97,8 +98,7 @@ def tell_facts(city):
             next(filter(None, (tell(own) for own in levels if own)), "")
             for tell in (_tell_address, _tell_name, _tell_function, _tell_year)
         ]
-        # The id said once more is no name.
-        words[1] = "" if _plain(words[1]) in _plain(building) else words[1]
+        words[1] = "" if _is_id(words[1], building) else words[1]
         if any(words):
             for name, word in zip(("building", *FACTS), (building, *words), strict=True):
                 getattr(facts, name).append(word)
@@ -134,18 +134,19 @@ def _plain(name):
     return re.sub(r"[\W_]", "", name.rpartition("}")[2].lower())
 
 
-def _find(values, names):
-    """The first of some names with a value among attributes: the name and its text; "" twice
-    without any.
-    """
+def _plain_names(values):
+    """Values by their names without case and signs, the first of each name: dict."""
     known = {}
     for key, value in values.items():
         known.setdefault(_plain(key), value)
-    for name in names:
-        text = _text(known.get(name))
-        if text:
-            return name, text
-    return "", ""
+    return known
+
+
+def _find(known, names):
+    """Text of the first of some names that has one among values of `_plain_names`; "" without
+    any.
+    """
+    return next(filter(None, (_text(known[name]) for name in names if name in known)), "")
 
 
 def _text(value):
@@ -164,36 +165,38 @@ def _text(value):
 
 def _tell_address(told):
     """Addresses of a building, or of its parts: each street with number and town, once."""
-    places = [place for own in told for place in own.get("address", ())]
-    places += [own.get("attributes", {}) for own in told]
+    places = [place for _, own in told for place in own] + [known for known, _ in told]
     return "; ".join(dict.fromkeys(filter(None, map(_join_address, places))))
 
 
 def _join_address(place):
-    street, number, town, whole = (
-        _find(place, names)[1] for names in (STREET, NUMBER, TOWN, WHOLE)
-    )
+    street, number, town, whole = (_find(place, names) for names in (STREET, NUMBER, TOWN, WHOLE))
     # A town alone is no address.
     line = " ".join(filter(None, (street, number))) if street else whole
     return f"{line}, {town}" if line and town and town not in line else line
 
 
+def _is_id(name, building, *, least=12):
+    """Whether a name only says the id of its building once more, or its end of so many signs."""
+    name, building = _plain(name), _plain(building)
+    return name == building or (len(name) >= least and building.endswith(name))
+
+
 def _tell_name(told):
-    return next(filter(None, (_find(own.get("attributes", {}), NAME)[1] for own in told)), "")
+    return next(filter(None, (_find(known, NAME) for known, _ in told)), "")
 
 
 def _tell_function(told):
     """What a building is for: the word, and the code that stands for it; what the file has where
     nothing tells the list of its codes.
     """
-    for own in told:
-        attributes = own.get("attributes", {})
-        for name in FUNCTION:
-            _, text = _find(attributes, (name,))
+    for known, _ in told:
+        for name in filter(known.__contains__, FUNCTION):
+            text = _text(known[name])
             # Tags that say no more than that it is a building.
             if not text or text.lower() in ("yes", "building", "building_part", "buildingpart"):
                 continue
-            space = "adv" if name in OF_ADV else str(attributes.get(f"{name}_codeSpace", ""))
+            space = "adv" if name in OF_ADV else str(known.get(f"{name}codespace", ""))
             codes = [word_of_function(code, space) for code in text.split("; ")]
             return "; ".join(dict.fromkeys(codes))
     return ""
@@ -203,10 +206,9 @@ def _tell_year(told):
     """Year of construction in digits: the first number of four digits among years that there
     can be.
     """
-    for own in told:
-        for name in YEAR:
-            _, text = _find(own.get("attributes", {}), (name,))
-            year = re.search(r"(?<!\d)(?:1\d|20)\d\d(?!\d)", text)
+    for known, _ in told:
+        for name in filter(known.__contains__, YEAR):
+            year = re.search(r"(?<!\d)(?:1\d|20)\d\d(?!\d)", _text(known[name]))
             if year:
                 return year[0]
     return ""

@@ -396,3 +396,12 @@ def test_names_and_addresses_alone_are_private():
     assert without_names(city).attributes == {("a", ""): {"attributes": stays}}
     city.attributes = {("a", ""): {"address": [{"Locality": "Halle"}]}}
     assert without_names(city).attributes == {}
+
+
+def test_an_id_is_no_name():
+    city = told_boxes("GUID_7F91F413-F839-48F6", "b_12", "Mill")
+    for (building, _), name in zip(
+        city.attributes, ("{7F91F413-F839-48F6}", "12", "mill"), strict=True
+    ):
+        city.attributes[building, ""] = {"attributes": {"name": name, "yearBuilt": 1900}}
+    assert tell_facts(city).name == ["", "12", ""]
