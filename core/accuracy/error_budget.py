@@ -15,29 +15,6 @@ from .rounds_to_target import rounds_needed
 from .sun_sampling import name_groups
 from .yield_errors import CURES, SAMPLED, SOURCES, seconds_of_rounds, split_errors
 
-WHAT = {  # source -> what its number is
-    "sampling": (
-        "standard error: rays and shadow points, with the light that other surfaces pass on"
-    ),
-    "sun_sampling": (
-        "standard error: what the traced suns change against every hour's, measured on patches of "
-        "the city, as rms over its groups"
-    ),
-    "cut_reflections": "bound: light that reflections after the last one would add",
-    "patch_size": (
-        "estimate, signed: light that is uneven within the elements of patches, of surfaces where "
-        "it counts"
-    ),
-    "far_ground": "bound: what was left out of the light of the far ground",
-    "string_shade": (
-        "for information: what strings of modules lose in shade, counted with --strings string only"
-    ),
-    "sky_model": (
-        "for information: unshaded planes that face as the group does, by the Perez over the "
-        "isotropic sky"
-    ),
-}
-
 
 def bound_cut_reflections(transfer, weather, energy, margin=1.25):
     """Share of the full load hours that reflections after the last one would add at most.
@@ -245,7 +222,29 @@ def budget_errors(transfer, energy, weather):
         )
         budget["surfaces"] = budget_surfaces(errors)
         budget["groups"] = budget_groups(transfer, weather, energy, cut)
-        budget["meaning"] = WHAT
+        # Source -> what its number is.
+        budget["meaning"] = {
+            "sampling": (
+                "standard error: rays and shadow points, with the light that other surfaces pass on"
+            ),
+            "sun_sampling": (
+                "standard error: what the traced suns change against every hour's, measured on patches of "
+                "the city, as rms over its groups"
+            ),
+            "cut_reflections": "bound: light that reflections after the last one would add",
+            "patch_size": (
+                "estimate, signed: light that is uneven within the elements of patches, of surfaces where "
+                "it counts"
+            ),
+            "far_ground": "bound: what was left out of the light of the far ground",
+            "string_shade": (
+                "for information: what strings of modules lose in shade, counted with --strings string only"
+            ),
+            "sky_model": (
+                "for information: unshaded planes that face as the group does, by the Perez over the "
+                "isotropic sky"
+            ),
+        }
     # Errors by discretisation and by the choice of suns, as tracing measured them.
     if record and record.discretisation_error:
         budget["patches"] = 100 * max(map(abs, record.discretisation_error.values())) / 3

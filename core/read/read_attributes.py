@@ -15,8 +15,6 @@ from functools import lru_cache
 WHOLE = ("yearOfConstruction", "yearOfDemolition", "storeysAboveGround", "storeysBelowGround")
 # elements that hold neither an attribute nor anything in which to look for one
 OTHERS = ("boundedBy", "boundary", "interiorRoom", "consistsOfBuildingPart", "buildingPart")
-# generic attributes by the ends of their names, in CityGML 3 GenericAttributeSet and so on
-GENERIC = {"int": int, "double": float, "measure": float}
 # elements of xAL -> members of an address in CityJSON; of xAL 3 behind the element that holds them
 ADDRESS = {
     "CountryName": "Country",
@@ -144,7 +142,10 @@ def _add_generic(element, name, attributes):
         if own == "name":
             key = key or _text(child)
         elif own == "value":
-            value = _take_number(_text(child), GENERIC.get(name[:-9].lower(), str))
+            # Generic attributes by the ends of their names, in CityGML 3 GenericAttributeSet and so
+            # on.
+            types = {"int": int, "double": float, "measure": float}
+            value = _take_number(_text(child), types.get(name[:-9].lower(), str))
             unit = child.get("uom")
             value = {"value": value, "uom": unit} if unit and value is not None else value
     if key and value not in (None, {}, ""):

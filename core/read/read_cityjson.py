@@ -23,8 +23,6 @@ from .read_attributes import take_attributes
 from .read_relief import collect_json_relief
 from .walk_boundaries import read_transform, read_vertices
 
-VERSION = re.compile(r"[12]\.\d+(\.\d+)?")
-
 
 def read_cityjson(path, report_share=silent):
     """Read all building polygons, trees and terrain of one CityJSON file, at all levels of detail;
@@ -115,7 +113,7 @@ class _Reading:
         text = clean_name(str(version))[:20]
         if version is None:
             self.content.notes.append(f"{self.path} gives no CityJSON version.")
-        elif not VERSION.fullmatch(text):
+        elif not re.fullmatch(r"[12]\.\d+(\.\d+)?", text):
             raise InputError(
                 self.path,
                 f"line {line}: unsupported CityJSON version {text!r}",

@@ -10,23 +10,6 @@ from .describe_errors import percent, plain_number
 from .read_results import WORDS, kind_title
 from .words import number, say, say_count
 
-WAYS = {
-    "hourly": "every hour of the year",
-    "days": "{number} days spread over the year",
-    "typical-days": "{number} typical days",
-    "sky-grid": "a grid of {number} directions",
-}
-LIGHT = (
-    "{ghi:,.0f} kWh/m² on level ground (GHI), {dhi:,.0f} of it diffuse (DHI); {dni:,.0f} kWh/m² "
-    "of direct light on a plane that tracks the sun (DNI)"
-)
-HEADINGS = {
-    "repaired": "Repaired",
-    "skipped": "Left out",
-    "inside": "Covered",
-    "sheet": "Lit on both sides",
-}
-
 
 def describe_input(summary):
     """What was read: list of (str, str).
@@ -82,7 +65,13 @@ def describe_findings(summary):
     read, rows = summary["input"], []
     for one in read.get("findings") or []:
         area = "" if one["area"] is None else f", {number(one['area'])} m²"
-        heading = HEADINGS.get(one["heading"])
+        headings = {
+            "repaired": "Repaired",
+            "skipped": "Left out",
+            "inside": "Covered",
+            "sheet": "Lit on both sides",
+        }
+        heading = headings.get(one["heading"])
         rows.append(
             (
                 say(heading) if heading else one["heading"],
@@ -119,12 +108,22 @@ def describe_assumptions(summary):
     elif has_losses(summary):
         behind = say("{share} % of the DC energy, no inverter", share=share)
     way, _, count = summary["suns"]["way"].partition(":")
+    ways = {
+        "hourly": "every hour of the year",
+        "days": "{number} days spread over the year",
+        "typical-days": "{number} typical days",
+        "sky-grid": "a grid of {number} directions",
+    }
     suns = say(
         "{way}: {count:,} positions",
-        way=say(WAYS[way], number=count),
+        way=say(ways[way], number=count),
         count=summary["suns"]["count"],
     )
     years = say_count(round(years, 2), "{count:.3g} year", "{count:.3g} years")
+    irradiation = (
+        "{ghi:,.0f} kWh/m² on level ground (GHI), {dhi:,.0f} of it diffuse (DHI); {dni:,.0f} "
+        "kWh/m² of direct light on a plane that tracks the sun (DNI)"
+    )
     rows = [
         (say("Weather"), f"{say(weather['label'])}; {years}"),
         (
@@ -135,7 +134,7 @@ def describe_assumptions(summary):
         ),
         (
             say("Irradiation in a year"),
-            say(LIGHT, **{name: weather[f"{name}_annual"] for name in ("ghi", "dhi", "dni")}),
+            say(irradiation, **{name: weather[f"{name}_annual"] for name in ("ghi", "dhi", "dni")}),
         ),
         (say("Module"), " ".join(settings["module"].replace("_", " ").split())),
         (say("Mounting"), say(words["mounting"][settings["mounting"]])),
