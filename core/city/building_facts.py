@@ -131,7 +131,7 @@ def fold_text(text):
 @lru_cache(maxsize=4096)
 def _plain(name):
     """A name of an attribute without case and signs."""
-    return re.sub(r"[\W_]", "", name.rpartition("}")[2].lower())
+    return re.sub(r"[\W_]", "", name.lower())
 
 
 def _plain_names(values):
