@@ -40,10 +40,11 @@ def draw_map(rows, *, width=720, tallest=640, margin=6):
         share = row["mwh_per_year"] / most if most > 0 else 0.0
         parts.append(_draw_district(row, drawn, STOPS[round(share * (len(STOPS) - 1))]))
     title = say("Map of the districts by their energy in a year")
+    scale_words = say("0 to {energy:,.0f} MWh a year", energy=most)
     return (
-        f'<figure><svg class="districts" viewBox="0 0 {size[0]:.0f} {size[1] + 40:.0f}" role="img" '
-        f'aria-label="{escape(title)}">{"".join(parts)}'
-        f"{_draw_scale(most, margin, size[1] + 10)}</svg></figure>"
+        f'<figure><svg class="districts" viewBox="0 0 {size[0]:.0f} {size[1]:.0f}" role="img" '
+        f'aria-label="{escape(title)}">{"".join(parts)}</svg>'
+        f"<figcaption>{_draw_ramp()} {escape(scale_words)}</figcaption></figure>"
     )
 
 
@@ -83,14 +84,10 @@ def _draw_district(row, drawn, colour):
     return "".join(parts)
 
 
-def _draw_scale(most, left, top, *, step=14):
-    """Colours from zero to the highest energy, with both numbers."""
-    boxes = [
-        f'<rect x="{left + step * place}" y="{top:.0f}" width="{step}" height="{step}" '
-        f'fill="#{stop}"/>'
+def _draw_ramp(*, step=14):
+    """Colours from zero to the highest energy, as a line of words is high: SVG."""
+    boxes = "".join(
+        f'<rect x="{step * place}" width="{step}" height="{step}" fill="#{stop}"/>'
         for place, stop in enumerate(STOPS)
-    ]
-    end = left + step * len(STOPS) + 6
-    words = say("0 to {energy:,.0f} MWh a year", energy=most)
-    label = f'<text x="{end}" y="{top + 12:.0f}" font-size="13" fill="currentColor">{escape(words)}</text>'
-    return "".join([*boxes, label])
+    )
+    return f'<svg width="{step * len(STOPS)}" height="{step}" aria-hidden="true">{boxes}</svg>'

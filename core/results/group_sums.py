@@ -103,17 +103,27 @@ def _table_of_sums(rows, title):
     title : str
         What the names are.
     """
-    border = BORDER in rows[0]
-    head = [title, say("Buildings"), *[say("on its border")] * border, say("Modules")]
-    head += [say("Area of modules [m²]"), say("Nominal power [kWp]")]
-    head += [say("Energy in a year [MWh]"), "± [MWh]", say("Full load hours [h]")]
+    # The column of the sum, its heading and digits, most asked for first, as a phone shows it.
+    columns = {
+        "mwh_per_year": (say("Energy in a year [MWh]"), ",.0f"),
+        "mwh_standard_error": ("± [MWh]", ",.1f"),
+        "kwp": (say("Nominal power [kWp]"), ",.0f"),
+        "full_load_hours": (say("Full load hours [h]"), ",.0f"),
+        "module_count": (say("Modules"), ",.0f"),
+        "module_area": (say("Area of modules [m²]"), ",.0f"),
+        "buildings": (say("Buildings"), ",.0f"),
+        BORDER: (say("on its border"), ",.0f"),
+    }
+    if BORDER not in rows[0]:
+        del columns[BORDER]
     (whole,) = _add_rows(row | {"name": say("All"), "shape": None} for row in rows)
     cells = []
     for row in [*rows, whole | {"mwh_standard_error": None}]:
         hours = 1000 * row["mwh_per_year"] / row["kwp"] if row["kwp"] else None
-        counts = [number(row[name]) for name in ("buildings", *[BORDER] * border, *SUMS[1:-1])]
-        error = number(row["mwh_standard_error"], ",.1f")
-        cells.append([row["name"], *counts, error, number(hours)])
+        values = row | {"full_load_hours": hours}
+        numbers = [number(values[name], form) for name, (_, form) in columns.items()]
+        cells.append([row["name"], *numbers])
+    head = [title, *(heading for heading, _ in columns.values())]
     return table(head, cells, numbers=range(1, len(head)))
 
 
