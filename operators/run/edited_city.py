@@ -4,7 +4,7 @@ and its own mesh.
 Reading takes place in Blender's thread; what was read is made a City in the thread of the work.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from mathutils import Matrix
@@ -68,7 +68,9 @@ class _EditedCity:
                 ),
             )
         gone = self.removed & {*imported.building_id}
-        return imported, edit_city(imported, CityChange(removed=gone, added=added))
+        city = edit_city(imported, CityChange(removed=gone, added=added))
+        # A building that became an object of its own is still what its files tell of it.
+        return imported, replace(city, attributes=imported.attributes | city.attributes)
 
 
 def read_edited_city(context, city, session):

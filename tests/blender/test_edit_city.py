@@ -260,6 +260,8 @@ def test_a_building_becomes_an_object_and_is_raised(traced):
     assert set(session_here().transfer.surfaces.surface_id) == set(names)
     assert_full_run(session_here())
     assert max(vertex.co.z for vertex in house.data.vertices) == pytest.approx(top + 10)
+    facts = session_here().transfer.facts  # its file's
+    assert (facts.building, facts.name) == (["house1"], ["Old mill"])
     assert hours_of(session_here()) != pytest.approx(alone, nan_ok=True)
     refuse("edit_building", "it is an object of its own already", building="house1")
 
