@@ -14,7 +14,6 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from zlib import crc32
 
-import h5netcdf
 import h5py
 import numpy as np
 
@@ -24,7 +23,7 @@ from ..city.scene import Crowns, Scene, Surfaces
 from ..city.site import Site
 from ..city.terrain import Layer, Terrain
 from ..modules.lay_modules import ModuleLayout
-from ..read.netcdf_file import netcdf_file, refuse_links, write_variables
+from ..read.netcdf_file import netcdf_file, refuse_links
 from ..settings.errors import InputError, build_from
 from ..settings.request import Request, write_options
 from ..sky.horizon import TerrainHorizon
@@ -131,17 +130,16 @@ def write_rays(folder, base, city, names=None):
         "drift": base.drift,
         "traced": _keep_traced(base.city),
     }
-    # Plain values as JSON, arrays as variables that it refers to by number, with a checksum.
-    arrays, found = [], {}
-    tree = encode(content, arrays)
-    for number, array in enumerate(arrays):
-        axes = tuple(f"axis_{number}_{axis}" for axis in range(array.ndim))
-        found[f"array_{number}"] = axes, array
-    text = json.dumps(tree).encode()
-    found["content"] = ("byte", np.frombuffer(text, np.uint8), {"crc32": crc32(text)})
-    with netcdf_file(Path(folder) / NAME) as stream, h5netcdf.File(stream, "w") as file:
+    # Plain values as JSON, arrays as data sets that it refers to by number, with a checksum. Hundreds
+    # of dimensions that nobody asks for would take longer to write than all numbers.
+    arrays = []
+    text = json.dumps(encode(content, arrays)).encode()
+    with netcdf_file(Path(folder) / NAME) as stream, h5py.File(stream, "w") as file:
         file.attrs["title"] = FORMAT
-        write_variables(file, found)
+        for number, array in enumerate(arrays):
+            file[f"array_{number}"] = array
+        file["content"] = np.frombuffer(text, np.uint8)
+        file["content"].attrs["crc32"] = crc32(text)
 
 
 def _keep_traced(city):
