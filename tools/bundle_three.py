@@ -41,7 +41,8 @@ module.exports = { ...globalThis.THREE, FileLoader, ImageBitmapLoader };
 """
 BUNDLE = "--bundle --minify --format=iife --target=es2022 --charset=ascii --legal-comments=none"
 ALIAS = "--alias:three/addons=./node_modules/three/examples/jsm --alias:three=./three-global.cjs"
-PAGES = ("report.js", "map.js")  # each with what it shares with the other in front of it
+# each with what it shares with the other in front of it
+PAGES = {"report.js": ["report.js"], "map.js": ["basemap.js", "map.js"]}
 RULES = """
 import js from "@eslint/js";
 import globals from "globals";
@@ -116,7 +117,7 @@ def main():
             (folder / page).write_bytes(
                 b"".join(
                     (WEB / name).read_bytes()
-                    for name in ("viewer.js", "supply.js", "building.js", page)
+                    for name in ("viewer.js", "supply.js", "building.js", *PAGES[page])
                 )
             )
         call(folder, "npx", "eslint", *PAGES)

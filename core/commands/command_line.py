@@ -251,7 +251,15 @@ def _run_site(options):
 
     named = {
         name: getattr(options, name)
-        for name in ("title", "attribution", "private", "language", "districts", "overwrite")
+        for name in (
+            "title",
+            "attribution",
+            "private",
+            "language",
+            "districts",
+            "basemap",
+            "overwrite",
+        )
     }
     site, log = write_site(options.folder, options.out, **named), options.log
     log.write("{buildings:,} buildings, {surfaces:,} surfaces: {files:,} files".format(**site))

@@ -43,6 +43,13 @@ def site_options(parser):
     )
     _add_words(parser)
     _add_private(parser, "the ids of buildings and surfaces, ")
+    parser.add_argument(
+        "--basemap",
+        default="",
+        metavar="URL",
+        help="address of map tiles below the city, with {z}, {x} and {y}; the page then asks that "
+        "server. Name its licence in --attribution",
+    )
     add_output(parser)
 
 

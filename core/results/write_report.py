@@ -95,9 +95,9 @@ def write_report(folder, results, *, title="", attribution="", language="en", di
     return path
 
 
-def describe_origin(summary, written, attribution):
-    """When the results were written, of which weather, and whose city model they rest on: a
-    paragraph.
+def describe_origin(summary, written, attribution, basemap=""):
+    """When the results were written, of which weather, whose city model they rest on, and which
+    server the `basemap` comes from: a paragraph.
     """
     words = [
         say("Results of {date}.", date=written.strftime(say("%Y-%m-%d"))),
@@ -105,6 +105,8 @@ def describe_origin(summary, written, attribution):
     ]
     if attribution:
         words.append(say("City model: {source}.", source=attribution.rstrip(".")))
+    if basemap:
+        words.append(say("Basemap: {host}.", host=basemap))
     return paragraph(" ".join(words), "origin")
 
 

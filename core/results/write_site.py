@@ -6,6 +6,7 @@ Pieces of the city are read, sorted into squares on disk and written one after t
 """
 
 import json
+import re
 import shutil
 import tempfile
 from contextlib import ExitStack
@@ -42,7 +43,7 @@ from .write_report import (
     list_warnings,
 )
 
-SCRIPTS = ("three.js", "tiles.js", "viewer.js", "supply.js", "building.js", "map.js")
+SCRIPTS = ("three.js", "tiles.js", "viewer.js", "supply.js", "building.js", "basemap.js", "map.js")
 NO_LICENCE = (
     "The licence of the city model is not stated. Whoever publishes this map has to see to it."
 )
@@ -57,6 +58,7 @@ def write_site(
     private=False,
     language="en",
     districts=None,
+    basemap="",
     overwrite=False,
 ):
     """Write a solar map of one or more result folders.
@@ -77,6 +79,8 @@ def write_site(
         Of `words.list_languages`.
     districts : str, optional
         FILE or FILE:COLUMN of districts, in place of those that the runs were given.
+    basemap : str
+        Address of map tiles with {z}, {x} and {y}, which the page asks for; "": it asks for none.
     overwrite : bool
         Replace a site in a folder that is not empty.
 
@@ -90,6 +94,7 @@ def write_site(
     InputError
         A folder holds no results, or they do not belong together.
     """
+    host = _host_of(basemap)
     # Only folders with results; a folder that holds something else is never overwritten.
     folders = [Path(folder) for folder in folders]
     for folder in folders:
@@ -137,10 +142,11 @@ def write_site(
             "buildings": total,
         }
         town = town_of(store.addresses)
-        header |= {"filled": sorted(store.filled), "town": town}
+        header |= {"filled": sorted(store.filled), "town": town, "basemap": basemap}
         _write_index(work, store, header | view, private)
         heading = say("Solar map of {town}", town=town) if town else say("Solar map")
-        _write_page(work, summary, title or heading, attribution, compose_sums(folders, districts))
+        sums = compose_sums(folders, districts)
+        _write_page(work, summary, title or heading, attribution, sums, host=host)
         # Names of what was written, so that the next run may replace just these.
         paths = [path.relative_to(work) for path in work.rglob("*") if path.is_file()]
         listed = sorted(path.as_posix() for path in paths if path.parts[0] in SITE_NAMES)
@@ -388,19 +394,36 @@ def _write_index(work, store, header, private, *, shard=1000):
     )
 
 
-def _write_page(work, summary, title, attribution, sums):
+def _host_of(basemap):
+    """Scheme and host of the address of map tiles, as a Content-Security-Policy names it; "" of
+    none.
+    """
+    if not basemap:
+        return ""
+    host = re.match(r"https?://[\w.-]+(:\d+)?(?=/)", basemap, re.ASCII)
+    if host is None or not all(name in basemap for name in ("{z}", "{x}", "{y}")):
+        raise InputError(
+            "--basemap",
+            f"{basemap} is no address of map tiles",
+            "give one such as https://tiles.example.org/{z}/{x}/{y}.png",
+        )
+    return host[0]
+
+
+def _write_page(work, summary, title, attribution, sums, *, host):
     """Write index.html and what it needs: its own scripts are all that it runs, and its own files
-    all that it reads.
+    all that it reads, but tiles of a basemap from a `host`.
 
     Below the map stand what the numbers rest on, and how far they hold.
     """
     # Scripts stand beside the page, as it may load nothing from elsewhere.
-    for name in SCRIPTS:
+    names = [name for name in SCRIPTS if host or name != "basemap.js"]
+    for name in names:
         shutil.copyfile(WEB / name, work / "page" / name)
     shutil.copyfile(WEB / "three.LICENSES.txt", work / "page" / "LICENSES.txt")
     # How much and how sure, the map, then what its numbers mean, and how far they hold.
     written = datetime.fromtimestamp(summary["date"], UTC)
-    origin = describe_origin(summary, written, attribution)
+    origin = describe_origin(summary, written, attribution, host.partition("//")[2])
     body = [
         origin,
         *(paragraph(text, "warning") for text in list_warnings(summary)),
@@ -415,7 +438,8 @@ def _write_page(work, summary, title, attribution, sums):
         paragraph(say("Made by CityPV {version}.", version=__version__), "small"),
         compose_building(origin, summary["zone"]),
     ]
-    scripts = [words_as_data(), *(f'<script src="page/{name}"></script>' for name in SCRIPTS)]
-    allowed = "script-src 'self'; connect-src 'self'; img-src data:"  # a picture that is printed
+    scripts = [words_as_data(), *(f'<script src="page/{name}"></script>' for name in names)]
+    # A picture that is printed is data.
+    allowed = f"script-src 'self'; connect-src 'self'; img-src data: {host}".strip()
     page = fill_template(title, "\n".join(body), scripts, allowed)
     (work / "index.html").write_text(page, "utf-8", newline="\n")

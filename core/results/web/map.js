@@ -64,7 +64,8 @@ async function addTile({ scene, tile }) {
     if (part.geometry?.getAttribute("_feature_id_0")) mesh = part;
     else if (part.isMesh) {
       view.grounds.push(part.material);
-      part.material.color.set(scheme.ground);
+      if (header.basemap) wearBasemap(part);
+      part.material.color.set(groundColour(part.material));
     }
   });
   const owner = mesh.geometry.getAttribute("_feature_id_0").array;

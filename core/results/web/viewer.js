@@ -193,13 +193,18 @@ function startView() {
 // Colours of the style sheet, light or dark as the reader's system is.
 function wearScheme() {
   const style = getComputedStyle(document.documentElement);
-  for (const name of ["sky", "ground", "faded", "mark"]) scheme[name] = style.getPropertyValue(`--${name}`).trim();
+  for (const name of ["sky", "ground", "basemap", "faded", "mark"]) scheme[name] = style.getPropertyValue(`--${name}`).trim();
   scheme.faded = readColour(scheme.faded);
   if (!view) return;
   view.scene.background.set(scheme.sky);
-  for (const material of view.grounds) material.color.set(scheme.ground);
+  for (const material of view.grounds) material.color.set(groundColour(material));
   showMark();
   paint();
+}
+
+// A basemap keeps its colours by day, and is darker by night.
+function groundColour(material) {
+  return material.map ? scheme.basemap : scheme.ground;
 }
 
 // Light of a sun in the south-west and of the sky above: faces of a shape differ in brightness alone, by a factor of
