@@ -113,11 +113,11 @@ def main():
             "\n".join(source).rstrip() + "\n", "utf-8", newline="\n"
         )
         (folder / "eslint.config.mjs").write_text(RULES)
-        for page in PAGES:
+        for page, own in PAGES.items():
             (folder / page).write_bytes(
                 b"".join(
                     (WEB / name).read_bytes()
-                    for name in ("viewer.js", "supply.js", "building.js", *PAGES[page])
+                    for name in ("viewer.js", "supply.js", "building.js", *own)
                 )
             )
         call(folder, "npx", "eslint", *PAGES)
