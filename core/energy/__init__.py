@@ -35,7 +35,6 @@ DOORS = (
     "pv_system.KINDS",
     "pv_system.MOUNTINGS",
     "pv_system.build_system",
-    "pv_system.note_windows",
     "pv_system.pick_module",
     "pv_system.suggest_modules",
     "standard_errors.add_errors",

@@ -5,7 +5,6 @@ import numpy as np
 from ..settings.errors import UNIT, InputError, check_array, check_unit
 from ..sky.horizon_band import SOURCES
 from ..sky.sky_models import sources_of
-from ..sun.solar_position import check_place, check_times
 from ..weather.check_weather import LIMITS
 
 POSITIVE, SHARE = {"least": 0}, {"least": 0, "most": 1 + UNIT}
@@ -152,8 +151,7 @@ def check_hours(weather):
     ------
     InputError
     """
-    check_times(weather.data.index, weather.interval)
-    check_place(weather.latitude, weather.longitude)
+    weather.axis.check()
     count = len(weather.data)
     if not count:
         raise InputError("weather", "it has no hours", "give one or more full years")

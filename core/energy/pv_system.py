@@ -222,20 +222,6 @@ def _choose_layout(request, module):
     )
 
 
-def note_windows(request):
-    """What a share of facades does to bands of windows, where modules lie in rows: str; "" if
-    nothing.
-    """
-    if request.layout == "area" or "facade" not in request.usable:
-        return ""
-    if request.window_band is None:
-        return (
-            "--usable gives a share of facades, which stood for windows: no bands of windows are "
-            "kept free beside it (--window-band 1.4 keeps them, and both multiply)"
-        )
-    return "--usable and --window-band are both given: the share is taken of what windows leave"
-
-
 def _parse_size(text):
     """Length and width of a module from "L,W" [m], the longer first; None of None.
 

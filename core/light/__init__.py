@@ -23,7 +23,6 @@ DOORS = (
     "solve_suns.COUNTING",
     "specular_light.trace_hybrid",
     "string_shade.LOSS_STEP",
-    "sun_matrix.is_on_disk",
     "sun_matrix.keep_matrix",
     "sun_matrix.row_blocks",
     "sun_sampling_error.trace_sun_samples",

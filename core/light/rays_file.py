@@ -25,7 +25,7 @@ from ..city.terrain import Layer, Terrain
 from ..modules.lay_modules import ModuleLayout
 from ..read.netcdf_file import netcdf_file, refuse_links
 from ..settings.errors import InputError, build_from
-from ..settings.request import Request, write_options
+from ..settings.request import Request
 from ..sky.horizon import TerrainHorizon
 from ..sun.suns import Suns
 from .annual_light import Annual
@@ -210,7 +210,7 @@ def _command_again(folder):
     except (OSError, ValueError):
         return f"citypv simulate CITY --editable --overwrite --out {shlex.quote(str(folder))}"
     files = " ".join(shlex.quote(str(file)) for file in summary["input"]["report"]["files"])
-    options = write_options(summary["settings"])
+    options = Request.write_options(summary["settings"])
     return " ".join(
         filter(
             None,

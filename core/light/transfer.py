@@ -191,6 +191,11 @@ class Transfer:
         return abs(measured_errors.get(part, measured_errors.get("bias", 0.0))) / 100
 
     @property
+    def on_disk(self):
+        """Whether its matrices of surfaces and suns are so large that they lie on disk."""
+        return isinstance(self.visible_share, np.memmap)
+
+    @property
     def shapes_known(self):
         """Whether the shapes of surfaces are known, and of what is taken of them."""
         return self.outlines is not None and self.taken_parts is not None

@@ -19,6 +19,7 @@ from ..energy.counted_area import OF_ROWS
 from ..energy.paying import SIDES
 from ..settings.errors import InputError, count_of, show_number
 from ..settings.request import declared_settings, option_of
+from .columns import write_table
 from .read_results import Results, read_results, read_table
 from .surfaces_file import GIVE_RESULTS
 
@@ -136,6 +137,12 @@ def _read_by_id(folder, name, columns, results):
 def describe_light(light):
     """Number of reflections and sky, of a summary's `base_light`, as text."""
     return f"{count_of(light['max_bounces'], 'reflection')} under the {light['sky']} sky"
+
+
+def write_before(folder, surface_id, energy):
+    """Write the hours of a city before its edit, with their errors: before.csv."""
+    columns = {name: np.asarray(getattr(energy, name)) for name in BEFORE_COLUMNS}
+    write_table(Path(folder) / BEFORE, pd.DataFrame({"surface_id": surface_id} | columns))
 
 
 def mark_of(folder):

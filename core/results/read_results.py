@@ -250,11 +250,14 @@ def read_table(path, texts, numbers):
 
 
 def read_run_table(path):
-    """A table of a run by its name, faces.csv, groups.csv or buildings.csv, with all its
-    columns.
-    """
-    texts = {"faces.csv": FACE_TEXTS, "groups.csv": GROUP_TEXTS}
-    return read_table(path, texts.get(Path(path).name, ("building_id",)), ())
+    """A table of a run, whose name is one of the following, with all its columns."""
+    texts = {
+        "faces.csv": FACE_TEXTS,
+        "groups.csv": GROUP_TEXTS,
+        "buildings.csv": ("building_id",),
+        "districts.csv": ("district",),
+    }
+    return read_table(path, texts[Path(path).name], ())
 
 
 def check_columns(path, table, texts, numbers):

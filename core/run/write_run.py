@@ -4,17 +4,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-import pandas as pd
 
 from ..accuracy.measure_effects import state_effects
 from ..city.building_facts import tell_facts
 from ..city.grid_cells import Outlines
 from ..city.racks import drawn_city
 from ..effects.table import TABLE
-from ..energy.pv_system import build_system, note_windows
-from ..light.sun_matrix import is_on_disk
-from ..results.columns import write_table
-from ..results.compare_runs import BEFORE, BEFORE_COLUMNS
+from ..energy.pv_system import build_system
+from ..results.compare_runs import write_before
 from ..results.describe_run import describe_edge
 from ..results.exports import RunResults, take_exports
 from ..results.transfer_file import write_transfer
@@ -55,9 +52,7 @@ def write_results(work, run, request, output, log):
     city = drawn_city(city, scene, request.grid_size)
     outlines, facts = Outlines.of(city, scene.surfaces, scene.site), tell_facts(city)
     transfer = replace(transfer, outlines=outlines, facts=facts)
-    keep = not is_on_disk(transfer.visible_share) or bool(
-        {"transfer", "editable"} & set(output.exports)
-    )
+    keep = not transfer.on_disk or bool({"transfer", "editable"} & set(output.exports))
     energy = write_energy(work, transfer, weather, request, log, keep=keep)
     if output.draw:
         log.write("Blender")
@@ -75,7 +70,9 @@ def write_energy(work, transfer, weather, request, log, *, keep=True):
     log.clock.lap("electricity")
     write_tables(work, transfer, energy, weather, request, progress=log.progress)
     if transfer.base is not None:
-        _write_before(work / BEFORE, transfer.base, weather, request)
+        # Hours of the city before its edit, by light that was solved again.
+        before = compute_energy(transfer.base, weather, replace(request, series=()))
+        write_before(work, transfer.base.surfaces.surface_id, before)
     if keep:
         write_transfer(work / "transfer.nc", transfer, log.progress)
     else:
@@ -86,15 +83,6 @@ def write_energy(work, transfer, weather, request, log, *, keep=True):
         log.write("  (--transfer writes it)")
     log.clock.lap("write tables")
     return energy
-
-
-def _write_before(path, transfer, weather, request):
-    """Write the hours of a city before its edit, by light that was solved again, with their
-    errors.
-    """
-    energy = compute_energy(transfer, weather, replace(request, series=()))
-    columns = {name: np.asarray(getattr(energy, name)) for name in BEFORE_COLUMNS}
-    write_table(path, pd.DataFrame({"surface_id": transfer.surfaces.surface_id} | columns))
 
 
 def write_run(work, results, request, log, tiles=None, *, beside=None):
@@ -157,3 +145,17 @@ def describe_bound(tiles):
         f"{tiles['farthest']:,.0f} m"
     )
     return f"surroundings of the tiles: {reach}; {beyond}"
+
+
+def note_windows(request):
+    """What a share of facades does to bands of windows, where modules lie in rows: str; "" if
+    nothing.
+    """
+    if request.layout == "area" or "facade" not in request.usable:
+        return ""
+    if request.window_band is None:
+        return (
+            "--usable gives a share of facades, which stood for windows: no bands of windows are "
+            "kept free beside it (--window-band 1.4 keeps them, and both multiply)"
+        )
+    return "--usable and --window-band are both given: the share is taken of what windows leave"

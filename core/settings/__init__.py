@@ -40,7 +40,6 @@ DOORS = (
     "request.Request",
     "request.declared_settings",
     "request.option_of",
-    "request.write_options",
     "system_settings.BUILDINGS",
     "system_settings.CLEARANCES",
     "system_settings.PAPER_MODULE",

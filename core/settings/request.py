@@ -346,6 +346,23 @@ class Request(SystemSettings):
                     f"give {' or '.join(details.choices)}",
                 )
 
+    @staticmethod
+    def write_options(values):
+        """Settings, by name, that are not the default, as they are written on the command line: str."""
+        words = []
+        for name, default, details in declared_settings():
+            value = values.get(name, default)
+            if details.option == "" or value == default or value in ([], (), {}):
+                continue
+            words.append(option_of(name))
+            if isinstance(value, dict):
+                words += [f"{key}={_show_switch(entry)}" for key, entry in value.items()]
+            elif isinstance(value, list | tuple):
+                words += [str(entry) for entry in value]
+            elif details.kind != "flag":
+                words.append(_show_switch(details.none if value is None else value))
+        return " ".join(map(shlex.quote, words))
+
 
 @cache
 def declared_settings(*groups):
@@ -385,23 +402,6 @@ def option_of(name):
     """How a setting is written on the command line: `--max-bounces`."""
     details = next(details for found, _, details in declared_settings() if found == name)
     return details.option or "--" + name.replace("_", "-")
-
-
-def write_options(values):
-    """Settings, by name, that are not the default, as they are written on the command line: str."""
-    words = []
-    for name, default, details in declared_settings():
-        value = values.get(name, default)
-        if details.option == "" or value == default or value in ([], (), {}):
-            continue
-        words.append(option_of(name))
-        if isinstance(value, dict):
-            words += [f"{key}={_show_switch(entry)}" for key, entry in value.items()]
-        elif isinstance(value, list | tuple):
-            words += [str(entry) for entry in value]
-        elif details.kind != "flag":
-            words.append(_show_switch(details.none if value is None else value))
-    return " ".join(map(shlex.quote, words))
 
 
 def _show_switch(value):

@@ -9,8 +9,6 @@ DOORS = (
     "sky_grid.sky_grid_suns",
     "solar_position.MINIMUM_ELEVATION",
     "solar_position.POSITION",
-    "solar_position.check_place",
-    "solar_position.check_times",
     "solar_position.geocentric_sun",
     "solar_position.is_sunny",
     "solar_position.local_middle",

@@ -12,6 +12,7 @@ import pandas as pd
 from scipy.spatial import KDTree
 
 from ..settings.errors import UNIT, InputError, check_array, check_unit, first_true
+from .solar_position import check_place, check_times
 
 TROPICAL_YEAR = 365.2422  # days: period of the sun's declination and the equation of time
 BY_DAYS = ("days:", "typical-days:")  # sun samplings whose number counts days
@@ -26,6 +27,16 @@ class TimeAxis(NamedTuple):
     interval: pd.Timedelta  # length of each
     latitude: float  # [°]
     longitude: float  # [°]
+
+    def check(self):
+        """Refuse times that are no regular intervals of a zone, and places that are not on Earth.
+
+        Raises
+        ------
+        InputError
+        """
+        check_times(self.times, self.interval)
+        check_place(self.latitude, self.longitude)
 
 
 @dataclass

@@ -17,12 +17,13 @@ from test_paying import numbers, weigh
 from citypv.core.city.grid_cells import Outlines, split_into_cells
 from citypv.core.commands.command_line import main
 from citypv.core.energy.counted_area import find_counted_area, note_other_layout
-from citypv.core.energy.pv_system import build_system, note_windows, pick_module
+from citypv.core.energy.pv_system import build_system, pick_module
 from citypv.core.modules.lay_city import FacadeRow, LayoutRules, lay_city
 from citypv.core.modules.read_facades import check_facades, read_facades
 from citypv.core.read.read_city import read_city
 from citypv.core.results.transfer_file import read_transfer, write_transfer
 from citypv.core.run.study import make_located_scene
+from citypv.core.run.write_run import note_windows
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request
 

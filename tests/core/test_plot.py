@@ -280,7 +280,7 @@ def test_without_shapes_there_is_no_plan_and_that_is_said(small_results, tmp_pat
 @pytest.mark.slow
 @pytest.mark.thorough
 def test_runs_too_large_for_a_transfer_have_their_shapes(small_results, tmp_path, monkeypatch):
-    monkeypatch.setattr("citypv.core.run.write_run.is_on_disk", lambda matrix: True)
+    monkeypatch.setattr("citypv.core.light.transfer.Transfer.on_disk", True)
     out = tmp_path / "large"
     assert main(["simulate", str(small_results.parent / "city.gml"), "--out", str(out), *FAST]) == 0
     assert not (out / "transfer.nc").exists()
