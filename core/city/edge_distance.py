@@ -52,15 +52,11 @@ def measure_edge_distance(scene):
     shapely.prepare(area)
     # Rays start a little inside, as the facades at the rim lie on the outline themselves.
     ends = np.stack([middles - 0.1 * directions, middles + (FURTHEST + 1) * directions], axis=1)
-    rays = shapely.linestrings(ends)
-    leaves = np.flatnonzero(~shapely.covers(area, rays))
-    inside = shapely.intersection(rays[leaves], area)
+    inside = shapely.intersection(shapely.linestrings(ends), area)
     parts, ray = shapely.get_parts(inside, return_index=True)
-    ray = leaves[ray]
     # The first part, which begins where the ray does.
     begins = shapely.distance(parts, shapely.points(ends[ray, 0])) < 0.01
-    length = np.full(len(rows), np.inf)
-    length[leaves] = 0.0
+    length = np.zeros(len(rows))
     length[ray[begins]] = shapely.length(parts[begins])
     distance = np.maximum(length - 0.1, 0.0)
     rim = np.unique(building[rows[distance < NEAREST]])

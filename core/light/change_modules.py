@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..city.city import number_names, whole_of_cell
+from ..city.city import number_names
 from ..modules.lay_modules import ModuleLayout
 from .string_shade import (
     add_losses,
@@ -30,26 +30,22 @@ def lay_changed(edit, prepared):
         Of the edited city.
     """
     context, before = edit.context, edit.before.states[0].transfer
-    covered, count = edit.traced[0].covered, len(before.surfaces)
-    changed = _find_changed(edit)
-    edit.laid = changed
+    covered, edit.laid = edit.traced[0].covered, _find_changed(edit)
     # What is taken of surfaces that did not change is known.
     covered_share, no_room = share_taken(context.patch_to_surface, covered, edit.cramped)
-    shares = np.where(changed[:, None], covered_share[:, None] + no_room, 0.0)
+    shares = np.where(edit.laid[:, None], covered_share[:, None] + no_room, 0.0)
     parts = outline_taken(prepared.scene, covered, edit.cramped, shares)
-    same = np.flatnonzero(~changed[:count])
+    same = np.flatnonzero(~edit.laid[: len(before.surfaces)])
     parts[same] = before.taken_parts[same]
     context.taken = covered_share, no_room, parts
-    if not asks_for_strings(prepared, context):
-        return
     # Modules of the city before where they are known, and new ones.
-    carries, known = find_carriers(context), edit.before.context.layout
-    if known is None:
-        edit.laid = np.ones(len(changed), bool)
-        context.layout = lay_carriers(prepared, context, carries)
-    else:
-        new = lay_carriers(prepared, context, carries & changed)
-        context.layout = ModuleLayout.join([known.take(~changed[known.surface]), new])
+    if asks_for_strings(prepared, context):
+        known = edit.before.context.layout
+        if known is None:
+            edit.laid[:] = True
+        new = lay_carriers(prepared, context, find_carriers(context) & edit.laid)
+        kept = [] if known is None else [known.take(~edit.laid[known.surface])]
+        context.layout = ModuleLayout.join([*kept, new])
 
 
 def _find_changed(edit):
@@ -61,41 +57,32 @@ def _find_changed(edit):
     patches[:first] = context.patches.receives[:first] != old.context.patches.receives
     patches[:first] |= (edit.traced[0].covered[:first] != old.states[0].traced.covered).any(axis=1)
     patches[:first] |= (edit.cramped[:first] != old.cramped).any(axis=1)
-    changed = np.zeros(len(surfaces) + 1, bool)
+    changed = np.zeros(len(surfaces) + 1, bool)  # the last one: no surface
     changed[context.owner[patches]] = True
-    changed = changed[:-1]  # the ground's -1 took the last one
     changed[:count] |= surfaces.eligible[:count] != old.context.surfaces.eligible
-    # Storeys begin at the lowest point of a building: all of it changes with its shape.
-    came = np.arange(len(surfaces)) >= count
-    came[:count] = (surfaces.area[:count] > 0) != (old.context.surfaces.area > 0)
+    # Storeys begin at the lowest point of a building, and cells of a grid are one polygon.
     building = number_names([str(name) for name in surfaces.building_id])
-    changed |= np.isin(building, building[came])
-    # Cells of a grid are one polygon.
-    polygon = number_names([whole_of_cell(name) for name in surfaces.surface_id])
-    return np.isin(polygon, polygon[changed])
+    return np.isin(building, building[changed[:-1]])
 
 
 def change_losses(edit):
     """Write what strings lose at each sun to the SunLight of each state: from bits where modules or
     bits changed.
     """
-    context, owner = edit.context, edit.context.owner
+    context = edit.context
     if not context.knows_strings:
         return
-    surfaces, suns = len(context.surfaces), len(edit.task.suns)
-    asked = np.zeros(surfaces + 1, bool)
-    asked[owner[edit.anew | edit.touched]] = True
-    asked = asked[:-1] | edit.laid
-    strings = None
+    asked = np.append(edit.laid, False)  # the last one: no surface
+    asked[context.owner[edit.anew | edit.touched]] = True
+    asked, strings = asked[:-1], None
     if context.layout is not None:
         layout = context.layout.take(asked[context.layout.surface])
         strings = table_of_strings(replace(context, layout=layout), edit.task.watch)
     for state, (direct, bits) in enumerate(zip(edit.direct, edit.task.bits, strict=True)):
-        losses = direct.string_loss = empty_losses((surfaces, suns))
-        if strings is None:
-            continue
+        losses = direct.string_loss = empty_losses((len(asked), len(edit.task.suns)))
         known = edit.state_before(state).direct.string_loss
-        if known is not None:
+        if strings is not None and known is not None:
             losses[: len(known)] = known
             losses[asked] = 0
-        add_losses(strings, bits, losses)
+        if strings is not None:
+            add_losses(strings, bits, losses)

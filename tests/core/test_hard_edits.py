@@ -20,6 +20,7 @@ from citypv.core.run.study import (
     read_year,
     trace_base,
 )
+from citypv.core.run.variant import errors_of_change
 from citypv.core.settings.progress import CancelledError
 
 
@@ -160,3 +161,11 @@ def test_the_error_of_a_difference_is_the_same_both_ways():
     errors = np.nan_to_num(errors)
     assert errors[0].max() > 1
     assert errors[0] == pytest.approx(errors[1], rel=0.15, abs=0.05)
+    # Hours that are known of the city after, and those of dimmed surfaces, give the same errors.
+    told = errors_of_change(
+        base, edited, weather, request, compute_energy(edited.transfer, weather, request)
+    )
+    assert told[0] == found.surfaces.surface_id
+    found, _ = errors_of_difference(base, edited)
+    whole = compute_energy(found, weather, request).full_load_hours_standard_error
+    assert told[1] == pytest.approx(whole, rel=0.02, abs=1e-9, nan_ok=True)
