@@ -228,21 +228,22 @@ def budget_errors(transfer, energy, weather):
                 "standard error: rays and shadow points, with the light that other surfaces pass on"
             ),
             "sun_sampling": (
-                "standard error: what the traced suns change against every hour's, measured on patches of "
-                "the city, as rms over its groups"
+                "standard error: what the traced suns change against every hour's, measured on "
+                "patches of the city, as rms over its groups"
             ),
             "cut_reflections": "bound: light that reflections after the last one would add",
             "patch_size": (
-                "estimate, signed: light that is uneven within the elements of patches, of surfaces where "
-                "it counts"
+                "estimate, signed: light that is uneven within the elements of patches, of "
+                "surfaces where it counts"
             ),
             "far_ground": "bound: what was left out of the light of the far ground",
             "string_shade": (
-                "for information: what strings of modules lose in shade, counted with --strings string only"
+                "for information: what strings of modules lose in shade, counted with --strings "
+                "string only"
             ),
             "sky_model": (
-                "for information: unshaded planes that face as the group does, by the Perez over the "
-                "isotropic sky"
+                "for information: unshaded planes that face as the group does, by the Perez over "
+                "the isotropic sky"
             ),
         }
     # Errors by discretisation and by the choice of suns, as tracing measured them.

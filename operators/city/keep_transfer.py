@@ -3,17 +3,15 @@ opened.
 """
 
 import shutil
-from dataclasses import replace
 from pathlib import Path
 
 import bpy
 from bpy.app.handlers import persistent
 
 from ...core.settings.errors import InputError
-from ...core.settings.progress import silent
 from .edit_marks import check_unedited
 from .keys import Key
-from .read_settings import folder_of_answers, read_settings, state_of_step
+from .read_settings import read_settings, state_of_step
 from .session import Session, find_city, list_cities
 
 
@@ -94,52 +92,6 @@ import and trace again"
         f"{kept.name} with the traced light is not beside this file: put it there, or import and "
         "trace again"
     )
-
-
-def weigh(session, path, request, progress=silent, *, weather=None):
-    """Light of a session, read from its file where that was opened since, and its weather and
-    energy.
-
-    The weather is read unless it is given.
-
-    Returns
-    -------
-    transfer : core.light.transfer.Transfer
-    weather : core.weather.weather.Weather
-    energy : core.energy.energy.Energy
-
-    Raises
-    ------
-    InputError
-        The file with the light is missing or damaged, or the weather cannot be read.
-    """
-    from ...core.city.grid_cells import Outlines
-    from ...core.city.racks import drawn_city
-    from ...core.results.transfer_file import read_transfer
-    from ...core.run import study
-
-    study.check_settings(request)
-    transfer = read_transfer(path) if session.transfer is None else session.transfer
-    # Modules lie on the shapes of the surfaces, cells and racks among them.
-    if transfer.outlines is None and session.city is not None and session.scene is not None:
-        scene = session.scene
-        city = drawn_city(session.city, scene, request.grid_size)
-        outlines = Outlines.of(city, scene.surfaces, scene.site)
-        transfer = replace(transfer, outlines=outlines)
-    progress("reading weather", 0, 1, "years")
-    if weather is None:
-        weather = study.read_year(transfer.site, request, transfer.suns, (folder_of_answers(),))
-    return transfer, weather, study.compute_energy(transfer, weather, request, progress)
-
-
-def with_energy(session, path, request, progress=silent):
-    """A session as it is if it has its energy, else a copy that has it, as of `weigh`;
-    `keep_energy` keeps it.
-    """
-    if session.energy is not None:
-        return session
-    transfer, weather, energy = weigh(session, path, request, progress)
-    return replace(session, transfer=transfer, weather=weather, energy=energy, request=request)
 
 
 class OfTransfer:

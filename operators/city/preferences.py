@@ -2,6 +2,7 @@
 
 import os
 import sys
+from pathlib import Path
 
 import bpy
 from bpy.props import EnumProperty, IntProperty, StringProperty
@@ -86,3 +87,21 @@ def choose_weather(settings):
     preferences = find_preferences()
     if preferences is not None and not settings.is_property_set("weather"):
         settings.weather, settings.weather_file = preferences.weather, preferences.weather_file
+
+
+_answers = {}  # "folder": of `folder_of_answers`
+
+
+def folder_of_answers():
+    """Where answers of weather services are kept: beside the .blend file, else for this run of
+    Blender.
+
+    As it was when settings were read last, in Blender's thread: work in another one may ask for it.
+    """
+    return _answers["folder"]
+
+
+def note_folder():
+    """Note, in Blender's thread, where answers of weather services are kept."""
+    beside = Path(bpy.data.filepath).parent if bpy.data.filepath else Path(bpy.app.tempdir)
+    _answers["folder"] = beside / "asked_weather"

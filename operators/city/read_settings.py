@@ -5,7 +5,6 @@ A step is done, stale because a setting was changed since, or still to do.
 """
 
 from ast import literal_eval
-from pathlib import Path
 
 import bpy
 
@@ -16,7 +15,7 @@ from .declare_settings import ELECTRIC, OF_LIGHT, name_switch, read_properties, 
 from .edit_marks import describe_edit
 from .job import threads_beside_window
 from .keys import Key
-from .preferences import find_preferences
+from .preferences import find_preferences, note_folder
 from .source_objects import is_in_place
 
 STEPS = {  # step -> settings of the panel that it depends on; files keep their values in this order
@@ -39,7 +38,6 @@ STEPS = {  # step -> settings of the panel that it depends on; files keep their 
         "leave_out",
     ),
 }
-_answers = {}  # "folder": of `folder_of_answers`
 
 
 def read_settings(settings):
@@ -47,7 +45,7 @@ def read_settings(settings):
     will be kept beside it.
     """
     # Settings of the panel in the words of a Request: threads, suns, place.
-    _note_folder()
+    note_folder()
     preferred = getattr(find_preferences(), "threads", 0)
     number = getattr(settings, settings.suns.replace("-", "_"), None)  # of days or directions
     place = (
@@ -66,7 +64,7 @@ def read_settings(settings):
     if ground == "terrain":
         ground, terrain = (
             "auto",
-            read_path(settings, "terrain", "Terrain", "a terrain file, or another type of ground"),
+            _read_path(settings, "terrain", "Terrain", "a terrain file, or another type of ground"),
         )
     if weather in ASKED_BY_KEY and settings.weather_years.strip():
         weather = f"{weather}:{settings.weather_years.strip()}"
@@ -77,9 +75,9 @@ def read_settings(settings):
             title, "Blender may not use the network", "allow online access in Preferences > System"
         )
     if weather == "file":
-        weather = read_path(settings, "weather_file", "Weather", "a weather file, or the climate")
+        weather = _read_path(settings, "weather_file", "Weather", "a weather file, or the climate")
     if settings.albedo_source == "file":
-        albedo_file = read_path(
+        albedo_file = _read_path(
             settings, "albedo_file", "Albedo", "an albedo file, or another source of albedo"
         )
     return Request(
@@ -99,7 +97,7 @@ def read_settings(settings):
     )
 
 
-def read_path(settings, name, title, cure):
+def _read_path(settings, name, title, cure):
     """Path of a file that the user chose; relative ones (//) start at the .blend file.
 
     Parameters
@@ -133,20 +131,6 @@ def _read_weather_place(settings):
             "give two numbers in degrees, such as 52.38 13.06",
         ) from None
     return (latitude, longitude) if words else None
-
-
-def folder_of_answers():
-    """Where answers of weather services are kept: beside the .blend file, else for this run of
-    Blender.
-
-    As it was when settings were read last, in Blender's thread: work in another one may ask for it.
-    """
-    return _answers["folder"]
-
-
-def _note_folder():
-    beside = Path(bpy.data.filepath).parent if bpy.data.filepath else Path(bpy.app.tempdir)
-    _answers["folder"] = beside / "asked_weather"
 
 
 def remember_step(city, step, settings):

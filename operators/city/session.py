@@ -1,14 +1,16 @@
 """Session data of a city: objects of core that are not saved in a .blend file."""
 
 import uuid
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import bpy
 from bpy.app.handlers import persistent
 
 from ...core.settings.errors import InputError
+from ...core.settings.progress import silent
 from .keys import Key
+from .preferences import folder_of_answers
 from .source_objects import is_seen
 
 _sessions = {}  # key -> (session, session_uid of the object)
@@ -102,6 +104,50 @@ class Session:
         if weighed is not self:
             for name in ("transfer", "weather", "energy", "request"):
                 setattr(self, name, getattr(weighed, name))
+
+    def weigh(self, path, request, progress=silent, *, weather=None):
+        """Light of a session, read from its file where that was opened since, and its weather and
+        energy.
+
+        The weather is read unless it is given.
+
+        Returns
+        -------
+        transfer : core.light.transfer.Transfer
+        weather : core.weather.weather.Weather
+        energy : core.energy.energy.Energy
+
+        Raises
+        ------
+        InputError
+            The file with the light is missing or damaged, or the weather cannot be read.
+        """
+        from ...core.city.grid_cells import Outlines
+        from ...core.city.racks import drawn_city
+        from ...core.results.transfer_file import read_transfer
+        from ...core.run import study
+
+        study.check_settings(request)
+        transfer = read_transfer(path) if self.transfer is None else self.transfer
+        # Modules lie on the shapes of the surfaces, cells and racks among them.
+        if transfer.outlines is None and self.city is not None and self.scene is not None:
+            scene = self.scene
+            city = drawn_city(self.city, scene, request.grid_size)
+            outlines = Outlines.of(city, scene.surfaces, scene.site)
+            transfer = replace(transfer, outlines=outlines)
+        progress("reading weather", 0, 1, "years")
+        if weather is None:
+            weather = study.read_year(transfer.site, request, transfer.suns, (folder_of_answers(),))
+        return transfer, weather, study.compute_energy(transfer, weather, request, progress)
+
+    def with_energy(self, path, request, progress=silent):
+        """A session as it is if it has its energy, else a copy that has it, as of `weigh`;
+        `take_energy` keeps it.
+        """
+        if self.energy is not None:
+            return self
+        transfer, weather, energy = self.weigh(path, request, progress)
+        return replace(self, transfer=transfer, weather=weather, energy=energy, request=request)
 
 
 @persistent

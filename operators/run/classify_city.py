@@ -14,7 +14,7 @@ from ..city.job import COMPILING
 from ..city.keys import Key
 from ..city.panel import StepPanel
 from ..city.read_materials import remember_materials
-from ..city.read_settings import STEPS, read_settings, remember_step
+from ..city.read_settings import read_settings, remember_step
 from ..city.run_step import OfCity, Step, leave_edit_mode
 from ..city.session import Session, find_city
 from ..city.source_objects import is_in_place
@@ -119,7 +119,8 @@ def show_kinds(context, before, session, findings, seen=None):
     )[0]  # [m]
     item.location = np.array(old.location) + shift
     # What the old city remembers goes to the new one, and its name too.
-    for key in (*OF_CITY, *(Key.ASKED + step for step in STEPS)):
+    asked = filter(lambda key: key.startswith(Key.ASKED), old.keys())
+    for key in (*OF_CITY, *asked):
         if key in old:
             item[key] = old[key].to_dict() if key in (Key.TAKEN, Key.WEARERS) else old[key]
     names = old.name, old_ground.name if old_ground else "Ground"

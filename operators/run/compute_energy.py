@@ -6,7 +6,7 @@ import bpy
 
 from ...core.weather.sources import ASKED_BY_KEY
 from ..city.attributes import CHANGE, Faces
-from ..city.keep_transfer import OfTransfer, weigh
+from ..city.keep_transfer import OfTransfer
 from ..city.panel import StepPanel
 from ..city.read_settings import remember_step
 from ..city.run_step import Step
@@ -28,7 +28,7 @@ class WeighEnergy(OfTransfer, Step, bpy.types.Operator):
         from ...core.energy.left_out import describe_gone
 
         session, kept, request = task
-        transfer, weather, energy = weigh(session, kept, request, progress, weather=weather)
+        transfer, weather, energy = session.weigh(kept, request, progress, weather=weather)
         told = sum_energy(transfer, weather, energy, request)
         gone = describe_gone(transfer.surfaces, request.leave_out)
         return session, transfer, weather, energy, request, (told, gone)

@@ -12,7 +12,7 @@ import bpy
 from ...core.results.exports import MODELS, RunResults, write_exports
 from ...core.settings.errors import InputError
 from ...core.settings.progress import silent
-from ..city.keep_transfer import OfEnergy, with_energy
+from ..city.keep_transfer import OfEnergy
 from ..city.keys import Key
 from ..city.run_step import Step, refuse
 from ..city.session import Session, find_city
@@ -125,7 +125,7 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
     def work(task, progress):
         """Write it."""
         session, kept, name, path, compared = task
-        weighed = with_energy(session, *kept, progress)
+        weighed = session.with_energy(*kept, progress)
         try:
             if name in COMPARED:
                 _write_comparison(weighed, *compared, COMPARED[name], path)

@@ -10,6 +10,7 @@ from pathlib import Path
 import bpy
 
 from ...core.read.formats import READ, SUFFIXES
+from ...core.settings.errors import InputError
 from ...core.settings.progress import report_polygons
 from ..city import source_objects
 from ..city.build_meshes import build_meshes, remove_objects, show_objects
@@ -17,7 +18,6 @@ from ..city.keys import Key
 from ..city.panel import StepPanel
 from ..city.preferences import choose_weather
 from ..city.read_settings import (
-    read_path,
     read_settings,
     remember_step,
 )
@@ -69,7 +69,11 @@ class CityFiles:
         elif self.filepath:
             paths = [bpy.path.abspath(self.filepath)]
         else:
-            paths = [read_path(settings, "city_path", "City", "a file or folder with buildings")]
+            if not settings.city_path:
+                raise InputError(
+                    "City", "no file is chosen", "choose a file or folder with buildings"
+                )
+            paths = [bpy.path.abspath(settings.city_path)]
         settings.city_path = paths[0] if len(paths) == 1 else os.path.commonpath(paths)
         return paths, read_settings(settings)
 

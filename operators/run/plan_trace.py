@@ -15,7 +15,8 @@ from ..city.declare_settings import UNSET
 from ..city.edit_marks import check_unedited
 from ..city.keys import Key
 from ..city.panel import StepPanel
-from ..city.read_settings import folder_of_answers, read_settings
+from ..city.preferences import folder_of_answers
+from ..city.read_settings import read_settings
 from ..city.run_step import Action, OfCity, Step
 from ..city.session import Session, find_city
 from .compile_loops import compile_loops

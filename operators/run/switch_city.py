@@ -9,7 +9,6 @@ import bpy
 from ...core.settings.errors import InputError
 from ..city.build_meshes import read_vertices
 from ..city.keys import Key
-from ..city.read_settings import STEPS
 from ..city.run_step import Action, OfCity, leave_edit_mode
 from ..city.session import find_city, list_cities
 from ..city.source_objects import is_in_place, list_taken
@@ -35,7 +34,7 @@ class SwitchCity(OfCity, Action, bpy.types.Operator):
             show_objects_of(item, visible=item == chosen)
         taken, asked = is_in_place(chosen), chosen.get(Key.ASKED + "import")
         if asked and not taken:  # the panel has the path again that the city was imported from
-            path = literal_eval(asked)[STEPS["import"].index("city_path")]
+            path = literal_eval(asked)[0]  # `city_path`, the first of `STEPS`
             context.scene.citypv.city_path = path or context.scene.citypv.city_path
         same = chosen.get(Key.FAMILY) and chosen.get(Key.FAMILY) == (
             city.get(Key.FAMILY) if city is not None else None

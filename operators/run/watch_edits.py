@@ -16,7 +16,6 @@ from ..city.read_settings import read_settings
 from ..city.run_step import Step
 from ..show.colour_user_meshes import draw_as_before
 from ..show.show_city import match_view
-from ..show.show_modules import find_modules
 from ..show.timeline import follow_frame
 from . import city_design, members
 from .choose_faces import renew_choice
@@ -95,7 +94,11 @@ def remove_left_grounds():
         left_grounds = members.find_objects(_grounds[city] for city in gone)
         left = set(left_grounds.values()) - set(grounds.values())
         # Of a city that is gone its modules have no parent any more.
-        left |= {item for item in find_modules(bpy.context.scene) if item.parent is None}
+        left |= {
+            item
+            for item in bpy.context.scene.objects
+            if item.get(Key.PART) == "modules" and item.parent is None
+        }
         if left:
             remove_objects(*left)
         shown = {item for city in cities.values() for _, item, _ in source_objects.list_taken(city)}

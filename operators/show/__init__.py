@@ -17,7 +17,6 @@ DOORS = (
     "select_faces.read_selection",
     "show_city.match_view",
     "show_city.show_city",
-    "show_modules.find_modules",
     "show_modules.show_modules",
     "show_result.find_before",
     "show_result.show_result",

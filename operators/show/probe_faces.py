@@ -10,7 +10,7 @@ from mathutils.bvhtree import BVHTree
 
 from ...core.settings.errors import InputError, show_end
 from ..city.attributes import read_face_attribute
-from ..city.keep_transfer import OfEnergy, with_energy
+from ..city.keep_transfer import OfEnergy
 from ..city.keys import Key
 from ..city.panel import ResultPanel
 from ..city.run_step import Action, leave_edit_mode, list_views
@@ -66,7 +66,7 @@ class ProbeFaces(OfEnergy, Action, bpy.types.Operator):
         """Select the surfaces, and store what they yield on the city."""
         session, *kept = self.prepare(context)
         selected = gather_selection(context, city)
-        session.take_energy(with_energy(session, *kept))
+        session.take_energy(session.with_energy(*kept))
         surface, building = (
             read_face_attribute(city.data, "surface"),
             read_face_attribute(city.data, "building"),

@@ -10,7 +10,7 @@ from mathutils import Vector
 
 from ..city import attributes
 from ..city.build_meshes import remove_objects, show_objects
-from ..city.keep_transfer import OfTransfer, with_energy
+from ..city.keep_transfer import OfTransfer
 from ..city.keys import Key
 from ..city.panel import ResultPanel
 from ..city.run_step import Action, Step
@@ -39,7 +39,7 @@ class StartTimeline(OfTransfer, Step, bpy.types.Operator):
         from ...core.results.colour_map import choose_range
 
         session, kept, request = task
-        weighed = with_energy(session, kept, request, progress)
+        weighed = session.with_energy(kept, request, progress)
         progress("hours of the months", 0, 1, "months")
         timeline = Timeline.build(weighed.transfer, weighed.weather, weighed.energy)
         # The scales of all moments together end where the brightest hour's and the best month's do.

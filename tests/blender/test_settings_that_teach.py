@@ -17,7 +17,8 @@ from citypv.core.settings.request import declared_settings
 from citypv.operators.city import preferences as preferences_module
 from citypv.operators.city import read_settings as read_settings_module
 from citypv.operators.city.keys import Key
-from citypv.operators.city.read_settings import folder_of_answers, read_settings, state_of_step
+from citypv.operators.city.preferences import folder_of_answers
+from citypv.operators.city.read_settings import read_settings, state_of_step
 from citypv.operators.city.run_step import in_panel_words
 from citypv.operators.run.plan_trace import find_preset, read_plan
 
