@@ -193,10 +193,8 @@ function showMark() {
 function findRows() {
   const wanted = plain(byId("search").value.trim());
   if (!wanted) return [...rows];
-  const holds = (text) => text && plain(text).includes(wanted);
-  const inTexts = (row) => holds(row.id) || TEXTS.some((name) => holds(row[name]));
-  const inSurfaces = (row) => row.surfaces.some((surface) => holds(city.surface_id[surface]));
-  return rows.filter((row) => inTexts(row) || inSurfaces(row));
+  const textsOf = (row) => [row.id, ...TEXTS.map((name) => row[name]), ...row.surfaces.map((k) => city.surface_id[k])];
+  return rows.filter((row) => (row.searched ??= plain(textsOf(row).join("\n"))).includes(wanted));
 }
 
 // Number of a building by its id, −1 if there is none.

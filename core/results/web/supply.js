@@ -14,7 +14,7 @@ const CURVES = [
 ];
 const FRAME = { width: 480, height: 250, left: 64, right: 26, top: 12, bottom: 40 }; // of a chart
 
-let markers = []; // of the charts, where the slider stands
+const markers = []; // of the charts, where the slider stands
 
 // Sums of a line at a step of the curve; behind its end nothing is left.
 function left({ sides }, name, step) {

@@ -163,7 +163,8 @@ function paint() {
   byId("ticks").replaceChildren(...ticks.map((tick) => make("span", format(tick, digits))));
   byId("grey").style.background = city.missing;
   const few = least ? say(" or has less than {hours} h", { hours: format(least, 0) }) : "";
-  byId("grey-words").textContent = (layer.name === "change" ? say("is new, or ") : "") + say("does not count") + few;
+  const fresh = layer.name === "change" ? say("is new, or ") : "";
+  byId("grey-words").textContent = fresh + say("does not count") + few;
   if (!view) return;
   paintPicture(layer, layer.stops.map(readColour), readColour(city.missing));
   paintModules();
@@ -193,7 +194,9 @@ function startView() {
 // Colours of the style sheet, light or dark as the reader's system is.
 function wearScheme() {
   const style = getComputedStyle(document.documentElement);
-  for (const name of ["sky", "ground", "basemap", "faded", "mark"]) scheme[name] = style.getPropertyValue(`--${name}`).trim();
+  for (const name of ["sky", "ground", "basemap", "faded", "mark"]) {
+    scheme[name] = style.getPropertyValue(`--${name}`).trim();
+  }
   scheme.faded = readColour(scheme.faded);
   if (!view) return;
   view.scene.background.set(scheme.sky);
