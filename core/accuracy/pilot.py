@@ -180,6 +180,6 @@ def _work_of_run(run):
     # Work before the suns, and with each of them, in these proportions.
     # Work of a patch and a ray; of a patch, a shadow point and a product with an entry of the
     # matrix, under each sun (benchmarks/results/accuracy_prediction.md).
-    (patch, ray), (looking, point, product) = (1.0, 0.005), (1.0, 0.2, 0.0015)
+    (patch, ray), (looking, point, product) = (1.0, 0.004), (1.0, 0.16, 0.0015)
     before = patch * patches + ray * (counts @ rays)
     return before, run.suns * (looking * patches + point * points + product * products)
