@@ -19,6 +19,7 @@ from report_page import numbers, on_counted_area, simulate_houses
 
 from citypv.core.commands.command_line import main
 from citypv.core.results.describe_buildings import describe_buildings
+from citypv.core.settings.errors import InputError
 
 pytestmark = pytest.mark.slow
 NAMES = ["a/b+c %25 & <i>d</i>", "long house"]
@@ -167,6 +168,17 @@ def test_months_and_hours_add_up_to_the_year(page, folder, buildings):
     drawn = page.run("document.querySelectorAll('#building-hours rect').length")
     assert drawn == np.count_nonzero(share) + 60  # cells, and the scale below them
     assert "UTC+01:00" in page.run(TEXT.format("day"))
+
+
+def test_tables_of_another_run_are_refused(folder, tmp_path):
+    for name in ("surfaces.nc", "buildings.csv"):
+        shutil.copy(folder / name, tmp_path)
+    table = pd.read_csv(tmp_path / "buildings.csv").iloc[::-1]
+    table.to_csv(tmp_path / "buildings.csv", index=False)
+    with pytest.raises(InputError, match="does not belong to the tables beside it"):
+        list(describe_buildings(tmp_path))
+    (tmp_path / "buildings.csv").unlink()
+    assert list(describe_buildings(tmp_path)) == []
 
 
 def test_the_page_follows_the_address(page, buildings):
