@@ -414,6 +414,25 @@ def test_the_slider_sums_both_quarters(page, faces):
     check_slider(page, faces)
 
 
+def test_cards_and_table_sum_both_quarters(page, folders):
+    totals = [json.loads((one / "summary.json").read_text("utf-8"))["totals"] for one in folders]
+    figures = page.run("[...document.querySelectorAll('.figure')].map((one) => one.innerText)")
+    count, kwp, mwh = (
+        sum(one[name] for one in totals) for name in ("module_count", "kwp", "mwh_per_year")
+    )
+    assert [numbers(text)[0] for text in figures[:2]] == [round(count), round(kwp)]
+    assert numbers(figures[2])[0] == pytest.approx(mwh, abs=0.006)
+    rows = page.run("[...document.querySelectorAll('section table')][0].innerText.split('\\n')")
+    table = {row.split("\t")[0]: numbers(row.partition("\t")[2]) for row in rows}
+    for title, part in (("All", None), ("Facades", "facade"), ("Pitched roofs", "roof")):
+        own = [one if part is None else one["kinds"][part] for one in totals]
+        area, power, energy = (
+            sum(one[name] for one in own) for name in ("module_area", "kwp", "mwh_per_year")
+        )
+        told = [round(area), round(power), round(energy), round(1000 * energy / power)]
+        assert table[title][:4] == told
+
+
 def test_it_says_what_it_rests_on_and_fits_a_phone(page):
     text = page.run("document.body.innerText")
     for words in (

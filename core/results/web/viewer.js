@@ -598,6 +598,7 @@ function showHits(found) {
   const changed = say("Largest change of energy in a year");
   const title = changes ? changed : say("Most energy in a year");
   byId("best-title").textContent = found.length ? title : say("Nothing is called so.");
+  byId("stage").classList.toggle("searching", wanted !== "" && chosen.building < 0);
   const items = best.map((row) => {
     const item = button("", () => chooseBuilding(row.building, true));
     const energy = make("span", `${format(row[name], digits, plus)} MWh`);
