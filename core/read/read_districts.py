@@ -8,8 +8,8 @@ import numpy as np
 import shapely
 
 from ..city.name_crs import choose_crs
+from ..city.transform_crs import plane_of
 from ..settings.errors import InputError
-from .flat_map import FlatMap
 from .footprint_names import find_names
 from .formats import format_of
 from .open_input import clean_name
@@ -77,8 +77,7 @@ def read_districts(text, site, points):
             f"names {(named or ['no coordinate reference system'])[0]}",
             "save it with one, such as GeoJSON in degrees",
         )
-    places = site.from_system(flat_map.points, crs)
-    shapes = _shapes_at_city(flat_map, places, points)
+    shapes = _shapes_at_city(flat_map.polygons(), crs, site, points)
     near = [row for row, shape in enumerate(shapes) if shape is not None]
     if not near:
         x, y = 0.5 * (flat_map.points.min(axis=0) + flat_map.points.max(axis=0))
@@ -169,42 +168,35 @@ def _list_names(path, flat_map, asked):
     return names
 
 
-def _shapes_at_city(flat_map, places, points):
-    """Valid polygons that meet the bounding box of a city: list, None for those elsewhere.
+def _shapes_at_city(polygons, crs, site, points):
+    """Valid polygons in plan that meet the bounding box of a city: list, None for those elsewhere.
 
     Parameters
     ----------
-    flat_map : FlatMap
-    places : (m, 2) float64 [m]
-        Its points in the frame of the scene.
+    polygons : (p,) of shapely.Polygon
+        East or longitude first, in the units of their system.
+    crs : str
+        Their system.
+    site : Site
     points : (k, 2 or 3) float [m]
         Of the city.
     """
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
     box = shapely.box(*low, *high)
-    # What has no place in the city's plane lies far away; its points are kept off the polygons.
-    known = np.isfinite(places).all(axis=1)
-    whole = np.logical_and.reduceat(known, flat_map.ring_start[:-1])
-    whole = np.logical_and.reduceat(whole, flat_map.polygon_start[:-1])
-    there = FlatMap(
-        np.ascontiguousarray(np.where(known[:, None], places, 0.0)),
-        flat_map.ring_start,
-        flat_map.polygon_start,
-        flat_map.owner,
-        flat_map.ids,
-    )
-    shapes = []
-    for shape, usable in zip(there.polygons(), whole, strict=True):
-        bounds = shape.bounds
-        apart = (
-            bounds[0] > high[0] or bounds[2] < low[0] or bounds[1] > high[1] or bounds[3] < low[1]
-        )
-        if not usable or apart:
-            shapes.append(None)
-            continue
-        valid = shape if shape.is_valid else shapely.make_valid(shape)
-        shapes.append(valid if valid.intersects(box) else None)
-    return shapes
+    # Edges are straight in their own system: pieces of 1 km bend by centimetres in the city's.
+    system, _ = plane_of(crs)
+    longest = np.radians(0.01) if system.is_geographic else 1000.0
+    pieces = shapely.segmentize(polygons, longest / system.axis_info[0].unit_conversion_factor)
+    shapes = shapely.transform(pieces, lambda places: site.from_system(places, crs))
+    # What has no place in the city's plane lies far away.
+    west, south, east, north = bounds = shapely.bounds(shapes).T
+    meets = (west <= high[0]) & (east >= low[0]) & (south <= high[1]) & (north >= low[1])
+    known = np.isfinite(bounds).all(axis=0) & np.isfinite(shapely.area(shapes))
+    there = [None] * len(shapes)
+    for row in np.flatnonzero(meets & known):
+        valid = shapes[row] if shapes[row].is_valid else shapely.make_valid(shapes[row])
+        there[row] = valid if valid.intersects(box) else None
+    return there
 
 
 def _check_overlaps(path, districts, share=0.01):

@@ -117,6 +117,25 @@ def test_districts_of_any_system_lie_at_the_city(tmp_path, kind):
     assert districts.shapes[0].symmetric_difference(shapely.union_all(plans)).area < 0.1
 
 
+def test_a_long_border_along_a_parallel_bends_with_it(tmp_path):
+    """Two degrees of the parallel of the site, of which the chord lies 0.4 km further north."""
+    path = write_map(
+        tmp_path / "map.geojson",
+        [shapely.box(12.4, 52, 14.4, 52.5), shapely.box(12.4, 52.5, 14.4, 53)],
+        ["South", "North"],
+        crs=None,
+        shift=(0, 0),
+    )
+    districts = read_districts(str(path), SITE, CITY)
+    x = np.arange(-1000.0, 1000.0, 50.0)
+    # [m] the parallel in the plan of the site
+    y = x**2 * np.tan(np.radians(52.5)) / (2 * 6_391_000)
+    for name, aside in (("South", -0.1), ("North", 0.1)):
+        shape = districts.shapes[districts.names.index(name)]
+        assert shapely.contains_xy(shape, x, y + aside).all()
+        assert not shapely.contains_xy(shape, x, y - aside).any()
+
+
 def write_package(path, shapes, names):
     """GeoPackage with a layer of districts, in degrees, beside one of other things."""
     with closing(sqlite3.connect(path)) as file, file:
