@@ -131,7 +131,7 @@ def _known(share):
     return None if np.isnan(share) else share
 
 
-def budget_surfaces(errors):
+def _budget_surfaces(errors):
     """Error of half and of 95 % of the eligible area, from each source alone and from all: dict of
     percent.
     """
@@ -220,7 +220,7 @@ def budget_errors(transfer, energy, weather):
             errors.at_share(share=0.5),
             errors.at_share(),
         )
-        budget["surfaces"] = budget_surfaces(errors)
+        budget["surfaces"] = _budget_surfaces(errors)
         budget["groups"] = budget_groups(transfer, weather, energy, cut)
         # Source -> what its number is.
         budget["meaning"] = {

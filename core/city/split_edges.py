@@ -119,7 +119,7 @@ def refine_triangles(vertices, triangles, patch_size, surface=None):
         # Triangles are cut along these vertices, and the surfaces of slivers flipped again.
         cut = np.zeros(len(thin), bool)
         cut[surface[parent[(middle >= 0).any(axis=1)]]] = True
-        triangles, parent = split(vertices, triangles, parent, middle)
+        triangles, parent = _split(vertices, triangles, parent, middle)
         triangles = _flip_edges(vertices, triangles, surface[parent], (thin & cut)[surface[parent]])
     # Pieces in the order of the triangles that they come from.
     order = np.argsort(parent, kind="stable")
@@ -183,7 +183,7 @@ def _find_waiting(vertices, triangles, surface, wanted, measures):
     return waiting
 
 
-def split(vertices, triangles, parent, middle):
+def _split(vertices, triangles, parent, middle):
     """One round: middle (t, 3) is the new vertex on the edges ab, bc, ca, or -1."""
     count = (middle >= 0).sum(axis=1)
     # Of one long edge it comes first, of two the short one does, so that all of a kind are cut

@@ -112,7 +112,7 @@ def triangulate_feet(lines, foot_points, edges, free, report_share, *, rounds=5)
         along = feet[edges[:, 1]] - feet[edges[:, 0]]
         sides = pair_keys(np.sort(edges_of(triangles), axis=1))
         missing = edges[
-            ~are_among(pair_keys(edges + first), sides) & (np.linalg.norm(along, axis=1) > 0.5)
+            ~_are_among(pair_keys(edges + first), sides) & (np.linalg.norm(along, axis=1) > 0.5)
         ]
         if turn:  # those above the ground at a quarter, a half or three quarters of them
             ends, along = feet[missing], np.array([0.25, 0.5, 0.75])[:, None]
@@ -154,7 +154,7 @@ def _halve(lines, feet, edges, missing):
     return feet, unique_pairs(pairs[pairs[:, 0] != pairs[:, 1]])
 
 
-def are_among(values, others):
+def _are_among(values, others):
     """Which of some whole numbers, (n,) int, are among others, (m,) int: (n,) bool.
 
     Both are sorted, so that each search ends close to the one before: of a million numbers with 64

@@ -69,7 +69,7 @@ def closed_form_checks():
                     f"unshaded face at {tilt}°, {words}",
                     expected,
                     SINGLE,
-                    partial(unshaded, tilt, rays),
+                    partial(_unshaded, tilt, rays),
                 )
             )
     # An infinite street canyon, known after each reflection.
@@ -87,7 +87,7 @@ def closed_form_checks():
     # View factors of rectangles, and Sandia's cell temperature at one point.
     for name, expected, one, other in VIEW_FACTORS:
         checks.append(
-            (f"view factor, {name}", expected, SINGLE, partial(view, one, rectangle(*other)))
+            (f"view factor, {name}", expected, SINGLE, partial(_view, one, rectangle(*other)))
         )
     name, thermal = "cell temperature at 900 W/m², 20 °C, 5 m/s [°C]", MOUNTINGS["open-rack"]
     checks.append(
@@ -120,7 +120,7 @@ def mean_of(transfer, chosen, name="diffuse_relative"):
     return float(share @ getattr(transfer, name)[chosen]), float(np.sqrt((error**2).sum()))
 
 
-def unshaded(tilt, rays):
+def _unshaded(tilt, rays):
     """A square that faces south, with nothing around it."""
     up = [0, np.cos(np.radians(tilt)), np.sin(np.radians(tilt))]
     scene = join_parts([rectangle([0, 0, 5], [1, 0, 0], up)])
@@ -160,7 +160,7 @@ def furnace(albedo, bounces):
     return float(irradiance[np.abs(irradiance - irradiance.mean()).argmax()]), 0.0
 
 
-def view(one, other):
+def _view(one, other):
     """View factor from one rectangle to another."""
     scene, own = join_parts([one, other]), len(one[1])
     shares, area = trace_bare(scene, 1, 1 << 16).view_of_others()

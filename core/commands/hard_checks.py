@@ -26,8 +26,8 @@ def hard_checks():
         ("rotated closed room 3 km from the origin: irradiance inside", 0.0, SINGLE, _closed_room),
         ("incidence down to 0.1°: lowest visible share of the sun", 1.0, SINGLE, _grazing),
         ("small faces coplanar with one of 1 km: lowest irradiance", 1.0, SINGLE, _coplanar),
-        ("house on 100 km of terrain: sky view factor of its walls", 0.5, SINGLE, terrain),
-        ("shaft 1 m wide, 50 m deep: sky view factor of its floor", 1.2729e-4, 1e-8, shaft),
+        ("house on 100 km of terrain: sky view factor of its walls", 0.5, SINGLE, _terrain),
+        ("shaft 1 m wide, 50 m deep: sky view factor of its floor", 1.2729e-4, 1e-8, _shaft),
         ("slivers of aspect ratio 1e6: lowest visible share of the sun", 1.0, SINGLE, _slivers),
         ("face 0.1 µm above another: irradiance of the upper one", 1.0, SINGLE, _laid),
         (
@@ -38,7 +38,7 @@ def hard_checks():
         ),
         (in_plane, 0.0, 0.0, lambda: _shares([[0, -0.8, 0.6]], 32 + np.arange(4), np.max)),
         (on_horizon, 1.0, SINGLE, lambda: _shares([[0, -1, 0]], SOUTH, np.min)),
-        ("one thread minus four: largest difference", 0.0, 0.0, threads),
+        ("one thread minus four: largest difference", 0.0, 0.0, _threads),
     ]
 
 
@@ -106,7 +106,7 @@ def _coplanar():
     return float((transfer.sky_view_factor + transfer.far_ground_view_factor)[2:].min()), 0.0
 
 
-def terrain():
+def _terrain():
     """A box of 10 m on a plain of 100 km, 30 km from its middle."""
     plain = rectangle([-8e4, -5e4, 0], [1e5, 0, 0], [0, 1e5, 0], 12)
     scene = join_parts([plain, *HOUSE], away=(3e4, 0, 0))
@@ -114,7 +114,7 @@ def terrain():
     return mean_of(transfer, np.arange(24 + 4, 24 + 12), "sky_view_factor")
 
 
-def shaft():
+def _shaft():
     """Floor of a square court without a roof; opposite squares by Howell C-11."""
     scene = join_parts(room((0, 0, 0), (1, 1, 50))[1:])
     return mean_of(trace(scene, samples=1 << 20, max_bounces=0), np.arange(2), "sky_view_factor")
@@ -153,7 +153,7 @@ def _largest_difference(one, other):
     return max(float(np.abs(getattr(one, name) - getattr(other, name)).max()) for name in names)
 
 
-def threads():
+def _threads():
     """Largest difference between results with one and four threads."""
     scene, suns = join_parts([PLAIN, *HOUSE]), sun_at([0.3, -0.8, 0.6], [-0.5, 0.6, 0.4])
     one, four = (trace(scene, suns, threads=count) for count in (1, 4))

@@ -38,7 +38,7 @@ def read_left_out(path):
     return left_out
 
 
-def list_unknown(surfaces, left_out):
+def _list_unknown(surfaces, left_out):
     """Ids to be left out that name neither a surface nor a building: list of str."""
     names = set(surfaces.surface_id)
     known = names | set(map(whole_of_cell, names)) | set(map(str, surfaces.building_id))
@@ -52,7 +52,7 @@ def check_left_out(surfaces, path):
     ------
     InputError
     """
-    unknown = list_unknown(surfaces, read_left_out(path)) if path else []
+    unknown = _list_unknown(surfaces, read_left_out(path)) if path else []
     if unknown:
         problem = f"{unknown[0]!r} is neither a surface nor a building of this city"
         raise InputError(path, problem, "take surface_id or building_id from faces.csv")
@@ -62,7 +62,7 @@ def describe_gone(surfaces, path):
     """Say which ids of a file of `--leave-out`, or None, name nothing in an edited city: str; "" if
     there are none.
     """
-    gone = list_unknown(surfaces, read_left_out(path)) if path else []
+    gone = _list_unknown(surfaces, read_left_out(path)) if path else []
     if not gone:
         return ""
     return f"To be left out, but not in this city any more: {list_some(gone, 5)}"

@@ -83,14 +83,14 @@ def conditions_of_modules(data, system):
     spectral_factor : (h,) float
         Of `spectral_factor`, at the absolute air mass.
     dark, slope : (h,) and (h, m) float
-        Of `cell_heating`.
+        Of `_cell_heating`.
     """
     relative = pvlib.atmosphere.get_relative_airmass(
         data["apparent_zenith"].to_numpy(float), "kastenyoung1989"
     )
     pressure, *air = (data[name].to_numpy(float) for name in ("pressure", "temp_air", "wind_speed"))
     airmass = pvlib.atmosphere.get_absolute_airmass(relative, pressure)
-    return spectral_factor(airmass, system), *cell_heating(*air, system)
+    return spectral_factor(airmass, system), *_cell_heating(*air, system)
 
 
 def spectral_factor(airmass, system):
@@ -117,7 +117,7 @@ def spectral_factor(airmass, system):
     return pvlib.spectrum.spectral_factor_sapm(np.minimum(airmass, 10.0), system.module.parameters)
 
 
-def cell_heating(temp_air, wind_speed, system):
+def _cell_heating(temp_air, wind_speed, system):
     """Cell temperature by the Sandia model, which is linear in the irradiance.
 
     Parameters

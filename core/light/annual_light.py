@@ -182,11 +182,11 @@ def _join_nets(keys, nets):
             shifts = tuple(
                 shift_points(keys, np.full(len(keys), half.before)) for half in (one, other)
             )
-            joined[-2:] = [_Net(one.before, merge_nets(shifts, (one.light, other.light)))]
+            joined[-2:] = [_Net(one.before, _merge_nets(shifts, (one.light, other.light)))]
     return joined
 
 
-def merge_nets(shifts, halves):
+def _merge_nets(shifts, halves):
     """Values at the points of two halves of a net with digital shifts, in the order of
     `points_of_grid`.
 

@@ -43,7 +43,7 @@ def variance_of_neighbours(by_point):
     if count < 4:
         return EVENNESS * (by_point[:, 0] - by_point[:, 1]).astype(float) ** 2 / count**2
     # contrast  a - b - c + d of each square of four; across, along  its mean gradients.
-    contrast, across, along = (found.astype(float) ** 2 for found in differences(by_point))
+    contrast, across, along = (found.astype(float) ** 2 for found in _differences(by_point))
     uneven = contrast.sum(axis=(1, 2))
     # A gradient over a rectangle of length 1 has variance 1/12; the differences contain the
     # contrast's noise as well.
@@ -179,7 +179,7 @@ def _spread_of_points(by_point):
     # A square of four: half its contrast is the deviation of each of its points.
     if parts <= 16:
         rows, columns = grid_of(parts)
-        contrast = differences(by_point)[0]  # (p, rows / 2, columns / 2)
+        contrast = _differences(by_point)[0]  # (p, rows / 2, columns / 2)
         spread = np.broadcast_to(
             (np.abs(contrast) / 2)[:, :, None, :, None], (count, rows // 2, 2, columns // 2, 2)
         )
@@ -191,7 +191,7 @@ def _spread_of_points(by_point):
     return np.broadcast_to(spread, part.shape).reshape(count, parts).astype(np.float32)
 
 
-def differences(by_point):
+def _differences(by_point):
     """Differences within each square of four neighbours.
 
     Parameters

@@ -68,7 +68,7 @@ class Shadows:
 
         def add(rows):
             aoi_projection = projection_in_front(normal[rows], suns[0])
-            add_points(self.bits[rows], aoi_projection, suns[1].astype(np.float32), light[rows])
+            _add_points(self.bits[rows], aoi_projection, suns[1].astype(np.float32), light[rows])
             light[rows] *= self.weight[rows, None] * np.float32(points)
 
         work_in_slices(add, len(normal), threads)
@@ -266,7 +266,7 @@ def _set_bits(free, open_points, wanted, chosen, bits):
 
 
 @njit(nogil=True, cache=True, fastmath={"reassoc"})
-def add_points(bits, aoi_projection, weights, light):
+def _add_points(bits, aoi_projection, weights, light):
     """Add (s,) weights times (c, s) cosines of suns to the light, (c, m) float32, of points whose
     bits are set.
     """

@@ -61,7 +61,7 @@ def trace_rows(city, rows, samples):
             else find_covered.find_covered_cells(city.ray_scene, city.patches, some)
         )
         parts = [slice(start, start + step) for start in range(0, len(some), step)]
-        return [trace_part(city, some[part], covered[part], sequence) for part in parts]
+        return [_trace_part(city, some[part], covered[part], sequence) for part in parts]
 
     # A task has at most eight parts.
     size = step * max(1, min(8, -(-len(rows) // (step * city.threads))))
@@ -71,7 +71,7 @@ def trace_rows(city, rows, samples):
         yield from parts
 
 
-def trace_part(city, chosen, covered, sequence):
+def _trace_part(city, chosen, covered, sequence):
     """What the rays of some patches, (m,) int, with the same points in each replicate, meet: list
     of RowLight.
 

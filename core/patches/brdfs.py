@@ -63,13 +63,13 @@ class Glossy:
         facet = _sample_facets(arriving, self.roughness, draws.astype(float))
         leaving = 2 * (arriving * facet).sum(axis=1, keepdims=True) * facet - arriving
         above = np.where(leaving[:, 2] > 0, leaving[:, 2], 1.0)
-        masked, shadowed = hidden(arriving[:, 2], self.roughness), hidden(above, self.roughness)
+        masked, shadowed = _hidden(arriving[:, 2], self.roughness), _hidden(above, self.roughness)
         return leaving, np.where(
             leaving[:, 2] > 0, self.albedo * (1 + masked) / (1 + masked + shadowed), 0.0
         )
 
 
-def hidden(cosine, roughness):
+def _hidden(cosine, roughness):
     """Λ of Smith's masking function: hidden over visible facet area in a direction."""
     tangent_squared = (1 - cosine**2) / cosine**2
     return (np.sqrt(1 + roughness**2 * np.maximum(tangent_squared, 0)) - 1) / 2

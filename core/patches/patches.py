@@ -56,7 +56,7 @@ class Patches(Faces):
             If an array is invalid; names it and the place in it.
         """
         scene.check()
-        check_seed(seed)
+        _check_seed(seed)
         albedo = check_array("albedo", albedo, (len(scene.triangles),), least=0, most=1)
         corners = np.asarray(scene.vertices, float)[scene.triangles]  # (t, 3, 3)
         faces, area = Faces.of_triangles(corners, scene.footprint, scene.other_sides)
@@ -164,7 +164,7 @@ def _find_made_up(scene):
     )
 
 
-def check_seed(seed, *, most_seed=2**32 - 1):
+def _check_seed(seed, *, most_seed=2**32 - 1):
     """Raise an error if a seed is not valid."""
     if not (isinstance(seed, Integral) and 0 <= seed <= most_seed):
         raise InputError(

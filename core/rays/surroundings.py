@@ -65,7 +65,7 @@ def send(trace, faces, places, local, side=1.0, *, ahead=0.0):
     return Met(hits, *faces.classify(hits.triangle, directions))
 
 
-def along_faces(u, v):
+def _along_faces(u, v):
     """Directions along a face with an even logarithm of their cosine to its normal, of random
     numbers in [0, 1): three (m,) float32.
 
@@ -94,11 +94,11 @@ def follow(trace, faces, rays, ends, *, turns=32, as_light=False, ahead=0.0):
     turns : int
     as_light : bool
         Rays go on by the cosine law, from backs, too, on the side that they come to, and all are
-        followed: else by `along_faces`.
+        followed: else by `_along_faces`.
     ahead : (r, 3) float32 [m], optional
         From each place to where its ray starts at first.
     """
-    law = cosine_direction if as_light else along_faces
+    law = cosine_direction if as_light else _along_faces
     places, side, point, keys = rays
     for turn in range(turns):
         local = law(*uniform_of(keys[:, None], np.arange(2 * turn + 1, 2 * turn + 3)).T)

@@ -42,7 +42,7 @@ class HeightGrid:
 
 
 @contextmanager
-def open_placed(path):
+def _open_placed(path):
     """Open a raster that says where it lies.
 
     Yields
@@ -86,7 +86,7 @@ def is_placed_raster(path):
         )
     if suffix_of(path) not in RASTERS:
         return False
-    with open_placed(path):
+    with _open_placed(path):
         return True
 
 
@@ -111,7 +111,7 @@ def read_heights(path, place, reach):
     InputError
         Not a raster, one without reference system, or one that does not reach the place.
     """
-    with open_placed(path) as raster:
+    with _open_placed(path) as raster:
         grids = []
         bearing = np.arange(0, 360, 5.0)
         ones = np.ones(len(bearing))

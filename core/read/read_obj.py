@@ -51,7 +51,7 @@ def read_obj(path, up="z", report_share=silent, *, parsed=0.5):
         raise InputError(path, "contains no polygons", "give an OBJ file of buildings")
     content = FileContent(path)
     if up == "auto":
-        up, content.notes = judge_up(parts.vertices, parts.faces)
+        up, content.notes = _judge_up(parts.vertices, parts.faces)
         parts.vertices = turn_up(parts.vertices, up)
     content.up = up
     # Buildings by object, group, or by vertices that faces share.
@@ -220,7 +220,7 @@ def _colour(parts, content):
     content.notes.append(f"{words}. {coloured} have a diffuse colour. {asked}")
 
 
-def judge_up(vertices, faces):
+def _judge_up(vertices, faces):
     """The upward axis of a mesh, and a hint where that is likely but not sure.
 
     Floors are level and roofs often are not. So of the areas that face straight along the upward

@@ -23,7 +23,7 @@ from .columns import write_table
 from .read_results import Results, read_results, read_table
 from .surfaces_file import GIVE_RESULTS
 
-# of `tell_yields`
+# of `_tell_yields`
 YIELDS = [
     "mwh_per_hour",
     "full_load_hours",
@@ -158,17 +158,17 @@ class CityState(NamedTuple):
     reasons: np.ndarray  # (n,) str, why there are none, of `REASONS`
     hours: np.ndarray  # (n,) float [h]
     error: np.ndarray  # (n,) float [h], standard error of the hours
-    shapes: np.ndarray  # (n, 7) float64 [m], of `match_shapes`
+    shapes: np.ndarray  # (n, 7) float64 [m], of `_match_shapes`
 
 
 class StateChange(NamedTuple):
     """What a later state of a city has more or less than an earlier one."""
 
     match: np.ndarray  # (n,) int, row of the earlier state for each surface of the later one, or -1
-    crossed: dict  # of `share_modules`
-    surfaces: pd.DataFrame  # of `compare_surfaces`
-    buildings: pd.DataFrame  # of `sum_buildings`
-    sums: dict  # of `sum_states`
+    crossed: dict  # of `_share_modules`
+    surfaces: pd.DataFrame  # of `_compare_surfaces`
+    buildings: pd.DataFrame  # of `_sum_buildings`
+    sums: dict  # of `_sum_states`
 
 
 def compare_states(before, after, errors=None):
@@ -178,19 +178,19 @@ def compare_states(before, after, errors=None):
     ----------
     before, after : CityState
     errors : (n,) float [h], optional
-        As of `compare_surfaces`.
+        As of `_compare_surfaces`.
     """
-    match = match_shapes(before.shapes, after.shapes)
-    power, crossed = share_modules(
+    match = _match_shapes(before.shapes, after.shapes)
+    power, crossed = _share_modules(
         (before.power, after.power), (before.reasons, after.reasons), match
     )
     tables = [
-        tell_yields(own, state.hours, state.error).assign(**state.texts)
+        _tell_yields(own, state.hours, state.error).assign(**state.texts)
         for state, own in ((before, before.power), (after, power))
     ]
-    surfaces = compare_surfaces(*tables, match, errors)
-    buildings = sum_buildings(surfaces)
-    return StateChange(match, crossed, surfaces, buildings, sum_states(buildings))
+    surfaces = _compare_surfaces(*tables, match, errors)
+    buildings = _sum_buildings(surfaces)
+    return StateChange(match, crossed, surfaces, buildings, _sum_states(buildings))
 
 
 def _state_of(results):
@@ -219,15 +219,15 @@ def _state_of(results):
     )
 
 
-def compare_surfaces(before, after, match, errors=None):
+def _compare_surfaces(before, after, match, errors=None):
     """What the surfaces of two states yield, side by side.
 
     Parameters
     ----------
     before, after : pandas.DataFrame
-        A row for each surface: building_id and kind, other texts, and the columns of `tell_yields`.
+        A row for each surface: building_id and kind, other texts, and the columns of `_tell_yields`.
     match : (n,) int
-        Of `match_shapes`.
+        Of `_match_shapes`.
     errors : (n,) float [h], optional
         Standard error of the change of the full load hours, NaN where it is not known.
 
@@ -323,7 +323,7 @@ def list_differences(one, other):
     return apart
 
 
-def match_shapes(earlier, later):
+def _match_shapes(earlier, later):
     """Row of the earlier state for each surface of the later one, -1 where there is none: (n,) int.
 
     Two surfaces are the same where each is the other's nearest.
@@ -370,7 +370,7 @@ def _shapes_of(results):
     return np.column_stack([middle, np.sqrt(faces["area"]), *normal])
 
 
-def share_modules(power, reasons, match):
+def _share_modules(power, reasons, match):
     """Power of the modules of two states, where what has too few hours in one of them alone carries
     the modules that it had before.
 
@@ -381,7 +381,7 @@ def share_modules(power, reasons, match):
     reasons : tuple of (m,) and (n,) str
         Why there are none, of `REASONS`.
     match : (n,) int
-        Of `match_shapes`.
+        Of `_match_shapes`.
 
     Returns
     -------
@@ -397,7 +397,7 @@ def share_modules(power, reasons, match):
     return np.where(crossed["newly"], np.nan, shared), crossed
 
 
-def tell_yields(power, hours, error):
+def _tell_yields(power, hours, error):
     """Columns `YIELDS` of surfaces from the power [MW] of their modules, NaN where there are none:
     pandas.DataFrame.
     """
@@ -407,7 +407,7 @@ def tell_yields(power, hours, error):
     )
 
 
-def sum_buildings(table):
+def _sum_buildings(table):
     """Energy of each building before and after, with the change and its standard error, roofs and
     facades apart.
 
@@ -442,7 +442,7 @@ def _sum_energy(rows):
     }
 
 
-def sum_states(buildings):
+def _sum_states(buildings):
     """Sums [MWh per year] over the buildings of each state and over all: dict of dict."""
     states = {
         name: buildings[buildings["state"] == name] for name in (EXISTING, CHANGED, NEW, GONE)

@@ -21,7 +21,7 @@ def fill_page(title, body, data=""):
     """A page that may load nothing, and run nothing but the 3D view, where there is `data` of
     `pack_city`: str.
     """
-    codes = [read_web("three.js"), "".join(map(read_web, SCRIPTS))] if data else []
+    codes = [_read_web("three.js"), "".join(map(_read_web, SCRIPTS))] if data else []
     packed = f'<script type="application/octet-stream" id="city-data">{data}</script>'
     scripts = [words_as_data(), packed] if data else []
     allowed = f"script-src {' '.join(map(_hash_source, codes)) or NONE}; img-src data:"
@@ -33,9 +33,12 @@ def fill_page(title, body, data=""):
 def fill_template(title, body, scripts, allowed):
     """A page with scripts as HTML, whose Content-Security-Policy says what is `allowed`: str."""
     style = (
-        read_web("page.css") + style_of_heat() + read_web("viewer.css") + read_web("building.css")
+        _read_web("page.css")
+        + style_of_heat()
+        + _read_web("viewer.css")
+        + _read_web("building.css")
     )
-    return Template(read_web("page.html")).substitute(
+    return Template(_read_web("page.html")).substitute(
         policy=(
             f"default-src {NONE}; {allowed}; style-src {_hash_source(style)}; base-uri {NONE}; "
             f"form-action {NONE}"
@@ -48,7 +51,7 @@ def fill_template(title, body, scripts, allowed):
     )
 
 
-def read_web(name):
+def _read_web(name):
     """Text of a file in the folder web."""
     return (WEB / name).read_text(encoding="utf-8")
 

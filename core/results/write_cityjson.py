@@ -278,7 +278,7 @@ def _describe_surfaces(city, transfer, energy):
             table[PREFIX + column.name] = column.values_of(transfer, energy)
     semantic_surfaces = [
         {
-            name: short(value) if isinstance(value, float) else value
+            name: _short(value) if isinstance(value, float) else value
             for name, value in row.items()
             if value not in (None, "")
         }
@@ -290,7 +290,7 @@ def _describe_surfaces(city, transfer, energy):
     ):
         if np.isfinite(by_month).all():
             semantic_surface[PREFIX + "full_load_hours_by_month"] = [
-                short(value) for value in by_month
+                _short(value) for value in by_month
             ]
     return semantic_surfaces
 
@@ -299,13 +299,13 @@ def _describe_building(sums):
     """Attributes of a building from its row of buildings.csv."""
     names = ("full_load_hours", "full_load_hours_dc", "kwp", "mwh_per_year", "mwh_dc_per_year")
     names = ("eligible_area", *names) if sums["kwp"] > 0 else ("eligible_area",)
-    attributes = {PREFIX + name: short(sums[name]) for name in names}
+    attributes = {PREFIX + name: _short(sums[name]) for name in names}
     if len(names) > 1:
-        by_month = [short(value) for name, value in sums.items() if name in MONTHS]
+        by_month = [_short(value) for name, value in sums.items() if name in MONTHS]
         attributes[PREFIX + "full_load_hours_by_month"] = by_month
     return attributes
 
 
-def short(value):
+def _short(value):
     """Round to six significant digits, as in faces.csv."""
     return float(f"{value:.6g}")

@@ -57,13 +57,13 @@ def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright, co
     }
     count = len(columns["hours"])
     features = {"featureIds": [{"featureCount": count, "attribute": 0, "propertyTable": 0}]}
-    surfaces = {"attributes": attributes, "indices": index(buffer, shapes), "material": 0}
+    surfaces = {"attributes": attributes, "indices": _index(buffer, shapes), "material": 0}
     primitives = [surfaces | {"extensions": {"EXT_mesh_features": features}}]
     # The ground is a second mesh without numbers.
     if ground is not None:
         attributes = {"POSITION": buffer.place(ground.corners - middle)}
         primitives.append(
-            {"attributes": attributes, "indices": index(buffer, ground), "material": 1}
+            {"attributes": attributes, "indices": _index(buffer, ground), "material": 1}
         )
     # A table of properties: a value for each surface, by its number.
     schema, properties = _tabulate(
@@ -88,7 +88,7 @@ def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright, co
     return pack_glb(document, buffer)
 
 
-def index(buffer, shapes):
+def _index(buffer, shapes):
     """Accessor of the triangles."""
     kind, numbers = (UINT16, "<u2") if len(shapes.corners) < 65536 else (UINT32, "<u4")
     return buffer.access(shapes.triangles.ravel().astype(numbers), kind, "SCALAR", ELEMENTS)

@@ -190,7 +190,7 @@ def model_source(places, name, request, off_land="blank"):
     if name == "climate" and off_land == "clear-sky":
         label += f"; where there is no land, clear sky {request.year} (upper bound)"
     # Eight places a task.
-    return _Source(places, label, cut(len(places), 8), read, [])
+    return _Source(places, label, _cut(len(places), 8), read, [])
 
 
 def grid_source(grid, places, picked, request, years=None):
@@ -270,7 +270,7 @@ def grid_source(grid, places, picked, request, years=None):
     # As many places at a time as fit into the memory that is allowed.
     # About 100 MB of a grid are read at once.
     together = int(max(1, min(360, 100e6 // (8 * 6 * len(stamps)))))
-    chunks = [row * width + part for row in range(len(rows)) for part in cut(width, together)]
+    chunks = [row * width + part for row in range(len(rows)) for part in _cut(width, together)]
     label = f"ERA5 {grid.source}" + (f", years {', '.join(map(str, years))}" if years else "")
     return _Source(places, label, chunks, read, [])
 
@@ -300,9 +300,9 @@ def station_source(weathers, names):
     def read(chunk):
         return [(weathers[one], FILES) for one in chunk]
 
-    return _Source(places, label, cut(len(places), 1), read, notes)
+    return _Source(places, label, _cut(len(places), 1), read, notes)
 
 
-def cut(count, size):
+def _cut(count, size):
     """Runs of at most some places: list of (k,) int arrays."""
     return [np.arange(first, min(first + size, count)) for first in range(0, count, size)]

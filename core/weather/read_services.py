@@ -86,7 +86,7 @@ def parse_open_meteo(path, text, lies="ends"):
         raise InputError(path, "has no times", AGAIN)
     data, columns = _take_columns(path, table, OPEN_METEO, units)
     data.index = _parse_times(path, table["time"], pd.Timedelta(seconds=head["utc_offset_seconds"]))
-    return lay_intervals(data, lies), columns, head
+    return _lay_intervals(data, lies), columns, head
 
 
 def parse_power(path, table, units):
@@ -113,7 +113,7 @@ def read_nasa_power(path, lies):
     notes = ["wind is that of 2 m"] if columns.get("wind_speed") == "WS2M" else []
     label = f"NASA POWER {path.name}"
     return Record(
-        lay_intervals(data, lies), latitude, longitude, altitude, str(path), label, notes, columns
+        _lay_intervals(data, lies), latitude, longitude, altitude, str(path), label, notes, columns
     )
 
 
@@ -138,7 +138,7 @@ def read_solcast(path, own, lies):
     if not starts and "periodend" not in table:
         raise InputError(path, "has neither period_end nor period_start", AGAIN)
     data.index = _parse_times(path, table["periodstart" if starts else "periodend"])
-    data = lay_intervals(data, "begins" if starts else lies)
+    data = _lay_intervals(data, "begins" if starts else lies)
     return Record(data, *own, str(path), f"Solcast {path.name}", columns=columns)
 
 
@@ -229,12 +229,12 @@ def convert_points(table, stamps):
         data["wind_speed"] = np.hypot(values["u10"], values["v10"])
     if "sp" in values:
         data["pressure"] = values["sp"]
-    return lay_intervals(data.set_axis(stamps, axis=0), "ends"), {
+    return _lay_intervals(data.set_axis(stamps, axis=0), "ends"), {
         name: names[name] for name in data
     }
 
 
-def lay_intervals(data, lies):
+def _lay_intervals(data, lies):
     """Name rows by the start of their interval, which `begins`, `ends` or is `centred` at its
     stamp.
     """

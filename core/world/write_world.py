@@ -101,10 +101,10 @@ def _dataset_of_world(world):
         world.group_count,
         {"units": "1", "long_name": "number of eligible surfaces"},
     )
-    return xarray.Dataset(variables, coordinates(world, grid), attributes(world))
+    return xarray.Dataset(variables, _coordinates(world, grid), _attributes(world))
 
 
-def coordinates(world, grid):
+def _coordinates(world, grid):
     """Coordinates of world.nc, with units and names of the CF conventions: dict.
 
     Places (a grid's axes or stations), environments, groups, months and hours.
@@ -155,7 +155,7 @@ def coordinates(world, grid):
     }
 
 
-def attributes(world):
+def _attributes(world):
     """Global attributes of the dataset."""
     named = (
         f"{name}: {source}" for name, source in zip(world.environments, world.sources, strict=True)
