@@ -327,7 +327,6 @@ def _fill_buckets(members, boxes, size, buckets):
     return start, listed
 
 
-@njit(nogil=True, cache=True)
 def _measure_overlaps(places):
     """Middle, (e, 2) float32, and share, (e,) float64, of overlaps, as of
     `Coincident.measure_overlaps`.
@@ -339,72 +338,42 @@ def _measure_overlaps(places):
     ----------
     places : (e, 2, 3) float64
         Of `Coincident`.
-    """
-    middle, share = np.empty((len(places), 2), np.float32), np.zeros(len(places))
-    # A triangle has never more than twice as many corners after each of three cuts.
-    corners, clipped = np.empty((24, 2)), np.empty((24, 2))
-    for entry in range(len(places)):
-        # The first face in the weights of the other, as a triangle of three corners.
-        for axis in range(2):
-            for corner in range(3):
-                corners[corner, axis] = places[entry, axis, 0]
-            corners[1, axis] += places[entry, axis, 1]
-            corners[2, axis] += places[entry, axis, 2]
-        count = places.shape[2]
-        # Clipped by the three edges of the other, it is their overlap, whose middle is the mean of
-        # its corners.
-        for edge in range(3):
-            count = _cut_off(corners, count, edge, clipped)
-            corners, clipped = clipped, corners
-        for axis in range(2):
-            total = 0.0
-            for corner in range(count):
-                total += corners[corner, axis]
-            middle[entry, axis] = total / count if count else 1 / 3
-        # Twice the area in weights, by Gauss's formula, is the share: the whole face has 1/2.
-        for corner in range(count):
-            after = (corner + 1) % count
-            share[entry] += corners[corner, 0] * corners[after, 1]
-            share[entry] -= corners[after, 0] * corners[corner, 1]
-    return middle, np.abs(share)
-
-
-@njit(nogil=True, cache=True, inline="always")
-def _cut_off(corners, count, edge, clipped):
-    """Clip a convex polygon of `count` corners, in barycentric weights, to the inner side of an
-    edge.
-
-    The result is written to `clipped`, and its number of corners returned. Loops over numbers, not
-    slices of arrays, which would take numba ten times as long to compile.
 
     References
     ----------
     Sutherland and Hodgman (1974), doi:10.1145/360767.360802.
     """
-    kept = 0
-    # Each side of the polygon: keep a corner that is inside, and where the side crosses the edge
-    # add the crossing, by the share of the way there.
-    for corner in range(count):
-        after = (corner + 1) % count
-        inside_here, inside_there = (
-            _inside_of_edge(corners, corner, edge),
-            _inside_of_edge(corners, after, edge),
-        )
-        if inside_here >= 0:
-            for axis in range(2):
-                clipped[kept, axis] = corners[corner, axis]
-            kept += 1
-        if inside_here * inside_there < 0:
-            share = inside_here / (inside_here - inside_there)
-            for axis in range(2):
-                clipped[kept, axis] = corners[corner, axis] + share * (
-                    corners[after, axis] - corners[corner, axis]
-                )
-            kept += 1
-    return kept
+    # The first face in the weights of the other: (e, k, 2), of which the first `count` are corners.
+    first, one, other = np.moveaxis(places, 2, 0)
+    corners, count = np.stack([first, first + one, first + other], axis=1), np.full(len(places), 3)
+    for edge in range(3):
+        # The weight of a corner is 0 on the edge, and negative beyond it.
+        weight = corners[..., edge] if edge < 2 else 1 - corners.sum(axis=2)
+        known, after = _walk_around(corners, count)
+        weight_after = np.take_along_axis(weight, after, axis=1)
+        crosses = known & (weight * weight_after < 0)
+        share = np.divide(weight, weight - weight_after, out=np.zeros(weight.shape), where=crosses)
+        side = np.take_along_axis(corners, after[..., None], axis=1) - corners
+        # Kept are corners that are inside, and behind each where its side crosses the edge.
+        candidates = np.stack([corners, corners + share[..., None] * side], axis=2)
+        kept = np.stack([known & (weight >= 0), crosses], axis=2)
+        kept = kept.reshape(len(places), 2 * corners.shape[1])
+        count = kept.sum(axis=1)
+        order = np.argsort(~kept, axis=1, kind="stable")[:, : count.max(initial=0)]
+        candidates = candidates.reshape(*kept.shape, 2)
+        corners = np.take_along_axis(candidates, order[..., None], axis=1)
+    # Twice the area in weights, by Gauss's formula, is the share: the whole face has 1/2.
+    known, after = _walk_around(corners, count)
+    corners = np.where(known[..., None], corners, 0)
+    ahead = np.take_along_axis(corners, after[..., None], axis=1)
+    share = (corners[..., 0] * ahead[..., 1] - ahead[..., 0] * corners[..., 1]).sum(axis=1)
+    middle = corners.sum(axis=1) / np.maximum(count, 1)[:, None]
+    return np.where(count[:, None] > 0, middle, 1 / 3).astype(np.float32), np.abs(share)
 
 
-@njit(nogil=True, cache=True, inline="always")
-def _inside_of_edge(corners, corner, edge):
-    """Barycentric weight of a corner that is 0 on an edge."""
-    return corners[corner, edge] if edge < 2 else 1 - corners[corner, 0] - corners[corner, 1]
+def _walk_around(corners, count):
+    """Of polygons with `count` corners, (e,), in rows of (e, k, 2): which are corners, (e, k) bool,
+    and which follows each.
+    """
+    place, count = np.arange(corners.shape[1]), count[:, None]
+    return place < count, np.where(place + 1 < count, place + 1, 0)
