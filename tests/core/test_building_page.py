@@ -282,7 +282,7 @@ class Quiet(SimpleHTTPRequestHandler):
         """Say nothing."""
 
 
-@pytest.mark.parametrize("private", [False, True])
+@pytest.mark.parametrize("private", [False, pytest.param(True, marks=pytest.mark.thorough)])
 def test_a_map_loads_the_tile_of_the_building(browser, folder, buildings, private, tmp_path):
     options = ["--private"] * private
     assert main(["site", str(folder), "--out", str(tmp_path / "web"), "--quiet", *options]) == 0

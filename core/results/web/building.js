@@ -4,6 +4,7 @@
 // building) and loadSurfaces (which waits until a map has them). Events of viewer.js begin it.
 
 const SVG = "http://www.w3.org/2000/svg";
+const MOST_BUILDINGS = 50; // in the table of a printed report
 const MOST_PRINTED = 12; // rows of surfaces that fit on one page of paper
 const LEVEL = 0.5; // [°] tilt below which a surface has no azimuth
 const PARTS = [
@@ -341,12 +342,16 @@ function copyPicture() {
 }
 
 const unfolded = []; // by the print
+let shownBefore = 0; // rows of the table of buildings; 0 while nothing is printed
 
 // On paper all is light, unfolded, and more buildings stand in the table.
 function beforePrint() {
   afterPrint();
   document.documentElement.classList.add("paper");
   copyPicture();
+  shownBefore = order.shown;
+  order.shown = Math.max(order.shown, MOST_BUILDINGS);
+  showTable();
   for (const folded of document.querySelectorAll("details:not([open])")) {
     folded.open = true;
     unfolded.push(folded);
@@ -358,6 +363,10 @@ function afterPrint() {
   if (view) wearScheme();
   for (const copy of document.querySelectorAll("img.printed")) copy.remove();
   for (const folded of unfolded.splice(0)) folded.open = false;
+  if (!shownBefore) return;
+  order.shown = shownBefore;
+  shownBefore = 0;
+  showTable();
 }
 
 // ---- Beginning
