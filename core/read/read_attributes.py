@@ -41,6 +41,7 @@ ADDRESS = {
     "Premises/Number": "PremiseNumber",
     "PostCode/Identifier": "Postcode",
 }
+IN_ADDRESS = ("NameElement", "Number", "Identifier")  # elements of xAL 3 that say no more alone
 
 
 def read_attributes(element):
@@ -48,7 +49,7 @@ def read_attributes(element):
     `attributes` and `address`, without those that it does not tell.
     """
     attributes, addresses = {}, []
-    for child in element.iterchildren("*"):
+    for child in element:
         name = _local(child.tag)
         if name in OTHERS or name.startswith("lod"):
             continue
@@ -109,9 +110,9 @@ def _add_plain(element, name, attributes):
         attributes[name] = [_take_number(word, float) for word in text.split()]
     elif name == "measuredHeight":
         attributes[name] = _take_number(text, float)
-        unit = element.get("uom", "").lower()
-        if unit and not unit.endswith(("m", "metre", "meter")):
-            attributes[f"{name}_uom"] = element.get("uom")
+        unit = element.get("uom", "")
+        if unit and re.split("[:#/]", unit.lower())[-1] not in ("m", "metre", "meter"):
+            attributes[f"{name}_uom"] = unit
     else:
         attributes[name] = f"{attributes[name]}; {text}" if name in attributes else text
         if element.get("codeSpace"):
@@ -120,34 +121,28 @@ def _add_plain(element, name, attributes):
 
 @lru_cache(maxsize=1024)
 def _local(tag):
-    """Name of an element without its namespace."""
-    return tag.rpartition("}")[2]
+    """Name of an element without its namespace; "" of what is no element."""
+    return tag.rpartition("}")[2] if isinstance(tag, str) else ""
 
 
 def _add_generic(element, name, attributes):
     """Add a generic attribute, or a set of such, under the name that the file gives it."""
-    # CityGML 3: a genericAttribute holds an IntAttribute with the elements name and value.
-    members = [(_local(child.tag), child) for child in element.iterchildren("*")]
-    if name == "genericAttribute":
-        for own, child in members:
-            _add_generic(child, own, attributes)
-        return
     key, value = element.get("name"), None
-    if name.endswith("Set"):
-        value = {}
-        for own, child in members:
-            if own.endswith(("Attribute", "AttributeSet")):
-                _add_generic(child, own, value)
-    for own, child in members:
-        if own == "name":
-            key = key or _text(child)
+    # numbers, by the beginning of the element's name
+    kind = {"int": int, "dou": float, "mea": float}.get(name[:3].lower(), str)
+    for child in element:
+        own = _local(child.tag)
+        # CityGML 3: a genericAttribute holds an IntAttribute with the elements name and value.
+        if name == "genericAttribute":
+            _add_generic(child, own, attributes)
         elif own == "value":
-            # Generic attributes by the ends of their names, in CityGML 3 GenericAttributeSet and so
-            # on.
-            types = {"int": int, "double": float, "measure": float}
-            value = _take_number(_text(child), types.get(name[:-9].lower(), str))
-            unit = child.get("uom")
+            value, unit = _take_number(_text(child), kind), child.get("uom")
             value = {"value": value, "uom": unit} if unit and value is not None else value
+        elif own == "name":
+            key = key or _text(child)
+        elif own.endswith(("Attribute", "AttributeSet")):
+            value = value or {}
+            _add_generic(child, own, value)
     if key and value not in (None, {}, ""):
         # A name that is taken gets a number.
         number, free = 1, key
@@ -160,11 +155,13 @@ def _add_generic(element, name, attributes):
 def _read_address(element):
     """An address in xAL: dict of members of CityJSON to texts; several of one kind in one text."""
     address = {}
-    for child in element.iterdescendants("*"):
-        name, text = _local(child.tag), _text(child)
-        above = _local(child.getparent().tag)
-        member = ADDRESS.get(name) or ADDRESS.get(f"{above}/{name}")
-        if member and text:
+    for child in element.iterdescendants():
+        name = _local(child.tag)
+        member = ADDRESS.get(name)
+        if member is None and name in IN_ADDRESS:
+            member = ADDRESS.get(f"{_local(child.getparent().tag)}/{name}")
+        text = _text(child) if member else ""
+        if text:
             address[member] = f"{address[member]} {text}" if member in address else text
     # A letter behind a number belongs to it, and so does the end of a range.
     suffix = address.pop("ThoroughfareNumberSuffix", "")

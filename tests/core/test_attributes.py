@@ -405,3 +405,23 @@ def test_an_id_is_no_name():
     ):
         city.attributes[building, ""] = {"attributes": {"name": name, "yearBuilt": 1900}}
     assert tell_facts(city).name == ["", "12", ""]
+
+
+def test_attributes_of_citygml_3_and_units_of_heights(tmp_path):
+    """Generic attributes name themselves inside; a height has its value inside; a unit that is not
+    the metre is told beside its number.
+    """
+    generic = """<genericAttribute><gen:IntAttribute xmlns:gen="g"><gen:name>Flats</gen:name>
+<gen:value>7</gen:value></gen:IntAttribute></genericAttribute><genericAttribute>
+<gen:GenericAttributeSet xmlns:gen="g"><gen:name>Heat</gen:name><gen:genericAttribute>
+<gen:MeasureAttribute><gen:name>q</gen:name><gen:value uom="kW">1.5</gen:value>
+</gen:MeasureAttribute></gen:genericAttribute></gen:GenericAttributeSet></genericAttribute>"""
+    height = """<con:height xmlns:con="c"><con:Height><con:status>measured</con:status>
+<con:value uom="m">9.5</con:value></con:Height></con:height>"""
+    (told,) = read_told(tmp_path, generic, height).values()
+    heat = {"q": {"value": 1.5, "uom": "kW"}}
+    assert told["attributes"] == {"Flats": 7, "Heat": heat, "measuredHeight": 9.5}
+    for unit, more in (("#m", {}), ("cm", {"measuredHeight_uom": "cm"})):
+        plain = f'<bldg:measuredHeight uom="{unit}">950</bldg:measuredHeight>'
+        (told,) = read_told(tmp_path, plain).values()
+        assert told["attributes"] == {"measuredHeight": 950.0} | more
