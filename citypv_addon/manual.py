@@ -1,4 +1,6 @@
-"""*Online Manual* of each button and setting: the manual's pages that the extension brings along."""
+"""*Online Manual* of each button and setting: the manual's pages that the extension brings
+along.
+"""
 
 from pathlib import Path
 
@@ -31,7 +33,9 @@ PAGES = (
 
 
 def find_manual():
-    """Address of the manual: of the extension, or as `make docs` built it; None if it is not there."""
+    """Address of the manual: of the extension, or as `make docs` built it; None if it is not
+    there.
+    """
     folders = (ROOT / "manual", ROOT / "build/docs")
     folder = next((folder for folder in folders if (folder / "index.html").exists()), None)
     return folder and f"{folder.as_uri()}/"

@@ -133,7 +133,8 @@ class Settings(WeatherSettings, ViewSettings, bpy.types.PropertyGroup):
     )
     horizon: StringProperty(
         name="Horizon",
-        description="Distant terrain: GeoTIFF or ASC grid of heights up to 50 km around, or a CSV of angles (azimuth, "
+        description="Distant terrain: GeoTIFF or ASC grid of heights up to 50 km around, or a CSV "
+        "of angles (azimuth, "
         "elevation; PVGIS); empty: level",
         subtype="FILE_PATH",
     )
@@ -171,7 +172,8 @@ class Seeing(TimelineSettings, bpy.types.PropertyGroup):
     target_error: FloatProperty(
         name="Target error",
         description=(
-            "Error of full load hours on 95 % of the area with modules at which to stop [%]; 0: none"
+            "Error of full load hours on 95 % of the area with modules at which to stop [%]; 0: "
+            "none"
         ),
         default=2.0,
         min=0,

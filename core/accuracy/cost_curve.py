@@ -56,10 +56,12 @@ class _CostCurve:
         lines = [
             f"{self.patches:,} patches; the pilot took {describe_duration(self.pilot_seconds)}; "
             f"reading, checks and files add {describe_duration(self.fixed)} to tracing",
-            "Standard error of full load hours that half and 95 % of the area with modules do not exceed, "
+            "Standard error of full load hours that half and 95 % of the area with modules do not "
+            "exceed, "
             "its largest part, "
             "and the light beyond the last reflection:",
-            f"{'':24} {'seconds':>8} {'tracing':>8} {'half of':>8} {'95 % of':>8} {'largest part':14} "
+            f"{'':24} {'seconds':>8} {'tracing':>8} {'half of':>8} {'95 % of':>8} "
+            f"{'largest part':14} "
             f"{'reflections':>11}",
             f"{'':24} {'':>8} {'':>8} {'area, %':>8} {'area, %':>8} {'':14} {'left out, %':>11}",
         ]
@@ -72,7 +74,8 @@ class _CostCurve:
                 f"{value:.2f}" if np.isfinite(value) else "–" for value in (one.median, one.error)
             )
             lines.append(
-                f"{one.name:24} {one.seconds:8.1f} {one.tracing:8.1f} {half:>8} {most:>8} {source:14} "
+                f"{one.name:24} {one.seconds:8.1f} {one.tracing:8.1f} {half:>8} {most:>8} "
+                f"{source:14} "
                 f"{one.bounces_left:11.2f}"
             )
         if not any(np.isfinite(prediction.error) for prediction in self.prices):

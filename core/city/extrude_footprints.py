@@ -290,7 +290,8 @@ def _note_overlaps(shapes, owner, heights, names, report):
     lying = common > 0.01 * np.minimum(size[one], size[other])
     smaller = np.where(size[one] < size[other], one, other)[lying]
     report.note(
-        "outlines lie partly on others; both are read as drawn, and what lies inside another counts "
+        "outlines lie partly on others; both are read as drawn, and what lies inside another "
+        "counts "
         "as covered",
         list(dict.fromkeys(names[owner[k]] for k in smaller)),
     )

@@ -118,8 +118,8 @@ def draw_outlines(shape, chosen, origin, axes):
 
 
 def join_triangles(triangles, group):
-    """Unions of the triangles, (t,) shapely polygons, of each group, (t,) int: groups, (g,) int, and
-    their shapes.
+    """Unions of the triangles, (t,) shapely polygons, of each group, (t,) int: groups, (g,) int,
+    and their shapes.
     """
     order = np.argsort(group, kind="stable")
     names, first = np.unique(group[order], return_index=True)

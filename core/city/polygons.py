@@ -177,8 +177,8 @@ def triangulate(points, ring_start, polygon_start):
             if len(rings) > 2
             else 0.0
         )
-        # A triangulated area that is off by more than a millionth of the polygon's lost a hole: then
-        # holes are subtracted first.
+        # A triangulated area that is off by more than a millionth of the polygon's lost a hole:
+        # then holes are subtracted first.
         if lost > GEOMETRY.tie * area[polygon]:
             clipped = _clip_touching_holes(plane, rings, area[polygon], clipped)
         triangles.append(clipped)

@@ -1,4 +1,5 @@
-"""Where a scene stands on Earth, and the way between its own frame and the coordinates of its files.
+"""Where a scene stands on Earth, and the way between its own frame and the coordinates of its
+files.
 
 The frame has a local origin and y to true north; meridian convergence is the azimuth of grid north
 from true north.
@@ -31,8 +32,8 @@ class Site:
     def from_files(self, points):
         """Points of the files in the scene's frame.
 
-        What large coordinates leave behind the micrometre is rounding: the same city is the same scene
-        anywhere.
+        What large coordinates leave behind the micrometre is rounding: the same city is the same
+        scene anywhere.
 
         Parameters
         ----------
@@ -50,8 +51,8 @@ class Site:
     def find_on_earth(self, points):
         """Latitudes and longitudes of points of the scene's frame, (m, 3) float64 [m].
 
-        By the reference system or, where the city has none or was set up elsewhere, by its own place
-        and north.
+        By the reference system or, where the city has none or was set up elsewhere, by its own
+        place and north.
 
         Returns
         -------
@@ -68,13 +69,14 @@ class Site:
             np.degrees(np.arctan2(points[:, 0], points[:, 1])),
             np.hypot(points[:, 0], points[:, 1]),
         )
-        # As lists: pyproj tries to make a number of an array with one point, and NumPy below 2.4 warns
-        # of it.
+        # As lists: pyproj tries to make a number of an array with one point, and NumPy below 2.4
+        # warns of it.
         longitude, latitude, _ = pyproj.Geod(ellps="WGS84").fwd(*ways.tolist())
         return np.array([latitude, longitude])
 
     def from_system(self, places, crs):
-        """Places of any reference system in the plan of the scene's frame, as `find_on_earth` has it.
+        """Places of any reference system in the plan of the scene's frame, as `find_on_earth` has
+        it.
 
         Parameters
         ----------

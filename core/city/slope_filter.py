@@ -29,7 +29,8 @@ def find_standing(start, end, step, slope):
     # Both ends of each edge against the feet nearest to them.
     ends, step, slope = np.concatenate([start, end]), np.tile(step, 2), np.tile(slope, 2)
     hangs = _hangs_above_feet(ends, step, slope, start)
-    # Likewise beside whole edges, up to 10 m away: a bay above the middle of a long wall stands on nothing.
+    # Likewise beside whole edges, up to 10 m away: a bay above the middle of a long wall stands on
+    # nothing.
     some = np.flatnonzero(~hangs)
     ends, step, slope = ends[some], step[some], slope[some]
     for point, _, foot, distance in _pass_edges(ends, start, end, 10.0):

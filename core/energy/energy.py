@@ -84,8 +84,8 @@ class Energy(CountedArea):
         Returns
         -------
         dict of str to float
-            eligible_area (counted) and module_area [m²], module_count, kwp [kWp], full_load_hours [h] (energy
-            over power) and mwh_per_year [MWh]; before the inverter: full_load_hours_dc,
+            eligible_area (counted) and module_area [m²], module_count, kwp [kWp], full_load_hours
+            [h] (energy over power) and mwh_per_year [MWh]; before the inverter: full_load_hours_dc,
             mwh_dc_per_year. Hours are None without modules.
         """
         rows = np.arange(len(area))[rows]

@@ -71,7 +71,8 @@ def describe_gone(surfaces, path):
 def words_of_surfaces(surfaces, left_out):
     """The user's words on each surface: (n,) list of str, None of those that are not left out.
 
-    Its own line goes before the line of the polygon that it was cut from, and before its building's.
+    Its own line goes before the line of the polygon that it was cut from, and before its
+    building's.
     """
     words = []
     for name, building in zip(surfaces.surface_id, map(str, surfaces.building_id), strict=True):

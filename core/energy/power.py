@@ -295,7 +295,9 @@ class PowerTables:
 
     @property
     def scales(self):
-        """Nodes per unit of √(1 - cosine) and of √irradiance, and the last node of these: float32."""
+        """Nodes per unit of √(1 - cosine) and of √irradiance, and the last node of these:
+        float32.
+        """
         root = (IRRADIANCE_NODES - 1) / np.sqrt(HIGHEST)
         return np.float32(ANGLE_NODES - 1), np.float32(root), np.float32(IRRADIANCE_NODES - 1)
 

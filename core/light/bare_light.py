@@ -1,4 +1,6 @@
-"""Light between the faces of a scene alone, without sky or sun: what closed forms of radiosity know."""
+"""Light between the faces of a scene alone, without sky or sun: what closed forms of radiosity
+know.
+"""
 
 from dataclasses import dataclass
 

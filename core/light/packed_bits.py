@@ -1,5 +1,5 @@
-"""Shadow bits at rest, in a fifth of their room: most patches see a sun from none of their points or
-from all.
+"""Shadow bits at rest, in a fifth of their room: most patches see a sun from none of their points
+or from all.
 """
 
 from dataclasses import dataclass

@@ -130,8 +130,8 @@ def write_rays(folder, base, city, names=None):
         "drift": base.drift,
         "traced": _keep_traced(base.city),
     }
-    # Plain values as JSON, arrays as data sets that it refers to by number, with a checksum. Hundreds
-    # of dimensions that nobody asks for would take longer to write than all numbers.
+    # Plain values as JSON, arrays as data sets that it refers to by number, with a checksum.
+    # Hundreds of dimensions that nobody asks for would take longer to write than all numbers.
     arrays = []
     text = json.dumps(encode(content, arrays)).encode()
     with netcdf_file(Path(folder) / NAME) as stream, h5py.File(stream, "w") as file:

@@ -88,8 +88,8 @@ def outline_taken(scene, covered, cramped, shares, *, most=0.5):
             parts[:, column] = parts[:, column - 1]
             continue
         before = cells
-        # A triangle for each cell, its corners rounded so that neighbours share them; then one shape
-        # a surface.
+        # A triangle for each cell, its corners rounded so that neighbours share them; then one
+        # shape a surface.
         patch, cell = np.nonzero(cells)
         places = np.einsum("mcw,mwj->mcj", weights[cell], corners[patch])
         triangles = shapely.polygons(GEOMETRY.corner * np.rint(places / GEOMETRY.corner))

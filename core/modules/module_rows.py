@@ -19,7 +19,8 @@ SLACK = GEOMETRY.computed  # [m] by which lengths may be too short
 
 @njit(nogil=True, cache=True)
 def fill_polygons(shapes, formats, gaps, most):
-    """Modules in each of n polygons, in the format that fits more of them; the first one if as many do.
+    """Modules in each of n polygons, in the format that fits more of them; the first one if as many
+    do.
 
     Parameters
     ----------

@@ -1,4 +1,6 @@
-"""Which cells of patches have a face close in front of them: a ray from each goes straight ahead."""
+"""Which cells of patches have a face close in front of them: a ray from each goes straight
+ahead.
+"""
 
 import numpy as np
 

@@ -104,8 +104,8 @@ class Faces:
         return np.moveaxis(origins.T.reshape(3, *b1.shape), 0, -1)
 
     def facing_distance(self, own, hits, side=1):
-        """Distance from faces to those that look back at them where their rays end: (m,) float32 [m];
-        infinite where what is met does not.
+        """Distance from faces to those that look back at them where their rays end: (m,) float32
+        [m]; infinite where what is met does not.
 
         Parameters
         ----------

@@ -259,8 +259,8 @@ def _cell_along(place, size):
 
 @njit(nogil=True, cache=True)
 def _touch_cells(boxes, one, size, mask, touched):
-    """Write the buckets of the cells that one of some boxes touches, each once, into `touched`, and return
-    their number.
+    """Write the buckets of the cells that one of some boxes touches, each once, into `touched`, and
+    return their number.
 
     Parameters
     ----------

@@ -15,7 +15,10 @@ from . import footprint_names as names
 from .open_input import LARGEST_COORDINATE, clean_name
 
 # words in names of layers of buildings
-BUILDINGS = r"build|b[aâ]ti|geb(ä|ae)ud|haus|house|edif|immob|pand|bygn|byggn|budyn|budov|footprint|rakenn|stavb"
+BUILDINGS = (
+    r"build|b[aâ]ti|geb(ä|ae)ud|haus|house|edif|immob|pand|bygn|byggn|budyn|budov"
+    r"|footprint|rakenn|stavb"
+)
 OPENSTREETMAP = "© OpenStreetMap contributors, Open Database License (ODbL)"
 
 
@@ -141,7 +144,10 @@ class FeatureList:
         if wrong.any():
             ring = np.searchsorted(starts[0], wrong.argmax(), "right") - 1
             feature = owner[np.searchsorted(starts[1], ring, "right") - 1]
-            problem = f"outline {feature + 1}: a coordinate is not finite or beyond {LARGEST_COORDINATE:g}"
+            problem = (
+                f"outline {feature + 1}: a coordinate is not finite or beyond "
+                f"{LARGEST_COORDINATE:g}"
+            )
             raise InputError(path, problem, "correct or remove it")
         # Attributes as columns.
         names = dict.fromkeys(chain.from_iterable(self._rows))

@@ -156,7 +156,8 @@ def _measure_tops(flat_map, known, given, hints, content):
             own = own - ground
             if not high:
                 content.notes.append(
-                    f"{content.path}: {name} was read as a height above the sea, by the heights of the "
+                    f"{content.path}: {name} was read as a height above the sea, by the heights "
+                    "of the "
                     f"ground; --height {name}:m reads it as above the ground."
                 )
         own = np.where((own > 0) & (own <= HIGHEST), own, np.nan)
@@ -167,7 +168,8 @@ def _measure_tops(flat_map, known, given, hints, content):
     if given is None and len(tops) >= 10 and (lowest := np.percentile(tops, 10)) > 100:
         raise InputError(
             content.path,
-            f"{source[np.isfinite(top)][0]} is above {lowest:,.0f} for nine of ten outlines: heights above "
+            f"{source[np.isfinite(top)][0]} is above {lowest:,.0f} for nine of ten outlines: "
+            "heights above "
             "the sea, or not in metres",
             "give --height NAME:absolute with --terrain, --height NAME:cm, or another attribute",
         )
@@ -185,7 +187,9 @@ def _list_attributes(columns, ground, content):
 
 
 def _read_hint(hints, columns, path):
-    """Attribute, unit and whether it is above the sea, of `--height`; None where it is not given."""
+    """Attribute, unit and whether it is above the sea, of `--height`; None where it is not
+    given.
+    """
     if not hints.name:
         return None
     name, unit, absolute = hints.name, "", False
@@ -226,8 +230,8 @@ def _floor_names(columns):
 
 
 def _guess_names(columns, content):
-    """Attributes whose name has a word for height, and whose numbers are such as buildings have: the
-    likeliest alone, list of str.
+    """Attributes whose name has a word for height, and whose numbers are such as buildings have:
+    the likeliest alone, list of str.
     """
     best, name_of_best = 0, None
     for name in names.find_by_words(columns, names.HEIGHT_WORDS, names.NOT_HEIGHTS):
@@ -238,7 +242,8 @@ def _guess_names(columns, content):
     if name_of_best is None:
         return []
     content.notes.append(
-        f"{content.path}: {name_of_best} was taken as the height, for its name; --height NAME takes another."
+        f"{content.path}: {name_of_best} was taken as the height, for its name; --height NAME "
+        "takes another."
     )
     return [name_of_best]
 
@@ -345,7 +350,8 @@ def _unit_of(name, values, floors, hints, content):
             if 7.5 <= storey <= 20:
                 if own == "m":
                     content.notes.append(
-                        f"{content.path}: {name} was read in feet, since a floor would have {storey:.1f} m; "
+                        f"{content.path}: {name} was read in feet, since a floor would have "
+                        f"{storey:.1f} m; "
                         f"--height {name}:m reads metres."
                     )
                 return own if own != "m" else "ft"
@@ -384,6 +390,7 @@ def _mark_multiples(top, source, floors, content):
     rows = np.flatnonzero(both)[storey == usual]
     source[rows] = FLOORS
     content.notes.append(
-        f"{content.path}: {count_of(most, 'height')} of {both.sum():,} are {usual:g} m times the floors: "
+        f"{content.path}: {count_of(most, 'height')} of {both.sum():,} are {usual:g} m times the "
+        "floors: "
         "estimated by the producer, not measured."
     )

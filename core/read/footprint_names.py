@@ -201,21 +201,26 @@ OTHERS = (
 
 # Words in names that no table has; what is not the height of the whole building above its ground.
 HEIGHT_WORDS = (
-    r"height|hgt|\bht\b|h(oe|ö|o)he|hoehe|hauteur|altura|al[cç]ada|altezza|hoogte|wysok|v[yý][sš]k|vi[sš]in"
+    r"height|hgt|\bht\b|h(oe|ö|o)he|hoehe|hauteur|altura|al[cç]ada|altezza|hoogte|wysok"
+    r"|v[yý][sš]k|vi[sš]in"
     r"|korkeus|h(ø|oe|o|ö)jde?|h(ø|oe)yde|y[uü]kseklik|k[oõ]rgus|augst|auk[sš]t|[iî]n[aă]l[tț]im"
     r"|magass[aá]g|高さ|高度|높이"
 )
 FLOOR_WORDS = (
-    r"floor|store?y|storie|level|etage|[eé]tage|geschoss|stockwerk|piani|planta|piso|pavimento|kerro"
+    r"floor|store?y|storie|level|etage|[eé]tage|geschoss|stockwerk|piani|planta|piso"
+    r"|pavimento|kerro"
     r"|kondygn|podla[zž]|podlaz|etaj|korrus|verdiep|bouwla|v[aå]ning|st[aå]v|aukst|etaz|階数|层数|층수"
 )
 NOT_HEIGHTS = (
-    r"min(?!e)|base|ground|gnd|terrain|sea|abs|floor|stor|level|source|src|accur|prec|error|err\b|std|dev|date"
-    r"|year|conf|under|below|cellar|basement|antenna|chimney|unit|ref|type|class|limit|max.?allow|method|\bid\b"
+    r"min(?!e)|base|ground|gnd|terrain|sea|abs|floor|stor|level|source|src|accur|prec|error"
+    r"|err\b|std|dev|date"
+    r"|year|conf|under|below|cellar|basement|antenna|chimney|unit|ref|type|class|limit"
+    r"|max.?allow|method|\bid\b"
     r"|entranc|door|room|tree|roof.height|quality|flag|code|count"
 )
 NOT_FLOORS = (
-    r"under|below|basement|cellar|sub|min|area|height|hgt|h(oe|ö)he|roof|type|source|ground.?floor|\bid\b|date|entr"
+    r"under|below|basement|cellar|sub|min|area|height|hgt|h(oe|ö)he|roof|type|source"
+    r"|ground.?floor|\bid\b|date|entr"
     r"|use\b|class|conf|access"
 )
 UNIT_ENDS = {  # how a name ends that names the unit of its numbers

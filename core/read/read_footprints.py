@@ -301,7 +301,8 @@ def _fill_heights(features, hints):
         for row in missing:
             features.heights.source[row] = DEFAULT
         features.content.notes.append(
-            f"{path}: {len(missing):,} outlines without a height were given {hints.default:g} m (--default-height)."
+            f"{path}: {len(missing):,} outlines without a height were given {hints.default:g} m "
+            "(--default-height)."
         )
         return
     count = int(features.kept.sum())
@@ -309,7 +310,8 @@ def _fill_heights(features, hints):
     if len(missing) > 0.1 * count:
         known = ", ".join(clean_name(name) for name in list(features.columns)[:12]) or "none"
         problem = (
-            f"{len(missing):,} of {count:,} outlines ({100 * len(missing) / count:.0f} %) have neither "
+            f"{len(missing):,} of {count:,} outlines ({100 * len(missing) / count:.0f} %) have "
+            "neither "
             f"a height nor floors (attributes: {known})"
         )
         raise InputError(

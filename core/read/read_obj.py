@@ -15,7 +15,10 @@ from .parse_obj import parse_obj, read_libraries, turn_up
 
 # Names that objects or their materials have where a file holds more than buildings, with the
 # suffixes of 3dfier.
-GROUND = r"(?i)(terrain|tinrelief|relief|dtm|landuse|roads?|railway|water|waterbody|forest|vegetation|plantcover)"
+GROUND = (
+    r"(?i)(terrain|tinrelief|relief|dtm|landuse|roads?|railway|water|waterbody|forest"
+    r"|vegetation|plantcover)"
+)
 OTHERS = re.compile(GROUND + r"(wall|floor)?(?![a-z])")
 
 

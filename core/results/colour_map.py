@@ -10,11 +10,14 @@ from ..settings.errors import show_number
 # der Walt and N. Smith (CC0), cividis by Nuñez, Anderton and Renslow (2018),
 # https://doi.org/10.1371/journal.pone.0199239.
 MAPS = {
-    "viridis": "440154 48186a 472d7b 424086 3b528b 33638d 2c728e 26828e 21918c 1fa088 28ae80 3fbc73 5ec962 84d44b "
+    "viridis": "440154 48186a 472d7b 424086 3b528b 33638d 2c728e 26828e 21918c 1fa088 28ae80 "
+    "3fbc73 5ec962 84d44b "
     "addc30 d8e219 fde725",
-    "cividis": "00224e 002e6a 1a386f 32436d 434e6c 535a6d 61656f 6f7073 7d7c78 8c8878 9b9476 aba072 bcae6c cdbb63 "
+    "cividis": "00224e 002e6a 1a386f 32436d 434e6c 535a6d 61656f 6f7073 7d7c78 8c8878 9b9476 "
+    "aba072 bcae6c cdbb63 "
     "dec958 f0d846 fee838",
-    "inferno": "000004 0b0724 210c4a 3d0965 57106e 71196e 8a226a a32c61 bc3754 d24644 e45a31 f1731d f98e09 fcac11 "
+    "inferno": "000004 0b0724 210c4a 3d0965 57106e 71196e 8a226a a32c61 bc3754 d24644 e45a31 "
+    "f1731d f98e09 fcac11 "
     "f9cb35 f2ea69 fcffa4",
 }
 # For differences, from below zero to above: in CIELAB lightness falls evenly from 93 to 40 and

@@ -15,7 +15,8 @@ from .write_report import compose_city
 from .write_summary import write_summary
 
 CAPTIONS = {
-    "roof": "Roofs from above: change of the full load hours. Blue loses, brown gains; grey: below two standard "
+    "roof": "Roofs from above: change of the full load hours. Blue loses, brown gains; grey: "
+    "below two standard "
     "errors, or without modules; outlined in black: new. North is up.",
     "facade": "Facades as lines: change of the full load hours, in the colours above.",
 }
@@ -70,7 +71,8 @@ def compare(before, after, folder, *, overwrite=False):
 def describe_comparison(comparison):
     """Sums as lines of text."""
     lines = [
-        f"{comparison.summary['before']} → {comparison.summary['after']}, {comparison.summary['weather']}"
+        f"{comparison.summary['before']} → {comparison.summary['after']}, "
+        f"{comparison.summary['weather']}"
     ]
     for state, words in STATES.items():
         sums = comparison.summary["sums"][state]
@@ -127,7 +129,8 @@ def _note_light(comparison):
     if "base_light" in comparison.summary:
         light = describe_light(comparison.summary["base_light"])
         notes.append(
-            f"Before is {comparison.summary['before']} with the light that {comparison.later.name} asks for: "
+            f"Before is {comparison.summary['before']} with the light that "
+            f"{comparison.later.name} asks for: "
             f"{light}."
         )
     if names:

@@ -225,7 +225,8 @@ def _compare_surfaces(before, after, match, errors=None):
     Parameters
     ----------
     before, after : pandas.DataFrame
-        A row for each surface: building_id and kind, other texts, and the columns of `_tell_yields`.
+        A row for each surface: building_id and kind, other texts, and the columns of
+        `_tell_yields`.
     match : (n,) int
         Of `_match_shapes`.
     errors : (n,) float [h], optional

@@ -133,7 +133,8 @@ def summarise_errors(summary):
     mean = percent(math.hypot(budget["sampling_total"], shift))
     words = [
         say(
-            "As far as ray tracing and the choice of sun positions go, the mean over all surfaces is "
+            "As far as ray tracing and the choice of sun positions go, the mean over all surfaces "
+            "is "
             "known to ± {mean} and the hours of a single surface typically to ± {single} (one "
             "standard error).",
             mean=mean,

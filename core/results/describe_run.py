@@ -216,7 +216,8 @@ def describe_windows(summary):
             ]
             sentences.append(
                 say(
-                    "Windows that are not drawn are assumed; energy changes by {bands} of a storey.",
+                    "Windows that are not drawn are assumed; energy changes by {bands} of a "
+                    "storey.",
                     bands=say(" and ").join(bands),
                 )
             )
@@ -244,13 +245,15 @@ def describe_strings(totals):
     told = {"share": f"{percent(lost['percent'])}{each}", "energy": lost["mwh_per_year"]}
     if lost["counted"]:
         return say(
-            "Modules hang on strings: shade on some of a string's takes {share}, {energy:,.0f} MWh a "
+            "Modules hang on strings: shade on some of a string's takes {share}, {energy:,.0f} "
+            "MWh a "
             "year; it is counted.",
             **told,
         )
     return say(
         "Each module has an optimiser or inverter of its own; on strings, shade on some of a "
-        "string's modules would take a further {share}, {energy:,.0f} MWh a year (--strings string).",
+        "string's modules would take a further {share}, {energy:,.0f} MWh a year (--strings "
+        "string).",
         **told,
     )
 
@@ -355,13 +358,15 @@ def describe_edge(summary):
     more = [edge[f"more_hours_within_{length}"] for length in ("25", "100")]
     if None in more:
         return say(
-            "Of the facades' area {near} within 25 m and {far} within 100 m look over the edge of the "
+            "Of the facades' area {near} within 25 m and {far} within 100 m look over the edge of "
+            "the "
             "built area (edge_distance); nothing is known of what stands beyond.",
             **told,
         )
     return say(
         "Of the facades' area {near} within 25 m and {far} within 100 m look over the edge of the "
-        "built area (edge_distance); their hours are {nearer:+,.1f} % and {farther:+,.1f} % against "
+        "built area (edge_distance); their hours are {nearer:+,.1f} % and {farther:+,.1f} % "
+        "against "
         "facades of the same direction further in. Nothing is known of what stands beyond.",
         nearer=more[0],
         farther=more[1],

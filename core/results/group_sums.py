@@ -47,8 +47,9 @@ def compose_sums(folders, districts=None):
 def read_districts_of(folders, text=None):
     """Sums by district of some folders, a row for each name: list of dict.
 
-    Each has `name`, `shape` in degrees (None of the last, which lies in no district) and sums. Errors
-    of several folders, and of buildings that are summed up here, add up: more they cannot be.
+    Each has `name`, `shape` in degrees (None of the last, which lies in no district) and sums.
+    Errors of several folders, and of buildings that are summed up here, add up: more they cannot
+    be.
 
     Parameters
     ----------
@@ -145,7 +146,9 @@ def _list_paths(folders, name):
 
 
 def _add_rows(rows):
-    """One row for each name, with the sums of its rows, in the order of first names: list of dict."""
+    """One row for each name, with the sums of its rows, in the order of first names: list of
+    dict.
+    """
     together = {}
     for row in rows:
         name = row["name"]

@@ -58,7 +58,8 @@ def _read_web(name):
 
 def _hash_source(text):
     """Source of a Content-Security-Policy that allows one inline script or style."""
-    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode('utf-8')).digest()).decode('ascii')}'"
+    digest = hashlib.sha256(text.encode("utf-8")).digest()
+    return f"'sha256-{base64.b64encode(digest).decode('ascii')}'"
 
 
 def table(head, rows, *, numbers=(), english=()):

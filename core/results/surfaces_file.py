@@ -1,5 +1,5 @@
-"""surfaces.nc: shapes of the surfaces and of the modules on them, full load hours by month, and power
-of the buildings by month and hour of the day, for pictures; without the traced matrices.
+"""surfaces.nc: shapes of the surfaces and of the modules on them, full load hours by month, and
+power of the buildings by month and hour of the day, for pictures; without the traced matrices.
 """
 
 from contextlib import contextmanager
@@ -65,7 +65,8 @@ def write_surfaces(path, transfer, energy, buildings=None):
         )
         told = {
             "units": "kW",
-            "long_name": "mean AC power of the building's modules in this hour of this month's days",
+            "long_name": "mean AC power of the building's modules in this hour of this month's "
+            "days",
             "zone": str(zone),
         }
         variables["building"] = "building", names.astype(object)

@@ -156,7 +156,8 @@ VARIABLES = {
         "height_source",
         ("surface",),
         "",
-        "attribute that gives the height of the building, or what it was estimated from; empty where "
+        "attribute that gives the height of the building, or what it was estimated from; empty "
+        "where "
         "it was not extruded",
     ),
     "terrain_elevation": (

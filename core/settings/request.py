@@ -50,7 +50,8 @@ class Request(SystemSettings):
     )
     height: str | None = of_city(
         None,
-        "attribute with the height of outlines, NAME, NAME:ft, or NAME:absolute for heights above the "
+        "attribute with the height of outlines, NAME, NAME:ft, or NAME:absolute for heights above "
+        "the "
         "sea; default: as their producer calls it",
         metavar="NAME",
         title="Height attribute",
@@ -58,7 +59,8 @@ class Request(SystemSettings):
     )
     default_height: float = of_city(
         0.0,
-        "height of outlines without a height or floors; 0: refused if more than a tenth, else left out",
+        "height of outlines without a height or floors; 0: refused if more than a tenth, else "
+        "left out",
         title="Default height",
         panel="import",
         unit="m",
@@ -348,7 +350,9 @@ class Request(SystemSettings):
 
     @staticmethod
     def write_options(values):
-        """Settings, by name, that are not the default, as they are written on the command line: str."""
+        """Settings, by name, that are not the default, as they are written on the command line:
+        str.
+        """
         words = []
         for name, default, details in declared_settings():
             value = values.get(name, default)

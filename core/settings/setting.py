@@ -53,10 +53,8 @@ def check_number(option, value, details):
     elif details.least is not None:
         least, most = details.least, details.most
         words += f" of at least {least:g}" if most is None else f" from {least:g} to {most:g}"
-    cure = (
-        "give "
-        f"{words}{f' [{details.unit}]' if details.unit else ''}{f', or {details.none}' if details.none else ''}"
-    )
+    unit = f" [{details.unit}]" if details.unit else ""
+    cure = f"give {words}{unit}{f', or {details.none}' if details.none else ''}"
     if whole and not float(value).is_integer():
         raise InputError(option, f"{value} is not a whole number", cure)
     # Compared so that NaN fails too.

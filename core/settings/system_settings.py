@@ -97,7 +97,8 @@ class SystemSettings:
         choices={
             "8": "Facades and roofs of any azimuth, in eight sectors of 45°",
             "paper": (
-                "Facades and roofs of 15° to 60° within 30° of north, east, south or west (as in the paper)"
+                "Facades and roofs of 15° to 60° within 30° of north, east, south or west (as in "
+                "the paper)"
             ),
         },
     )

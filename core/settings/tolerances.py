@@ -41,8 +41,8 @@ class Tolerances:
     # What stands up to so far above the ground stands on it: a curb, a plinth, the bottom of a wall
     # on a slope. Less than the lowest thing that anyone may pass under.
     step: float = 0.5  # [m]
-    # What stands higher has a storey below: a passage, a bridge, a podium. The clear height of rooms
-    # is 2.4 to 2.5 m in building codes.
+    # What stands higher has a storey below: a passage, a bridge, a podium. The clear height of
+    # rooms is 2.4 to 2.5 m in building codes.
     storey: float = 2.5  # [m]
     # Faces whose unit normal has no larger vertical part are walls: within 1° of upright.
     upright: float = 0.01745

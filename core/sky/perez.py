@@ -1,5 +1,5 @@
-"""The sky of Perez: a dome, light from around the sun, and a band above the horizon that is brighter
-or darker than the dome.
+"""The sky of Perez: a dome, light from around the sun, and a band above the horizon that is
+brighter or darker than the dome.
 
 References
 ----------

@@ -101,7 +101,8 @@ def check_faults(year, days, source):
     # Real records reach 1.03, over snow too: 1.06 is named, 1.15 refused.
     if brightest >= 1.06:
         notes.append(
-            f"its clear days have {100 * brightest - 100:.0f} % more light than the cleanest air lets "
+            f"its clear days have {100 * brightest - 100:.0f} % more light than the cleanest air "
+            "lets "
             "through"
         )
     if brightest > 1.15:

@@ -28,7 +28,8 @@ def build_meshes(scene, name="City", *, grounded=True):
     city : bpy.types.Object
         The faces are the triangles of the surfaces, in their order.
     ground : bpy.types.Object or None
-        The triangles that belong to no surface, moved with the city; None where there are none, or none is wanted.
+        The triangles that belong to no surface, moved with the city; None where there are none, or
+        none is wanted.
     """
     generated, city = scene.surface_of_triangle < 0, _build_city(scene, name)
     if not (grounded and generated.any()):

@@ -1,5 +1,5 @@
-"""What all panels of the sidebar tab CityPV are made of: buttons with progress, settings, sentences,
-tables, effects with their switches.
+"""What all panels of the sidebar tab CityPV are made of: buttons with progress, settings,
+sentences, tables, effects with their switches.
 
 Each panel stands in the file of what it shows, and is registered by its `bl_idname`.
 """

@@ -65,7 +65,8 @@ class Preferences(WeatherSettings, bpy.types.AddonPreferences):
     )
     cache_folder: StringProperty(
         name="Cache",
-        description="Folder that keeps the loops compiled for this computer; empty: beside the add-on. "
+        description="Folder that keeps the loops compiled for this computer; empty: beside the "
+        "add-on. "
         "A change has effect when Blender starts again",
         subtype="DIR_PATH",
         update=use_cache_folder,

@@ -150,7 +150,9 @@ def remember_step(city, step, settings):
 
 
 def remember_choice(city, settings, name):
-    """Store a setting of the energy that acts at once, so that the step is done if it was before."""
+    """Store a setting of the energy that acts at once, so that the step is done if it was
+    before.
+    """
     if Key.ASKED + "energy" in city:
         kept = literal_eval(city[Key.ASKED + "energy"])
         kept[STEPS["energy"].index(name)] = getattr(settings, name)

@@ -25,8 +25,8 @@ OF_ENERGY = (
 
 
 def sum_energy(transfer, weather, energy, request):
-    """What `summarise_energy` stores: place of the weather, totals, sums of buildings, power, and the
-    scale of the hours of modules.
+    """What `summarise_energy` stores: place of the weather, totals, sums of buildings, power, and
+    the scale of the hours of modules.
     """
     from ...core.energy.pv_system import build_system
     from ...core.results.write_buildings import sum_buildings
