@@ -22,7 +22,7 @@ from small_city import FAST
 from citypv.core.city.building_facts import FACTS, tell_facts, without_names
 from citypv.core.city.edit_city import CityChange, edit_city
 from citypv.core.commands.command_line import main
-from citypv.core.light.rays_file import decode, encode
+from citypv.core.light.rays_file import decode, encode, read_rays
 from citypv.core.read.read_city import read_city
 from citypv.core.read.read_citygml import read_citygml
 from citypv.core.results import write_cityjson
@@ -349,6 +349,9 @@ def test_private_results_tell_neither_names_nor_addresses(small_results, tmp_pat
         assert read_results(folder).buildings["function"][0] == "office building (1120)"
         stored = read_transfer(folder / "transfer.nc").facts
         assert (stored.address, stored.name, stored.year) == ([""], [""], ["1904"])
+    assert {*read_rays(out).city.attributes["a", ""]["attributes"]} == {
+        *("function", "function_codeSpace", "yearOfConstruction")
+    }
     # The same words are found where nobody asked to leave them out.
     assert b"Old mill" in (small_results / "city.city.json").read_bytes()
     assert read_transfer(small_results / "transfer.nc").facts.name == ["Old mill"]
