@@ -141,11 +141,11 @@ def suggest_buildings(operator, context, text):
     return [one for one in named if all(word in fold_text(" ".join(one)) for word in words)]
 
 
-def read_told(city):
-    """Address and name of buildings of which files tell them, once there is energy: dict of id to
-    str.
+def read_told(city, most=None):
+    """Address and name of buildings of which files tell them, once there is energy, of so many with
+    the most of it: dict of id to str.
     """
-    rows = (row.split("|") for row in city.get(Key.TOLD, ()))
+    rows = (row.split("|") for row in list(city.get(Key.TOLD, ()))[:most])
     return {name: " · ".join(filter(None, told)) for name, *told in rows}
 
 

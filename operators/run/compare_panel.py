@@ -4,6 +4,7 @@ from math import inf, isnan
 
 import bpy
 
+from ..city.build_meshes import read_told
 from ..city.keys import Key
 from ..city.panel import ResultPanel
 from ..show.show_result import find_before
@@ -88,21 +89,21 @@ def _draw_comparison(panel, city, seeing, *, per_page=12):
     if pages > 1:
         row.prop(seeing, "page", text="Page")
         row.label(text=f"of {pages}")
-    column = panel.layout.box().column(align=True)
+    column, told = panel.layout.box().column(align=True), read_told(city)
     for row_of_table in buildings[(page - 1) * per_page : page * per_page]:
-        _draw_change(panel, column, row_of_table)
+        _draw_change(panel, column, row_of_table, address=told.get(row_of_table["name"], ""))
 
 
-def _draw_change(panel, column, row, title=""):
-    """Show a row of a comparison: a building with its button, or a sum with its title; then what
-    changes in it.
+def _draw_change(panel, column, row, title="", address=""):
+    """Show a row of a comparison: a building with its button, by its address where files tell it,
+    or a sum with its title; then what changes in it.
     """
     name, before, after, change, percent = write_row(row)
     line = column.split(factor=0.45)
     if title or row["state"] == "gone":
         line.label(text=title or name)
     else:
-        line.operator("citypv.show_building", text=name).building = row["name"]
+        line.operator("citypv.show_building", text=address or name).building = row["name"]
     panel.draw_numbers(line.row(align=True), (change,))
     line = column.split(factor=0.6)
     line.active = not change.startswith("(")

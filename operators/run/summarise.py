@@ -102,7 +102,9 @@ def summarise_energy(item, weather, energy, *, place, whole, buildings, kwp, end
             energy.groups, energy.group_count, annual, strict=True
         )
     ]
-    told = zip(*(buildings[name] for name in ("building_id", "address", "name")), strict=True)
+    # What files tell of buildings, those with the most energy first.
+    ranked = buildings.sort_values("mwh_per_year", ascending=False)
+    told = zip(*(ranked[name] for name in ("building_id", "address", "name")), strict=True)
     item[Key.TOLD] = [
         "|".join(one.replace("|", "/") for one in row) for row in told if any(row[1:])
     ]

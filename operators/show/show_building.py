@@ -75,7 +75,8 @@ class ResultsPanel(ResultPanel, bpy.types.Panel):
         found.prop(context.scene.citypv_seeing, "find", text="", icon="VIEWZOOM")
         show = found.operator("citypv.show_building", text="", icon="ZOOM_SELECTED")
         show.building = context.scene.citypv_seeing.find
-        best, told = read_best(city), read_told(city)
+        best = read_best(city)
+        told = read_told(city, len(best))
         body = best and self.open_part(column, "citypv_best", "Best buildings, per year")
         table = body.column(align=True) if body else None
         for name, kwp, mwh, *years in [("", "kWp", "MWh"), *best] if body else ():
