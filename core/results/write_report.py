@@ -96,8 +96,8 @@ def write_report(folder, results, *, title="", attribution="", language="en", di
 
 
 def describe_origin(summary, written, attribution, basemap=""):
-    """When the results were written, of which weather, whose city model they rest on, and which
-    server the `basemap` comes from: a paragraph.
+    """A paragraph with the date of the results, their weather, the source of the city model and
+    the server of the `basemap`.
     """
     words = [
         say("Results of {date}.", date=written.strftime(say("%Y-%m-%d"))),

@@ -338,7 +338,7 @@ def _list_buildings(store, piece, columns, private):
     parts, part of flat roofs, energy [MWh], power [kWp] and the texts.
 
     A part has its kind, area that counts [m²], power [kWp], energy [MWh] and full load hours [h].
-    Energy and power of the whole are those of buildings.csv where it is there.
+    Energy and power of the whole are read from buildings.csv, where the folder has it.
     """
     of_corner = columns["building"][piece.shapes.feature]
     numbers = {name: columns[name].astype(float) for name in ("counted", "kwp", "hours")}
