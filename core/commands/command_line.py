@@ -161,16 +161,16 @@ def _run_simulate(options):
             raise InputError(
                 f"--{name}", "needs Blender's Python module", "type: pip install '.[blender]'"
             )
-    with _compile_beside(request := read_request(options)):
-        from ..run.simulate import simulate
-        from ..run.write_run import Output
+    request = read_request(options)
+    from ..run.simulate import simulate
+    from ..run.write_run import Output
 
-        draw = partial(options.draw, pictures=pictures) if pictures else None
-        output = Output(overwrite=options.overwrite, exports=options.exports, draw=draw)
-        tiles = cluster_settings(options.cluster, options.tile)
-        interrupted = simulate(
-            options.city, options.out, request, output=output, log=options.log, cluster=tiles
-        )
+    draw = partial(options.draw, pictures=pictures) if pictures else None
+    output = Output(overwrite=options.overwrite, exports=options.exports, draw=draw)
+    tiles = cluster_settings(options.cluster, options.tile)
+    interrupted = simulate(
+        options.city, options.out, request, output=output, log=options.log, cluster=tiles
+    )
     _print_summary(options)
     if not interrupted:
         return 0
@@ -286,13 +286,13 @@ def _run_effects(options):
 
 def _run_accuracy(options):
     """`citypv accuracy`."""
-    with _compile_beside(request := read_request(options)):
-        from ..accuracy.yield_errors import SOURCES
-        from .show import show_accuracy
+    request = read_request(options)
+    from ..accuracy.yield_errors import SOURCES
+    from .show import show_accuracy
 
-        curve = show_accuracy(options.city, request, options.plot)
-        words = {"sources": SOURCES, "unit": "s, percent of full load hours"}
-        _print_found(options, asdict(curve) | words, curve.describe())
+    curve = show_accuracy(options.city, request, options.plot)
+    words = {"sources": SOURCES, "unit": "s, percent of full load hours"}
+    _print_found(options, asdict(curve) | words, curve.describe())
 
 
 def _run_selfcheck(options):
@@ -326,15 +326,6 @@ def _print_found(options, found, lines):
 def read_request(options):
     """Checked settings that the options ask for: Request."""
     return request_of_settings(settings_of_options(options))
-
-
-def _compile_beside(request):
-    """Context in which a second process compiles the loops of the gather estimator, where none are
-    kept.
-    """
-    from ..rays.compile_ahead import compile_ahead
-
-    return compile_ahead(request.threads, wanted=request.estimator == "gather")
 
 
 def _join_offset(arguments):

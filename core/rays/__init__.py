@@ -5,7 +5,6 @@ first: ray_scene.py.
 """
 
 DOORS = (
-    "compile_ahead.compile_ahead",
     "compile_ahead.compile_loop",
     "compile_ahead.read_loops",
     "faces.Faces",
