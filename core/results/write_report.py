@@ -80,17 +80,15 @@ def write_report(folder, results, *, title="", attribution="", language="en", di
     """
     path = Path(folder) / "report.html"
     with speaking(language):
-        city, data = compose_city(results)
         sources = attribution or "; ".join(attributions_of(results.summary))
         written = datetime.fromtimestamp((Path(folder) / "summary.json").stat().st_mtime, UTC)
         origin = describe_origin(results.summary, written, sources)
+        city, data = compose_city(results, origin=origin)
         known = results.buildings is not None
         town = town_of(results.buildings["address"]) if known else ""
         heading = title or say("Solar potential: {name}", name=town or results.name)
-        parts = [origin, _compose_body(results, *city, compose_sums([folder], districts))]
-        # Below all stands the page of a building, which is empty until one is asked for.
-        parts += [compose_building(origin, results.zone)] if data else []
-        page = fill_page(heading, "\n".join(parts), data)
+        body = _compose_body(results, *city, compose_sums([folder], districts))
+        page = fill_page(heading, f"{origin}\n{body}", data)
     write_whole(path, lambda file: file.write_text(page, encoding="utf-8", newline="\n"))
     return path
 
@@ -110,15 +108,18 @@ def describe_origin(summary, written, attribution, basemap=""):
     return paragraph(" ".join(words), "origin")
 
 
-def compose_city(results, change=None):
-    """Of the city, the 3D view and the tables that belong to it, (str, str), and its data,
-    parameters as of `pack_city`; a city that is too large gets words alone.
+def compose_city(results, change=None, *, origin=""):
+    """Of the city, the 3D view and the tables that belong to it, with the page of a building, (str,
+    str), and its data, parameters as of `pack_city`; a city that is too large gets words alone.
+
+    `origin` is of `describe_origin`.
     """
     data = pack_city(results, change)
     if len(data) > MOST_DATA:  # the modules are what a reader misses least
         data = pack_city(results, change, with_modules=False)
     if len(data) <= MOST_DATA:
-        return (read_html("viewer.html"), read_html("viewer_tables.html")), data
+        tables = read_html("viewer_tables.html") + compose_building(origin, results.zone)
+        return (read_html("viewer.html"), tables), data
     size = {"size": len(data) / 1e6, "most": MOST_DATA / 1e6}
     too_large = (
         "The city is too large to be shown in 3D on this page: its {count:,} surfaces would take "

@@ -170,6 +170,14 @@ def test_months_and_hours_add_up_to_the_year(page, folder, buildings):
     assert "UTC+01:00" in page.run(TEXT.format("day"))
 
 
+def test_a_comparison_has_the_pages_of_the_later_state(browser, folder, buildings, tmp_path):
+    assert main(["compare", str(folder), str(folder), "--out", str(tmp_path / "change")]) == 0
+    browser.open(tmp_path / "change" / "report.html", "#building=" + quote(NAMES[1]))
+    browser.wait(OPEN)
+    check_sums(browser, buildings.loc[NAMES[1]])
+    assert browser.complaints == []
+
+
 def test_tables_of_another_run_are_refused(folder, tmp_path):
     for name in ("surfaces.nc", "buildings.csv"):
         shutil.copy(folder / name, tmp_path)

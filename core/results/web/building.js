@@ -372,7 +372,6 @@ function afterPrint() {
 // ---- Beginning
 
 document.addEventListener("city-ready", () => {
-  if (!document.getElementById("building")) return; // of a comparison
   window.addEventListener("hashchange", followLink);
   window.addEventListener("beforeprint", beforePrint);
   window.addEventListener("afterprint", afterPrint);
@@ -382,7 +381,7 @@ document.addEventListener("city-ready", () => {
 
 // Beside the numbers of a chosen building stands the link to its page; from page to page leads a click on the picture.
 document.addEventListener("city-chosen", ({ detail: { row } }) => {
-  if (!row || !document.getElementById("building")) return;
+  if (!row) return;
   if (opened && row.id !== asked) location.hash = linkTo(row.id);
   const link = make("a", say("Page of this building, to print or to share"));
   link.href = linkTo(row.id);
