@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from ..accuracy.sun_sampling import name_groups
-from ..city import transform_crs
+from ..city import building_facts, transform_crs
 from ..patches.materials import MaterialSpec
 from ..results.list_findings import list_findings
 from ..run.study import make_scene, read_buildings
@@ -56,11 +56,14 @@ def inspect_city(paths, request, progress=silent):
     for name, group in materials.items():
         taken = MaterialSpec.of_name(name, scene.colours.get(name))
         group["taken_as"] = taken.describe() if taken else ""
+    facts = building_facts.tell_facts(city) or building_facts.BuildingFacts()
     # Counts and areas by kind, class and eligibility, with trees and faults.
     return {
         "report": asdict(scene.report),
         "site": asdict(scene.site),
         "read_as": _describe_reading(city, scene),
+        # of how many buildings the files tell it
+        "told": {name: sum(map(bool, getattr(facts, name))) for name in building_facts.FACTS},
         "surfaces": len(surfaces),
         "holes": int((np.diff(city.polygon_start) - 1).sum()),
         "kinds": _group_areas(surfaces.kind, surfaces.area),
@@ -125,10 +128,12 @@ def describe_city(found):
         ", ".join(f"{name or '(none)'}: {count:,}" for name, count in report[key].items()) or "none"
         for key in ("lods_met", "lods_chosen")
     )
+    told = ", ".join(f"{name} of {count:,}" for name, count in found["told"].items() if count)
     # Files, sizes, place; then counts and areas by kind, class and eligibility.
     lines = [
         *(f"file         {path}" for path in report["files"]),
         f"buildings    {report['building_count']:,}, parts {report['part_count']:,}",
+        *([f"told         {told}"] if told else []),
         f"surfaces     {found['surfaces']:,}, holes {found['holes']:,}",
         f"LoDs found   {met}",
         f"LoDs used    {used}",

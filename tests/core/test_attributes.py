@@ -428,3 +428,11 @@ def test_attributes_of_citygml_3_and_units_of_heights(tmp_path):
         plain = f'<bldg:measuredHeight uom="{unit}">950</bldg:measuredHeight>'
         (told,) = read_told(tmp_path, plain).values()
         assert told["attributes"] == {"measuredHeight": 950.0} | more
+
+
+def test_inspect_counts_what_is_told(city, capsys):
+    assert main(["inspect", str(city)]) == 0
+    assert (
+        "told         address of 1, name of 1, function of 1, year of 1\n"
+        in capsys.readouterr().out
+    )
