@@ -68,13 +68,18 @@ def read_text(path):
 
 
 @cache
+def parse(path):
+    return ast.parse(read_text(path))
+
+
+@cache
 def read_imports(path):
     """(level, dotted target seen from the root) of each import anywhere in the file."""
     return list(find_imports(path, path.parts[:-1]))
 
 
 def find_imports(path, package):
-    for node in ast.walk(ast.parse(read_text(path))):
+    for node in ast.walk(parse(path)):
         if isinstance(node, ast.Import):
             yield from ((0, name.name) for name in node.names)
         elif isinstance(node, ast.ImportFrom) and node.level == 0:
@@ -134,7 +139,7 @@ def find_doors():
     """What other folders take from the files of each room: dict of Path to set of "file.name"."""
     doors = defaultdict(set)
     for path in [Path("__init__.py"), Path("__main__.py"), *list_scripts(*ROOMS)]:
-        tree, files = ast.parse(read_text(path)), {}
+        tree, files = parse(path), {}
         for node in ast.walk(tree):
             if not (isinstance(node, ast.ImportFrom) and node.level):
                 continue
@@ -160,7 +165,7 @@ def test_others_come_in_by_the_doors_of_a_room():
         if len(folder.parts) == 2:
             (doors,) = (
                 ast.literal_eval(node.value)
-                for node in ast.parse(read_text(folder / "__init__.py")).body
+                for node in parse(folder / "__init__.py").body
                 if isinstance(node, ast.Assign)
             )
             assert [*doors] == sorted(taken[folder]), folder
@@ -182,7 +187,7 @@ def test_a_room_of_core_says_what_it_is_for():
     folders = {path.parent for path in list_scripts("core")} - {Path("core")}
     assert {folder.name for folder in folders} == {*LAYERS}
     for folder in folders:
-        text = " ".join(ast.get_docstring(ast.parse(read_text(folder / "__init__.py"))).split())
+        text = " ".join(ast.get_docstring(parse(folder / "__init__.py")).split())
         assert "In:" in text and "Out:" in text and "Read first:" in text, folder
 
 
@@ -192,7 +197,7 @@ def test_reading_the_package_imports_nothing():
         Path("__init__.py"),
         *(path for path in list_scripts("core") if path.name == "__init__.py"),
     ]:
-        top = ast.parse(read_text(path)).body
+        top = parse(path).body
         assert not [node for node in top if isinstance(node, ast.Import | ast.ImportFrom)], path
 
 
@@ -231,7 +236,7 @@ def test_every_file_is_one_finished_idea():
 def test_docstrings_can_be_read_alone():
     """None refers to what stands above it in the file."""
     for path in list_scripts(*ROOMS):
-        for node in ast.walk(ast.parse(read_text(path))):
+        for node in ast.walk(parse(path)):
             if isinstance(node, ast.Module | ast.FunctionDef | ast.ClassDef):
                 text = ast.get_docstring(node) or ""
                 assert not re.match(r"(The same|Those|That)\b", text), f"{path}: {text}"

@@ -27,6 +27,7 @@ def test_everything_passes_in_half_a_minute(report):
     json.dumps(report, allow_nan=False)
 
 
+@pytest.mark.slow
 def test_errors_are_small_enough_to_reject_the_nearest_wrong_value(report):
     """Two reflections are told from three, the sky from the sky and the ground, one view factor
     from the next.
