@@ -200,6 +200,7 @@ def traced(tmp_path_factory):
     return folder / "out", districts
 
 
+@pytest.mark.slow
 def test_rows_of_districts_are_the_city(traced):
     """a in the west, b with 7 of 10 m in the east, c in neither; sums are those of buildings.csv."""
     folder, _ = traced
@@ -217,6 +218,7 @@ def test_rows_of_districts_are_the_city(traced):
         assert table[name].sum() == pytest.approx(totals[name], rel=1e-5), name
 
 
+@pytest.mark.slow
 def test_yield_sums_two_buildings_as_one(traced, tmp_path):
     """One district with a and b: numbers add up, errors are between their root of squares and sum."""
     folder, _ = traced
@@ -233,6 +235,7 @@ def test_yield_sums_two_buildings_as_one(traced, tmp_path):
     assert one["full_load_hours"] == pytest.approx(mean, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_shapes_are_written_with_their_sums(traced):
     folder, _ = traced
     shapes = json.loads((folder / "districts.geojson").read_text("utf-8"))["features"]
@@ -249,6 +252,7 @@ def test_shapes_are_written_with_their_sums(traced):
     assert back.symmetric_difference(west).area < 1.0
 
 
+@pytest.mark.slow
 def test_a_run_refuses_districts_before_it_traces(tmp_path, capsys):
     city = write_small_city(tmp_path / "city.gml")
     path = write_map(tmp_path / "far.geojson", [WEST], ["x"], shift=(EAST + 9000, NORTH))
@@ -278,6 +282,7 @@ def test_report_and_map_show_the_sums(traced, tmp_path):
         ]
 
 
+@pytest.mark.slow
 def test_sums_of_several_folders_add_up(traced, tmp_path):
     """Twice the same city: twice its energy, and one row for each district."""
     folder, _ = traced
@@ -312,6 +317,7 @@ def test_the_map_is_true_to_scale_and_names_can_be_read():
     assert re.findall(r'fill="(#\w+)">(Ost|West)', html) == [("#000", "Ost"), ("#fff", "West")]
 
 
+@pytest.mark.slow
 def test_districts_given_to_a_traced_city(traced):
     """Sums of the tables are those of the run; errors of one building each, too, of more the sum."""
     folder, path = traced
@@ -328,6 +334,7 @@ def test_districts_given_to_a_traced_city(traced):
         assert own["name"] == other["name"] and own["shape"] == other["shape"]
 
 
+@pytest.mark.slow
 def test_uses_are_summed(traced):
     """a, of which the file tells what it is for, and b and c, of which it does not."""
     folder, _ = traced
