@@ -70,9 +70,10 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
     own = replace(own, surfaces=replace(own.surfaces, area=patches.area[chosen]))
     transfers = []
     # Equal points look at the suns of each choice; light is what reaches them without reflections.
-    for suns in ways:
+    for number, suns in enumerate(ways, start=1):
+        stage = f"error check {number} of {len(ways)}"
         if len(few):
-            progress(f"error check, {suns.sampling}", 0, 1, "rays")
+            progress(stage, 0, 1, "rays")
         watch = SunWatch(
             ray_scene,
             few,
@@ -83,8 +84,8 @@ def trace_sun_samples(scene, transfer, ways, request, progress, *, prepared=None
             threads=usable_threads(request.threads),
         )
 
-        def report(share, rays, way=suns.sampling):
-            progress(f"error check, {way}", rays, rays / share, "rays")
+        def report(share, rays, stage=stage):
+            progress(stage, rays, rays / share, "rays")
 
         light, *_ = sun_visibility(watch, block_of_suns(suns, slice(None)), report=report)
         dark = np.zeros_like(light.visible_share)
