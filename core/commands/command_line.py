@@ -232,7 +232,8 @@ def _run_compare(options):
     """`citypv compare`."""
     from ..results.compare import compare, describe_comparison
 
-    comparison = compare(options.before, options.after, options.out, overwrite=options.overwrite)
+    named = {"language": options.language, "overwrite": options.overwrite}
+    comparison = compare(options.before, options.after, options.out, **named)
     options.log.write("\n".join([*describe_comparison(comparison), f"Written to {options.out}"]))
 
 

@@ -73,6 +73,7 @@ def compare_options(parser):
     """Two results of a city."""
     for name in ("before", "after"):
         parser.add_argument(name, metavar=name.upper(), help="result folder of one state of a city")
+    _add_language(parser)
     add_output(parser)
 
 
@@ -124,6 +125,10 @@ def _add_words(parser):
         metavar="FILE",
         help="polygons with a name, in place of those of the run: FILE or FILE:COLUMN",
     )
+    _add_language(parser)
+
+
+def _add_language(parser):
     parser.add_argument(
         "--language",
         default="en",

@@ -4,20 +4,18 @@ page with maps.
 
 import importlib.util
 
-import numpy as np
-
-from ..settings.errors import count_of, list_some, show_number
+from ..settings.errors import list_some, show_number
 from . import page
 from .columns import write_table
 from .compare_runs import EXISTING, compare_folders, describe_light
 from .output_folder import whole_folder
+from .words import number, say, say_count, speaking
 from .write_report import compose_city
 from .write_summary import write_summary
 
 CAPTIONS = {
     "roof": "Roofs from above: change of the full load hours. Blue loses, brown gains; grey: "
-    "below two standard "
-    "errors, or without modules; outlined in black: new. North is up.",
+    "below two standard errors, or without modules; outlined in black: new. North is up.",
     "facade": "Facades as lines: change of the full load hours, in the colours above.",
 }
 STATES = {
@@ -37,7 +35,14 @@ HEAD = (
 )
 
 
-def compare(before, after, folder, *, overwrite=False):
+PAYING = {  # of what an edit brings below or above the least hours
+    "no_longer": "Would no longer pay, below {least_hours:g} h, and counts with the modules of "
+    "before ({mwh_before:,.1f} MWh a year): {told}",
+    "newly": "Would pay now, from {least_hours:g} h, and does not count: {told}",
+}
+
+
+def compare(before, after, folder, *, language="en", overwrite=False):
     """Compare two result folders, and write surfaces.csv, buildings.csv, summary.json and
     report.html.
 
@@ -47,6 +52,8 @@ def compare(before, after, folder, *, overwrite=False):
         Result folders of `citypv simulate` or `citypv yield`.
     folder : path-like
         Written completely or not at all.
+    language : str
+        Of the page, one of `words.list_languages`.
     overwrite : bool
         Replace results in a folder that is not empty.
 
@@ -63,7 +70,9 @@ def compare(before, after, folder, *, overwrite=False):
         comparison = compare_folders(before, after)
         for name in ("surfaces", "buildings"):
             write_table(work / f"{name}.csv", getattr(comparison, name))
-        (work / "report.html").write_text(_compose_page(comparison), encoding="utf-8", newline="\n")
+        with speaking(language):
+            page_text = _compose_page(comparison)
+        (work / "report.html").write_text(page_text, encoding="utf-8", newline="\n")
         write_summary(work / "summary.json", comparison.summary)
     return comparison
 
@@ -101,18 +110,11 @@ def describe_comparison(comparison):
 def _note_paying(comparison):
     """Name what an edit brings below or above the least hours: list of str."""
     paying, notes = comparison.summary.get("paying"), []
-    # Of what an edit brings below or above the least hours.
-    sentences = {
-        "no_longer": (
-            "Would no longer pay, below {least_hours:g} h, and counts with the modules of before "
-            "({mwh_before:,.1f} MWh a year): {told}"
-        ),
-        "newly": "Would pay now, from {least_hours:g} h, and does not count: {told}",
-    }
-    for name, words in sentences.items() if paying else ():
+    for name, words in PAYING.items() if paying else ():
         if names := paying[name]["surfaces"]:
-            told = f"{count_of(len(names), 'surface')}: {list_some(names, 5)}"
-            notes.append(words.format(told=told, **{**paying, **paying[name]}))
+            told = say_count(len(names), "{count:,} surface", "{count:,} surfaces")
+            told = f"{told}: {list_some(names, 5)}"
+            notes.append(say(words, told=told, **{**paying, **paying[name]}))
     return notes
 
 
@@ -123,19 +125,27 @@ def _note_light(comparison):
     notes, names = [], ", ".join(comparison.summary["light_differs_in"])
     if "layout" in comparison.summary:
         notes.append(
-            "Modules lie in rows in one of the two only: both are compared with modules on every "
-            "square metre that counts."
+            say(
+                "Modules lie in rows in one of the two only: both are compared with modules on "
+                "every square metre that counts."
+            )
         )
     if "base_light" in comparison.summary:
         light = describe_light(comparison.summary["base_light"])
         notes.append(
-            f"Before is {comparison.summary['before']} with the light that "
-            f"{comparison.later.name} asks for: "
-            f"{light}."
+            say(
+                "Before is {before} with the light that {later} asks for: {light}.",
+                before=comparison.summary["before"],
+                later=comparison.later.name,
+                light=light,
+            )
         )
     if names:
         notes.append(
-            f"The light was traced with other settings: {names}; part of the change is theirs."
+            say(
+                "The light was traced with other settings: {names}; part of the change is theirs.",
+                names=names,
+            )
         )
     return notes
 
@@ -148,7 +158,7 @@ def _compose_page(comparison):
     # to gain.
     summary, buildings = comparison.summary, comparison.buildings
     sums = [
-        (words, f"{one['buildings']:,}", *_numbers_of(one))
+        (say(words), number(one["buildings"]), *_numbers_of(one))
         for state, words in STATES.items()
         if (one := summary["sums"][state])["buildings"]
     ]
@@ -157,12 +167,11 @@ def _compose_page(comparison):
     listed = sure.reindex(sure["mwh_change"].abs().sort_values(ascending=False).index[:200])
     listed = listed.sort_values("mwh_change")
     # "–" of what was not there.
-    percent = [
-        "–" if np.isnan(value) else show_number(value, 1, plus=True)
-        for value in listed["percent_change"]
-    ]
+    percent = [_signed(value, 1) for value in listed["percent_change"]]
     listed = zip(listed.to_dict("records"), percent, strict=True)
-    rows = [(one["building_id"], one["state"], *_numbers_of(one), share) for one, share in listed]
+    rows = [
+        (one["building_id"], say(one["state"]), *_numbers_of(one), share) for one, share in listed
+    ]
     # Maps of gain and loss, where a drawing library is installed.
     maps = []
     if importlib.util.find_spec("matplotlib") is not None:
@@ -177,50 +186,58 @@ def _compose_page(comparison):
                             draw_change(comparison.surfaces, comparison.later.outlines, show), "png"
                         ),
                         show,
-                        caption,
+                        say(caption),
                     )
                 )
     # The later state in 3D, and one sentence on what happens to neighbours.
     (view, tables), data = compose_city(comparison.later, comparison.surfaces)
     kept = summary["sums"][EXISTING]
-    lead = (
-        f"What stays as it is {'gains' if kept['mwh_change'] > 0 else 'loses'} "
-        f"{abs(kept['mwh_change']):,.1f} ± "
-    )
-    lead += (
-        f"{kept['mwh_change_standard_error']:.1f} MWh a year, of {kept['mwh_before']:,.1f} MWh "
+    lead = say(
+        "What stays as it is gains {change:,.1f} ± {error:,.1f} MWh a year, of {before:,.1f} MWh "
         "before."
+        if kept["mwh_change"] > 0
+        else "What stays as it is loses {change:,.1f} ± {error:,.1f} MWh a year, of {before:,.1f} "
+        "MWh before.",
+        change=abs(kept["mwh_change"]),
+        error=kept["mwh_change_standard_error"],
+        before=kept["mwh_before"],
     )
+    weather = say("Weather: {label}.", label=say(summary["weather"]))
+    head = [say(title) for title in HEAD]
     body = [
         page.section(
-            "In short",
-            page.paragraph(f"Weather: {summary['weather']}. {lead}"),
+            say("In short"),
+            page.paragraph(f"{weather} {lead}"),
             *(page.paragraph(note) for note in _note_paying(comparison)),
             *(page.paragraph(note, "warning") for note in _note_light(comparison)),
-            page.table(("", "Buildings", *HEAD), sums, numbers=range(1, 8)),
+            page.table(("", say("Buildings"), *head), sums, numbers=range(1, 8)),
             page.paragraph(
-                "± is the standard error of the change: from the rays that both states share where "
-                "one is a variant of "
-                "the other, else as if both were independent, which is more. What sees nothing new "
-                "differs by 0.",
+                say(
+                    "± is the standard error of the change: from the rays that both states share "
+                    "where one is a variant of the other, else as if both were independent, which "
+                    "is more. What sees nothing new differs by 0."
+                ),
                 "small",
             ),
         ),
         view,
         tables,
-        page.section("Where", *maps) if maps else "",
+        page.section(say("Where"), *maps) if maps else "",
         page.section(
-            "Who loses, who gains",
+            say("Who loses, who gains"),
             page.paragraph(
-                f"{len(sure):,} of {len(buildings):,} buildings change by more than two standard "
-                "errors."
+                say(
+                    "{count:,} of {all:,} buildings change by more than two standard errors.",
+                    count=len(sure),
+                    all=len(buildings),
+                )
             ),
-            page.table(("Building", "", *HEAD, "%"), rows, numbers=range(2, 9)),
-            page.paragraph("All are in buildings.csv, all surfaces in surfaces.csv.", "small"),
+            page.table((say("Building"), "", *head, "%"), rows, numbers=range(2, 9)),
+            page.paragraph(say("All are in buildings.csv, all surfaces in surfaces.csv."), "small"),
         ),
     ]
     return page.fill_page(
-        f"Comparison: {summary['before']} and {summary['after']}",
+        say("Comparison: {before} and {after}", before=summary["before"], after=summary["after"]),
         "\n".join(filter(None, body)),
         data,
     )
@@ -230,4 +247,13 @@ def _numbers_of(sums):
     """Sums as text, in the order of HEAD."""
     names = ("before", "after", "change", "change_standard_error", "change_roofs", "change_facades")
     signed = ("change", "change_roofs", "change_facades")
-    return [show_number(sums[f"mwh_{name}"], 2, plus=name in signed) for name in names]
+    return [
+        _signed(sums[f"mwh_{name}"], 2) if name in signed else number(sums[f"mwh_{name}"], ",.2f")
+        for name in names
+    ]
+
+
+def _signed(value, digits):
+    """A change with its sign, none where it is written as zero; "–" of NaN."""
+    plus = "+" if round(value, digits) > 0 else ""
+    return number(value, f"{plus},.{digits}f")

@@ -176,6 +176,14 @@ def test_a_page_has_its_language_and_private_results_no_addresses(small_results,
     assert main(["plot", str(folder), "--language", "de", "--quiet"]) == 0
     page = (folder / "report.html").read_text("utf-8")
     assert '<html lang="de">' in page and "Content-Security-Policy" in page
+    change = tmp_path / "change"
+    command = ["compare", str(folder), str(folder), "--language", "de", "--out", str(change)]
+    assert main(command) == 0
+    page = html.document_fromstring((change / "report.html").read_text("utf-8"))
+    assert page.get("lang") == "de" and page.xpath("//h1")[0].text == "Vergleich: de und de"
+    mwh = json.loads((folder / "summary.json").read_text("utf-8"))["totals"]["mwh_per_year"]
+    row = [cell.text_content() for cell in page.xpath("(//table)[1]/tbody/tr[last()]/td")]
+    assert row[:5] == ["Alle", "3", *2 * [f"{mwh:.2f}".replace(".", ",")], "0,00"]
     out = tmp_path / "web"
     assert main(["site", str(folder), "--out", str(out), "--private", "--quiet"]) == 0
     whole = b"".join(path.read_bytes() for path in out.rglob("*.json"))
