@@ -53,6 +53,7 @@ def measure_effects(inputs, progress=silent):
     """
     # All runs gather light with few rays if the city is large, as the difference of two runs with
     # the same rays has little noise.
+    # Every run gathers light, whatever estimator was asked for.
     plan, request = inputs.prepared.plan, replace(inputs.request, estimator="gather")
     inputs = (
         _replan(inputs._replace(request=request))
@@ -63,7 +64,7 @@ def measure_effects(inputs, progress=silent):
     large = traced_patches(inputs.prepared).sum() > 1_000
     samples = min(request.samples, LARGE) if large else request.samples
     # With as few rays from all patches there is nothing that `receivers` would change.
-    # Effects that change the light.
+    # Effects that change the light: neither electrical ones nor shade on strings.
     traced = tuple(key for key in TABLE if key not in (*ELECTRIC, "string-shade"))
     keys = [key for key in traced if key != RECEIVERS or samples == request.samples]
     # The city again for each effect, with this one effect the other way round, if that changes it.
@@ -73,7 +74,7 @@ def measure_effects(inputs, progress=silent):
         if (one := _replan(inputs, key)).prepared.plan[key].on != plan[key].on
     }
     measured = {key: [] for key in others}
-    # Pairs of runs with the same suns and random numbers, each pair with others.
+    # Both runs of a pair have the same suns and random numbers; from pair to pair both change.
     for pair, days in enumerate(PAIRS):
         suns = choose_year(inputs.weather, replace(request, suns=days))
         planned = _trace_light(inputs, samples, suns, pair)
@@ -87,7 +88,7 @@ def measure_effects(inputs, progress=silent):
         # (pairs, 2)
         light, spent = (np.array([[one[k] for one in pair] for pair in runs]) for k in (0, 1))
         effect.share, effect.share_standard_error = compare_light(*light.T)
-        # the first run loads compiled code
+        # The median, since the first run is slow: it loads compiled code.
         effect.seconds = float(np.median(spent[:, 0] - spent[:, 1]))
     return planned[-1]
 

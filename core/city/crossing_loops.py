@@ -65,6 +65,8 @@ def build_hierarchy(corners, body):
         several &= whole
         # Leaves get the next numbers of leaves, nodes that are halved the numbers of their
         # children.
+        # A leaf is small and of one body: nodes of several bodies are halved between these, however
+        # small they are.
         done = (size <= LEAF) & ~several
         link = np.stack([np.zeros_like(size), size, whole], axis=1)
         link[done, 0] = sum(map(len, leaves)) + np.arange(done.sum())
@@ -79,6 +81,7 @@ def build_hierarchy(corners, body):
         order, first = order[np.repeat(~done, size)], (np.cumsum(size[~done]) - size[~done])
         several = several[~done]
         order, cut = _halve_nodes(order, first, several, (middle, centre, body))
+        # Halves of a node of several bodies hold whole bodies, halves of one body do not.
         first, whole = np.stack([first, cut], axis=1).ravel(), np.repeat(several, 2)
     return np.concatenate(boxes), np.concatenate(links), np.concatenate(leaves)
 

@@ -128,6 +128,7 @@ def _draw_geometry(geometry, owner, source, shapes):
     except ValueError as error:
         content.skip(str(error), owner.name)
         return []
+    # Semantics that do not match, and no level of detail, are only remarked.
     if not matching:
         unsound = (
             "geometries have semantics that do not match their boundaries; the classes that "

@@ -142,6 +142,8 @@ def _measure_tops(flat_map, known, given, hints, content):
     ):
         values = _column_lengths(flat_map.columns[name])
         own = _in_metres(values, unit or _unit_of(name, values[0], floors, hints, content))
+        # Heights above the sea where no ground is known: these alone are returned, and a terrain is
+        # needed.
         if high and not grounded:
             if not hints.terrain:
                 raise InputError(
@@ -152,6 +154,8 @@ def _measure_tops(flat_map, known, given, hints, content):
             # −1, 0 and numbers that are no height on Earth are none.
             own = np.where((own > -500) & (own < 9500) & (own != 0) & (own != -1), own, np.nan)
             return own, np.where(np.isfinite(own), name, "").astype(object), np.isfinite(own)
+        # Else the ground is subtracted, from an unmarked attribute too where its numbers look like
+        # heights above the sea (then a note says so).
         if high or (given is None and _is_absolute(own, ground)):
             own = own - ground
             if not high:
@@ -163,7 +167,8 @@ def _measure_tops(flat_map, known, given, hints, content):
         own = np.where((own > 0) & (own <= HIGHEST), own, np.nan)
         new = np.isnan(top) & np.isfinite(own)
         top[new], source[new] = own[new], name
-    # Nowhere are nine of ten buildings higher than 100 m.
+    # Without a hint of the user, ten or more tops are refused if nine of ten exceed 100 m: they are above the
+    # sea, or not in metres.
     tops = top[np.isfinite(top)]
     if given is None and len(tops) >= 10 and (lowest := np.percentile(tops, 10)) > 100:
         raise InputError(

@@ -90,6 +90,11 @@ def check_cluster(word, *, most_workers=1024):
     """Refuse what names no cluster, one that does not answer, or any without Dask, before anything
     long begins.
 
+    Parameters
+    ----------
+    word : str
+        "serial", "local:N" with a number of workers, "tcp://HOST:PORT" or "tls://HOST:PORT".
+
     Returns
     -------
     (str, int or str)
@@ -115,6 +120,7 @@ def check_cluster(word, *, most_workers=1024):
         raise InputError(f"--cluster {word}", "needs Dask", "type: pip install distributed")
     if local:
         return "local", int(local[1])
+    # A scheduler must answer at its address.
     protocol, host, port = address.groups()
     try:
         with socket.create_connection(

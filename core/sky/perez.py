@@ -47,7 +47,8 @@ def split(weather, *, small_tilt=1.0):
         airmass=np.where(defined, airmass, 1.0),
         return_components=True,
     )
-    # Each part per its view from that plane: (1 - F₁) DHI, F₁ DHI, and F₂ DHI of Eq. 9.
+    # Dome and horizon, (1 - F₁) DHI and F₂ DHI of Eq. 9: pvlib's part divided by its view from that
+    # plane. Where the model is not defined all of DHI is dome. F₁ DHI is what the dome leaves.
     tilt = np.radians(small_tilt)
     dome = np.where(defined, parts["poa_isotropic"] / ((1 + np.cos(tilt)) / 2), dhi)
     around = np.maximum(dhi - dome, 0.0)

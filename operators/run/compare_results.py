@@ -122,8 +122,9 @@ def _read_state(item, city):
         for name in ("center", "normal")
     )
     site = members.site_of(item if Key.ORIGIN in item else city)
+    # By middle, root of the area, and normal.
     shapes = np.column_stack([site.to_files(middle), np.sqrt(np.bincount(own, area)), normal])
-    # Yield of each with its error, for those that carry modules.
+    # Hours of all surfaces with their error, each by its first face.
     hours, error = (
         attributes.read_face_attribute(mesh, name)[first]
         for name in (HOURS, HOURS + "_standard_error")
@@ -138,6 +139,7 @@ def _read_state(item, city):
         "building_id": names[attributes.read_face_attribute(mesh, "building")[first]],
         "kind": [words[code] for code in kinds],
     }
+    # Power [MW], NaN without modules, and why there are none: too few hours, or another reason.
     power = np.where(kwp > 0, kwp / 1000, np.nan)
     reasons = np.select([kwp > 0, few], ["", "low-hours"], "other")
     state = CityState(texts, power, reasons, hours.astype(float), error.astype(float), shapes)

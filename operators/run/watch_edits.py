@@ -49,6 +49,8 @@ def _follow_edits(scene, graph):
         if update.is_updated_geometry or update.is_updated_transform
     ]
     touched = {update.id.original for update in updates}
+    # Quick way: only the touched objects are looked at, and how the scene was arranged at the last
+    # call is held against now.
     names, before = _arranged.get(scene.session_uid, ([], {}))
     cities = [bpy.data.objects.get(name) for name in names]
     if cities and all(cities):
@@ -57,6 +59,7 @@ def _follow_edits(scene, graph):
         told = not graph.id_type_updated("SCENE") and len(updates) == len(graph.updates)
         now = before if told else _arrange(scene, cities)
         came = [bpy.data.objects.get(now[uid][0], {}) for uid in now.keys() - before.keys()]
+        # That is enough unless a city came, or one of the cities cannot tell.
         known = not any(item.get(Key.PART) == "city" for item in came)
         if known and all([city_design.note_changed(city, touched, before, now) for city in cities]):
             _arranged[scene.session_uid] = names, now
@@ -64,7 +67,7 @@ def _follow_edits(scene, graph):
     # Else all objects are looked at.
     city_design.forget_edited(touched)
     if graph.id_type_updated("OBJECT"):
-        # A copy of a whole scene has copies of its cities, too.
+        # Copied cities get keys of their own, also where a whole scene was copied.
         every = {city for one in bpy.data.scenes for city in session.list_cities(one)}
         members.part_sessions(sorted(every, key=lambda city: city.session_uid))
     cities = session.list_cities(scene)
