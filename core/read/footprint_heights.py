@@ -167,8 +167,8 @@ def _measure_tops(flat_map, known, given, hints, content):
         own = np.where((own > 0) & (own <= HIGHEST), own, np.nan)
         new = np.isnan(top) & np.isfinite(own)
         top[new], source[new] = own[new], name
-    # Without a hint of the user, ten or more tops are refused if nine of ten exceed 100 m: they are above the
-    # sea, or not in metres.
+    # Without a hint of the user, ten or more tops are refused if nine of ten exceed 100 m: they are
+    # above the sea, or not in metres.
     tops = top[np.isfinite(top)]
     if given is None and len(tops) >= 10 and (lowest := np.percentile(tops, 10)) > 100:
         raise InputError(
