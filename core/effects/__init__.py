@@ -13,6 +13,7 @@ DOORS = (
     "effect.Measured",
     "effect.TracePlan",
     "effect.describe_bound",
+    "foliage.parse_months",
     "plan_effects.plan_effects",
     "rays.LIMITS",
     "rays.RECEIVERS",

@@ -8,7 +8,6 @@ from functools import cached_property
 
 import numpy as np
 
-from ..city.foliage import Foliage
 from ..city.scene import Scene
 from ..patches.facing_scene import FacingScene
 from ..patches.patches import Patches
@@ -22,6 +21,7 @@ from ..sky.sky_models import RAYS_SHARE, sources_of
 from ..sun.solar_position import MINIMUM_ELEVATION
 from ..sun.suns import Suns
 from ..weather.weather import Weather
+from .foliage import Foliage
 from .table import TABLE
 
 NO_SUNS = np.zeros((0, 3), np.float32)

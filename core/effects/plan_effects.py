@@ -9,7 +9,6 @@ from functools import partial
 
 import numpy as np
 
-from ..city.foliage import choose_foliage
 from ..patches.brdfs import Lambertian
 from ..patches.materials import describe_brdf
 from ..patches.read_albedo import brdfs_of_triangles
@@ -17,6 +16,7 @@ from ..settings.progress import silent
 from ..settings.request import BEST_SKY
 from .beyond_scene import decide_far_ground, decide_sky, decide_terrain
 from .effect import Effect, Inputs
+from .foliage import choose_foliage
 from .rays import decide_rays, decide_receivers, decide_reflections
 from .table import PLANNING, RETIRED, TABLE, check_effects
 

@@ -11,9 +11,9 @@ from numba import njit
 from ..rays.hemisphere_rays import hemisphere_rays
 from ..rays.ray_scene import RayScene
 from ..rays.sample_points import HEMISPHERE_REPLICATES, sobol_digits
-from ..settings.threads import map_in_order, work_in_slices
+from ..settings.threads import map_in_order
 from .shadow_points import shadow_points
-from .sun_visibility import projection_in_front
+from .sun_visibility import projection_in_front, work_in_slices
 from .trace_hemisphere import LEAST, RAYS_PER_TASK, source_rays
 
 MARGIN = 1e-3  # [m] around what has changed: more than rounding of places in single precision

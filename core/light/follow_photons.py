@@ -17,7 +17,7 @@ from ..patches.patches import Patches
 from ..patches.read_albedo import TriangleBrdfs
 from ..rays.hemisphere_rays import CELL_DIVISIONS
 from ..rays.random_numbers import GOLDEN, mix, uniform
-from ..rays.sample_points import cell_of_point, cosine_direction
+from ..rays.sample_points import Cells, cosine_direction
 from ..sky.horizon import is_above
 from .emit_photons import emit_photons
 from .light_of_photons import Light
@@ -47,7 +47,7 @@ class Target:
         if self.left_out is not None:
             row = np.flatnonzero(self.left_out[places.triangle])
             hit, b1, b2 = places.take(row)
-            cell = cell_of_point(b1, b2, CELL_DIVISIONS)[:, None].astype(np.intp)
+            cell = Cells(CELL_DIVISIONS).of_point(b1, b2)[:, None].astype(np.intp)
             dark = np.take_along_axis(unpack_cells(self.left_out[hit]), cell, axis=1)[:, 0]
             surface[row[dark]] = self.surface_count
         return surface
@@ -173,7 +173,7 @@ def meet_fronts(target, photons, tally, source=None):
         # The ground has no thickness: photons that rise from below it may hit walls that extend
         # below ground, and end where the place that they hit is covered.
         fronts = np.flatnonzero(~missed & ~back & ~closure)
-        covered[fronts] = target.covered[hit, cell_of_point(b1, b2, CELL_DIVISIONS)][fronts]
+        covered[fronts] = target.covered[hit, Cells(CELL_DIVISIONS).of_point(b1, b2)][fronts]
         # In cells that the line of the ground crosses each place is asked, as gather asks the start
         # of each ray.
         doubtful = fronts[target.covered[hit[fronts]].any(axis=1) & ~covered[fronts]]

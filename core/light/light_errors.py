@@ -20,7 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..rays.sample_points import cells_inside
+from ..rays.sample_points import Cells
 from .form_factor_products import multiply_columns, multiply_elements, multiply_steps
 from .solve_radiosity import reflection_of
 from .transfer import variance_of_mean
@@ -96,7 +96,7 @@ def reflect_elements(context, traced, first):
     open_share = (1 - shares_of_cells(traced.covered, cells)).astype(np.float32)
     whole = _average_groups(first, open_share, np.zeros(cells, int))
     halves = (
-        _average_groups(first, open_share, cells_inside(round(np.sqrt(cells)), 2))
+        _average_groups(first, open_share, Cells(round(np.sqrt(cells))).inside(2))
         if cells > 4
         else first
     )
@@ -113,7 +113,7 @@ def shares_of_cells(covered, cells):
     they are not larger.
     """
     # Small cells that lie in each larger one, as a matrix that averages them.
-    inside = cells_inside(round(np.sqrt(covered.shape[1])), round(np.sqrt(cells)))
+    inside = Cells(round(np.sqrt(covered.shape[1]))).inside(round(np.sqrt(cells)))
     members = np.zeros((covered.shape[1], cells))
     members[np.arange(len(inside)), inside] = 1
     share, partly = np.zeros((len(covered), cells)), np.flatnonzero(covered.any(axis=1))

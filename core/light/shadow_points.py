@@ -86,7 +86,7 @@ def find_points(
     count, (point_count, elements) = len(patches), counts
     is_open = np.ones((count, point_count), bool)
     representative_points = np.zeros((count, elements), np.min_scalar_type(point_count - 1))
-    middles = sample_points.cell_corners(round(np.sqrt(elements))).mean(axis=1)
+    middles = sample_points.Cells(round(np.sqrt(elements))).corners().mean(axis=1)
     divisions = round(np.sqrt(covered.shape[1]))
     counted = np.full((count, -(-point_count // WORD)), (1 << WORD) - 1, np.uint16)
 
@@ -100,11 +100,11 @@ def find_points(
         )
         partly = np.flatnonzero(covered[rows].any(axis=1))
         cells = covered[rows[partly]]
-        cell = sample_points.cell_of_point(*places[:, partly], divisions).astype(np.intp)
+        cell = sample_points.Cells(divisions).of_point(*places[:, partly]).astype(np.intp)
         in_covered[partly] = np.take_along_axis(cells, cell, axis=1)
         is_open[rows[partly]] = ~np.take_along_axis(enclosed_cells(cells), cell, axis=1)
         if covered.shape[1] >= elements:
-            inside = sample_points.cells_inside(divisions, round(np.sqrt(elements)))
+            inside = sample_points.Cells(divisions).inside(round(np.sqrt(elements)))
             members = np.argsort(inside, kind="stable").reshape(elements, -1)
             all_covered[partly] = cells[:, members].all(axis=2)
         # The point nearest to the middle of an element stands for it. It lies in no covered cell
@@ -115,7 +115,7 @@ def find_points(
         # Points in cells without room for modules are not counted.
         some = np.flatnonzero(0 if left_out is None else left_out[rows])
         if len(some):
-            cell = sample_points.cell_of_point(*places[:, some], CELL_DIVISIONS).astype(np.intp)
+            cell = sample_points.Cells(CELL_DIVISIONS).of_point(*places[:, some]).astype(np.intp)
             lit = np.ones((len(some), WORD * counted.shape[1]), bool)
             lit[:, :point_count] = ~np.take_along_axis(
                 unpack_cells(left_out[rows[some]]), cell, axis=1

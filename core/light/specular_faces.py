@@ -89,7 +89,7 @@ def photons_of_sun(target, faces, power, direction, batch):
     origins, _ = target.patches.leave(places, np.zeros((3, len(places[0]))))
     direction = np.asarray(direction, np.float32)
     seen = np.flatnonzero(
-        ~target.covered[places[0], sample_points.cell_of_point(*places[1:], CELL_DIVISIONS)]
+        ~target.covered[places[0], sample_points.Cells(CELL_DIVISIONS).of_point(*places[1:])]
     )
     seen = seen[~target.ray_scene.trace_blocked(origins[seen], direction)]
     towards, nothing = np.broadcast_to(direction, (len(seen), 3)), np.zeros(len(seen))
@@ -132,7 +132,7 @@ def photons_of_surroundings(target, faces, batch, is_sky):
     met = hits.triangle
     origin = np.where(met >= 0, met, np.where(is_sky(directions), SKY, FAR_GROUND))
     origin[(met >= 0) & (patches.meets_back(met, directions) | ~patches.receives[met])] = NOTHING
-    origin[target.covered[places[0], sample_points.cell_of_point(*places[1:], CELL_DIVISIONS)]] = (
+    origin[target.covered[places[0], sample_points.Cells(CELL_DIVISIONS).of_point(*places[1:])]] = (
         NOTHING
     )
     origin[end_in_crowns(target, origins, directions, hits)] = NOTHING

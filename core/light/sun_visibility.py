@@ -10,7 +10,7 @@ from numba import njit
 from ..patches.patches import Patches
 from ..rays.ray_scene import RayScene
 from ..settings.errors import UNIT, InputError, check_array
-from ..settings.threads import map_in_order, work_in_slices
+from ..settings.threads import map_in_order
 from .shadow_points import WORD, KnownPoints, count_elements, find_points, shadow_points
 
 NOTHING = np.float32(0)
@@ -298,3 +298,16 @@ def count_visible(bits, counted, weight, share):
                 eights = (fours + (fours >> np.uint32(4))) & np.uint32(0x0F0F)
                 count += (eights + (eights >> np.uint32(8))) & np.uint32(0x1F)
             share[patch, sun] = weight[patch] * np.float32(count)
+
+
+def work_in_slices(work, count, threads, *, rows_per_slice=1 << 11):
+    """Results of `work(rows)` for consecutive slices of `count` rows, in order, for any number of
+    threads.
+    """
+    # `rows_per_slice`: with some hundred columns, a slice fits into the processor's cache.
+    starts = range(0, count, rows_per_slice)
+    return list(
+        map_in_order(
+            work, (slice(start, min(start + rows_per_slice, count)) for start in starts), threads
+        )
+    )

@@ -14,7 +14,7 @@ from ..city.plan_geometry import join_triangles
 from ..city.polygons import plane_axes
 from ..patches.cover_cells import unpack_cells
 from ..rays.hemisphere_rays import CELL_DIVISIONS
-from ..rays.sample_points import cell_corners
+from ..rays.sample_points import Cells
 from ..settings.tolerances import GEOMETRY
 from .measure_cover import average_room, share_without_room
 from .sun_matrix import cover_of_surfaces
@@ -78,7 +78,7 @@ def outline_taken(scene, covered, cramped, shares, *, most=0.5):
     axes = np.stack(plane_axes(np.asarray(scene.surfaces.normal, float)[surface]), axis=1)
     corners = np.asarray(scene.vertices, float)[scene.triangles[rows]]
     corners = np.einsum("tci,tji->tcj", corners, axes)  # (t, 3, 2)
-    weights = cell_corners(CELL_DIVISIONS).astype(float)  # (cells, 3, 2)
+    weights = Cells(CELL_DIVISIONS).corners().astype(float)  # (cells, 3, 2)
     weights = np.concatenate([1 - weights.sum(axis=2, keepdims=True), weights], axis=2)
     before = None
     for column in range(shares.shape[1]):

@@ -90,7 +90,7 @@ def _trace_part(city, chosen, covered, sequence):
         for source in city.sources
     }
     ray_count = {SKY_DOME: fates[0].size} | {name: count for name, (_, count) in sources.items()}
-    cell_of, found = sample_points.cells_inside(CELL_DIVISIONS, round(np.sqrt(city.elements))), []
+    cell_of, found = sample_points.Cells(CELL_DIVISIONS).inside(round(np.sqrt(city.elements))), []
     start_of = (
         start_cells,
         cell_of if city.start_elements > 1 else np.zeros_like(cell_of),
@@ -207,7 +207,7 @@ def source_rays(patches, source, chosen, sequence, *, share):
     return (
         patches.points(chosen, b1, b2),
         directions,
-        sample_points.cell_of_point(b1, b2, CELL_DIVISIONS),
+        sample_points.Cells(CELL_DIVISIONS).of_point(b1, b2),
     )
 
 
@@ -286,7 +286,7 @@ def _tally_rays(fate, start_cells, near_cover, cells, *, most_steps=32767):
     rays, counts = fate.shape[1], np.zeros((4, len(fate), HEMISPHERE_REPLICATES, cells), np.int32)
     _count_fates(
         (fate, start_cells, near_cover),
-        sample_points.cells_inside(CELL_DIVISIONS, round(np.sqrt(cells))),
+        sample_points.Cells(CELL_DIVISIONS).inside(round(np.sqrt(cells))),
         counts,
     )
     every, downwards, free, started = counts.astype(np.float32)

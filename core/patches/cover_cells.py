@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from ..rays.hemisphere_rays import CELL_DIVISIONS
-from ..rays.sample_points import cell_corners, cell_places
+from ..rays.sample_points import Cells
 
 UNKNOWN, FACING, OPEN, TOUCHING, COVERED = np.int8(range(5))  # what a ray from a cell tells on it
 
@@ -16,7 +16,7 @@ UNKNOWN, FACING, OPEN, TOUCHING, COVERED = np.int8(range(5))  # what a ray from 
 @functools.cache
 def _cell_contacts(divisions):
     """Which cells share an edge or a vertex: (cells, cells) bool."""
-    corners = np.rint(cell_corners(divisions) * divisions).astype(int)
+    corners = np.rint(Cells(divisions).corners() * divisions).astype(int)
     names = corners[..., 0] * (divisions + 1) + corners[..., 1]
     return (names[:, None, :, None] == names[None, :, None, :]).any(axis=(2, 3))
 
@@ -81,7 +81,7 @@ def _leading_cells():
     All that share an edge with the patch, since what is covered ends along an edge, and a third of
     the other upright ones: each cell touches two or more.
     """
-    row, place = cell_places(CELL_DIVISIONS)
+    row, place = Cells(CELL_DIVISIONS).places()
     upright, last = place % 2 == 0, 2 * (CELL_DIVISIONS - 1 - row)
     edge = (row == 0) | (place == 0) | (place == last)
     leading = np.flatnonzero(upright & (edge | ((row + place) % 3 == 0)))

@@ -12,14 +12,14 @@ from ..rays.faces import Fate
 from ..rays.hemisphere_rays import CELL_DIVISIONS
 from ..rays.random_numbers import mix, uniform_of
 from ..rays.ray_scene import HitPlaces
-from ..rays.sample_points import barycentric_of_square, cell_corners
+from ..rays.sample_points import Cells, barycentric_of_square
 from ..rays.surroundings import RAYS
 from ..settings.tolerances import GEOMETRY
 from . import cover_cells
 from .cover_cells import COVERED, FACING, OPEN, TOUCHING, UNKNOWN
 
 # cells: all along the edges, half of the others
-UPRIGHT = np.flatnonzero(sample_points.cell_places(CELL_DIVISIONS)[1] % 2 == 0)
+UPRIGHT = np.flatnonzero(sample_points.Cells(CELL_DIVISIONS).places()[1] % 2 == 0)
 
 
 def find_covered_cells(ray_scene, patches, chosen):
@@ -266,6 +266,6 @@ def stratified_points(u, v, divisions, cells=slice(None)):
     b1, b2 : (n, cells) float32
     """
     # (2, 1, cells) each
-    first, second, third = np.moveaxis(cell_corners(divisions)[cells], 0, -1)[:, :, None]
+    first, second, third = np.moveaxis(Cells(divisions).corners()[cells], 0, -1)[:, :, None]
     b1, b2 = barycentric_of_square(u, v)
     return tuple(first + b1 * (second - first) + b2 * (third - first))

@@ -173,7 +173,7 @@ def fraction(digits):
 
 @njit(nogil=True, cache=True)
 def cell_at(b1, b2, divisions):
-    """Which of the `divisions`² congruent sub-triangles contains a point: `cell_of_point` for one
+    """Which of the `divisions`² congruent sub-triangles contains a point: `Cells.of_point` for one
     point.
     """
     row = int(min(b2 * np.float32(divisions), np.float32(divisions - 1)))

@@ -1,6 +1,7 @@
 """Sample points on triangles and cosine-weighted directions of the hemisphere."""
 
 import functools
+from typing import NamedTuple
 
 import numpy as np
 
@@ -134,60 +135,58 @@ def cosine_direction(u, v):
     return radius * np.cos(angle), radius * np.sin(angle), np.sqrt(np.maximum(np.float32(0), 1 - u))
 
 
-def cell_of_point(b1, b2, divisions):
-    """Which of the `divisions`² congruent sub-triangles contains a point.
+class Cells(NamedTuple):
+    """The `divisions`² congruent sub-triangles of a triangle.
 
     A row of cells runs along b2 = const; within it upright and inverted cells alternate.
-
-    Returns
-    -------
-    (...) unsigned int, of the smallest sufficient size
     """
-    dtype = np.min_scalar_type(divisions**2 - 1)
-    row = np.minimum(b2 * divisions, divisions - 1).astype(np.int32)
-    along = np.minimum(b1 * divisions, divisions - 1).astype(np.int32)
-    inverted = (b1 + b2) * divisions - row - along >= 1
-    place = np.minimum(2 * along + inverted, 2 * (divisions - 1 - row))
-    return (row * (2 * divisions - row) + place).astype(dtype)
 
+    divisions: int
 
-@functools.cache
-def cell_corners(divisions):
-    """Barycentric coordinates of the vertices of the congruent sub-triangles, in the order of
-    `cell_of_point`.
+    def of_point(self, b1, b2):
+        """Which of the cells contains a point.
 
-    Returns
-    -------
-    (divisions², 3, 2) float32
-        For each cell three vertices, each with the coordinates for the second and third vertex of
-        the triangle.
-    """
-    row, place = cell_places(divisions)
-    along, inverted = np.divmod(place, 2)
-    steps = np.array([[(0, 0), (1, 0), (0, 1)], [(1, 1), (0, 1), (1, 0)]])[inverted]
-    corners = np.stack([along, row], axis=1)[:, None] + steps
-    return corners.astype(np.float32) / np.float32(divisions)
+        Returns
+        -------
+        (...) unsigned int, of the smallest sufficient size
+        """
+        divisions = self.divisions
+        dtype = np.min_scalar_type(divisions**2 - 1)
+        row = np.minimum(b2 * divisions, divisions - 1).astype(np.int32)
+        along = np.minimum(b1 * divisions, divisions - 1).astype(np.int32)
+        inverted = (b1 + b2) * divisions - row - along >= 1
+        place = np.minimum(2 * along + inverted, 2 * (divisions - 1 - row))
+        return (row * (2 * divisions - row) + place).astype(dtype)
 
+    def places(self):
+        """Row and position in the row of each cell: two (cells,) int."""
+        rows = np.arange(self.divisions)
+        row = np.repeat(rows, 2 * (self.divisions - rows) - 1)
+        return row, np.arange(self.divisions**2) - row * (2 * self.divisions - row)
 
-def cell_places(divisions):
-    """Row and position in the row of each cell, in the order of `cell_of_point`: two
-    (cells,) int.
-    """
-    row = np.repeat(np.arange(divisions), 2 * (divisions - np.arange(divisions)) - 1)
-    return row, np.arange(divisions**2) - row * (2 * divisions - row)
+    @functools.cache  # noqa: B019
+    def corners(self):
+        """Barycentric coordinates of the vertices of the cells.
 
+        Returns
+        -------
+        (divisions², 3, 2) float32
+            For each cell three vertices, each with the coordinates for the second and third vertex
+            of the triangle.
+        """
+        row, place = self.places()
+        along, inverted = np.divmod(place, 2)
+        steps = np.array([[(0, 0), (1, 0), (0, 1)], [(1, 1), (0, 1), (1, 0)]])[inverted]
+        corners = np.stack([along, row], axis=1)[:, None] + steps
+        return corners.astype(np.float32) / np.float32(self.divisions)
 
-@functools.cache
-def cells_inside(divisions, larger):
-    """Which of the `larger`² cells contains each of the `divisions`² (by centroid if it overlaps
-    several).
-
-    Returns
-    -------
-    (divisions²,) int
-    """
-    middle = cell_corners(divisions).mean(axis=1)
-    return cell_of_point(middle[:, 0], middle[:, 1], larger).astype(int)
+    @functools.cache  # noqa: B019
+    def inside(self, larger):
+        """Which of the `larger`² cells contains each of these, by centroid if it overlaps several:
+        (divisions²,) int.
+        """
+        middle = self.corners().mean(axis=1)
+        return Cells(larger).of_point(middle[:, 0], middle[:, 1]).astype(int)
 
 
 def grid_of(count):

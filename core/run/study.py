@@ -20,8 +20,8 @@ from ..city.build_scene import SceneOptions, build_scene
 from ..city.building_facts import without_names
 from ..city.edge_distance import measure_edge_distance
 from ..city.edited_scene import edit_scene
-from ..city.foliage import parse_months
 from ..city.racks import lay_racks, parse_racks
+from ..effects.foliage import parse_months
 from ..effects.table import check_effects
 from ..energy.check_inputs import check_string_settings, check_strings
 from ..energy.compute_energy import compute_energy as compute_surface_energy

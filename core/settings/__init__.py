@@ -45,7 +45,6 @@ DOORS = (
     "system_settings.PAPER_MODULE",
     "threads.map_in_order",
     "threads.usable_threads",
-    "threads.work_in_slices",
     "tolerances.GEOMETRY",
     "version.__version__",
 )

@@ -31,16 +31,3 @@ def map_in_order(function, tasks, threads):
         finally:
             for future in waiting:
                 future.cancel()
-
-
-def work_in_slices(work, count, threads, *, rows_per_slice=1 << 11):
-    """Results of `work(rows)` for consecutive slices of `count` rows, in order, for any number of
-    threads.
-    """
-    # `rows_per_slice`: with some hundred columns, a slice fits into the processor's cache.
-    starts = range(0, count, rows_per_slice)
-    return list(
-        map_in_order(
-            work, (slice(start, min(start + rows_per_slice, count)) for start in starts), threads
-        )
-    )

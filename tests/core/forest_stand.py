@@ -13,10 +13,10 @@ import shapely
 import shapely.affinity
 
 from citypv.core.city.crowns import cylinder, unit_sphere
-from citypv.core.city.foliage import NORTHERN
 from citypv.core.city.scene import Crowns
 from citypv.core.city.site import Site
 from citypv.core.commands.plain_scenes import join_parts, rectangle
+from citypv.core.effects.foliage import NORTHERN
 from citypv.core.run.study import compute_energy, read_year, trace_scene
 from citypv.core.settings.request import Request
 

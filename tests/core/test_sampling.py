@@ -10,10 +10,9 @@ from citypv.core.patches.find_covered import stratified_points
 from citypv.core.rays.random_numbers import keys_of_names, uniform
 from citypv.core.rays.sample_points import (
     DIGITS,
+    Cells,
     additive_recurrence,
     barycentric_of_square,
-    cell_corners,
-    cell_of_point,
     cosine_direction,
     grid_of,
     points_of_grid,
@@ -56,7 +55,7 @@ def test_square_maps_onto_the_triangle_with_equal_area():
     assert b1.min() >= 0
     assert b2.min() >= 0
     assert (b1 + b2).max() <= 1 + 1e-6
-    counts = np.bincount(cell_of_point(b1, b2, 8), minlength=64)
+    counts = np.bincount(Cells(8).of_point(b1, b2), minlength=64)
     assert len(counts) == 64
     assert counts == pytest.approx(1024, rel=0.02)
 
@@ -64,7 +63,7 @@ def test_square_maps_onto_the_triangle_with_equal_area():
 @pytest.mark.parametrize("divisions", [1, 2, 3, 4, 8])
 def test_stratified_points_lie_in_their_cells(divisions):
     numbers = uniform(KEYS[:200], 2 * divisions**2).reshape(200, divisions**2, 2)
-    cells = cell_of_point(*stratified_points(*np.moveaxis(numbers, -1, 0), divisions), divisions)
+    cells = Cells(divisions).of_point(*stratified_points(*np.moveaxis(numbers, -1, 0), divisions))
     inside = cells == np.arange(divisions**2)
     assert inside.mean() > 0.999  # a point on an edge may round to the neighbour
 
@@ -87,7 +86,7 @@ def test_shadow_points_lie_evenly_in_all_bands(count):
 
 
 def test_cells_tile_the_triangle():
-    corners = cell_corners(4).astype(float)
+    corners = Cells(4).corners().astype(float)
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) / 2
     assert area == pytest.approx(1 / 32)  # all counter-clockwise, all congruent

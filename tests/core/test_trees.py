@@ -19,7 +19,7 @@ from weathers import BERLIN, plain_table, write_table, year_of
 
 from citypv.core.accuracy.measure_effects import shares_of_effects
 from citypv.core.city.canopy import Canopy
-from citypv.core.city.foliage import parse_months
+from citypv.core.effects.foliage import parse_months
 from citypv.core.energy.pv_system import build_system
 from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.sun_sampling_error import trace_sun_samples

@@ -19,7 +19,7 @@ from test_gather_is_forward import SAMPLES, light_of
 from citypv.core.light.measure_cover import find_cover
 from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.trace_all import prepare_gather
-from citypv.core.rays.sample_points import cell_of_point, cosine_direction
+from citypv.core.rays.sample_points import Cells, cosine_direction
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 
@@ -65,7 +65,7 @@ def follow_some(tracing, covered, chosen, generator):
         # What lies below the ground sees no lit ground.
         start = tuple(part[far] for part in place)
         below = (
-            covered[start[0], cell_of_point(*start[1:], 8)]
+            covered[start[0], Cells(8).of_point(*start[1:])]
             | patches.lie_in_earth(trees, origins[far][None])[0]
         )
         if bounce < BOUNCES:

@@ -11,9 +11,9 @@ from functools import cached_property
 
 import numpy as np
 
+from ..city.canopy import Canopy
+from ..city.scene import Crowns
 from ..settings.errors import InputError
-from .canopy import Canopy
-from .scene import Crowns
 
 NORTHERN, YEAR = (5, 6, 7, 8, 9, 10), tuple(range(1, 13))
 
