@@ -313,7 +313,7 @@ def list_differences(one, other):
     Where modules lie in rows in one only, both are compared on their area.
     """
     apart = ["the weather"] * (one["weather"]["label"] != other["weather"]["label"])
-    ignored = {"series", "monthly", "seed", "threads", "layout"}
+    ignored = {"series", "monthly", "districts", "seed", "threads", "layout"}
     if "area" in (layout_of(one), layout_of(other)):
         ignored |= {"module_size", "storey", "window_band", "ground_floor", "facades"}
     one, other = one["settings"], other["settings"]

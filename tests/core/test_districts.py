@@ -18,9 +18,11 @@ from citypv.__main__ import main
 from citypv.core.city.grid_cells import Outlines
 from citypv.core.city.site import Site
 from citypv.core.read.read_districts import read_districts
+from citypv.core.results.compare_runs import list_differences
 from citypv.core.results.districts import place_buildings
 from citypv.core.results.draw_districts import draw_map
 from citypv.core.results.group_sums import read_districts_of, read_uses_of
+from citypv.core.results.read_results import read_summary
 from citypv.core.settings.errors import InputError
 
 SITE = Site(52.5, 13.4, 34.0, 0.0, None, (0.0, 0.0, 0.0))
@@ -233,6 +235,10 @@ def test_yield_sums_two_buildings_as_one(traced, tmp_path):
     assert 0.99 * math.hypot(*errors) < one["mwh_standard_error"] < 1.01 * errors.sum()
     mean = (pair["kwp"] * pair["full_load_hours"]).sum() / pair["kwp"].sum()
     assert one["full_load_hours"] == pytest.approx(mean, rel=1e-5)
+    # Other districts are no other state of the city.
+    summaries = [read_summary(path / "summary.json") for path in (folder, tmp_path / "out")]
+    assert summaries[0]["settings"]["districts"] != summaries[1]["settings"]["districts"]
+    assert list_differences(*summaries) == []
 
 
 @pytest.mark.slow
