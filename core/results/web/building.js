@@ -211,7 +211,7 @@ function showSurfaces(surfaces, place) {
     const [kwp, hours, error] = [city.kwp[surface], city.hours[surface], city.error[surface]];
     const texts = [format(city.area[surface], 1), format(city.tilt[surface], 0), azimuthOf(surface)];
     texts.push(format(city.modules[surface], Number.isInteger(city.modules[surface]) ? 0 : 1), format(kwp, 2));
-    const line = tableRow("td", [nameSurface(surface), ...texts, pair(kwp * hours, kwp * error, 0), pair(hours, error, 1)]);
+    const line = tableRow("td", [nameSurface(surface), ...texts, pair(kwp * hours, kwp * error, kwp * error < 0.95 ? 1 : 0), pair(hours, error, 1)]);
     line.append(make("td", "", ...(placed ? [linkToPvgis(surface, place)] : [])));
     if (k >= MOST_PRINTED) line.className = "beyond";
     return line;
