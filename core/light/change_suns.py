@@ -26,7 +26,7 @@ from .trace_gather import TracedCity
 
 SMALL = 4e6  # patches times suns, up to which all suns are solved: half a second
 EACH_SUN = "each sun"  # the stage that follows the preview
-GUESSED = 5e-4  # of reflected light that one edit may give the mean's pattern
+GUESSED = 7e-5  # of reflected light that one edit may give the mean's pattern
 
 
 @dataclass
