@@ -92,10 +92,11 @@ def describe_certainty(summary):
     budget, totals = summary["error_budget"], summary["totals"]
     shift = (budget.get("sun_sampling") or {}).get("bias")
     known = None not in (shift, budget.get("sampling_total"))
+    # Less than 0.1 % would only pretend to matter beside the weather.
     calculated = (
         say(
             "The calculation itself is known to ± {error}.",
-            error=percent(math.hypot(budget["sampling_total"], shift)),
+            error=percent(max(math.hypot(budget["sampling_total"], shift), 0.1)),
         )
         if known
         else say("How far the calculation itself is known this run does not tell.")
