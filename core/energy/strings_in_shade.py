@@ -58,6 +58,7 @@ def _keep(losses, hours, light, steps, kept):
     (match, weight, sunward), (direct, diffuse, projection), (parts, step) = hours, light, steps
     some = np.zeros(kept.shape[1], np.uint8)
     for hour in range(len(kept)):
+        # An hour without light from the sun's place keeps what stands in `kept`.
         if sunward[hour] <= 0:
             continue
         # Most strings are lit or dark as a whole: at no sun of the hour they have a loss.

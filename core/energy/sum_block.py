@@ -84,6 +84,7 @@ class Block:
             light = views + np.tile(reflected, (2, 1))
         # Means over the whole surface become light of its open part: all of it is divided by that
         # share.
+        # What strings lose is left open: the caller sets it where power is wanted.
         return Block(
             normal=transfer.surfaces.normal[rows].T.astype(dtype),
             diffuse=transfer.diffuse_relative[rows].astype(dtype) / lit,
@@ -152,6 +153,7 @@ def sum_block(block, hours, model):
         part = hours.rows(first, last)
         projection, direct = direct_part(block, part)
         direct_sums += weights[first:last].T @ direct
+        # Without a model only light is summed, and all power stays 0.
         if model is None:
             continue
         # DC power of each surface at each hour; then losses and inverter, summed by month, year and
@@ -159,7 +161,8 @@ def sum_block(block, hours, model):
         *_, of_modules, kept = run_model(model, block, part, direct, projection)
         ones = np.ones(last - first, dtype)
         power = ac_power(of_modules, model.system)
-        # What strings lose is found in either case, and counted where modules hang on strings.
+        # What strings lose is summed up wherever it is known; power is less by it only with the
+        # setting of strings.
         shaded = None if kept is None else kept < 1
         if shaded is not None and shaded.any():
             of_strings = of_modules[shaded] * kept[shaded]
@@ -172,9 +175,12 @@ def sum_block(block, hours, model):
         dc += ones @ of_modules
         sums = ones @ power
         by_month[:, part.month[0]] += sums
+        # Hours have a year's number only where the weather has several whole years.
         if part.year[0] >= 0:
             by_year[:, part.year[0]] += sums
         of_groups[first:last] = power @ block.group_weight
+    # Reflected and diffuse light is a product of sums over hours with the Transfer, and is added
+    # once for all hours.
     relative, poa = _add_linear_parts(block, hours, weights, direct_sums)
     # The light and the power of the open part, as means over the whole surface.
     means = (sums * block.lit_share for sums in (relative, poa, dc))

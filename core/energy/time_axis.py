@@ -85,6 +85,8 @@ def lay_on_axis(times, interval, zone):
         #          ├───┤ elapsed
         elapsed = np.where(one >= 0, (whole - starts[one]) % step, 0)
         other = np.where(elapsed == 0, one, _rows_at(starts, step, whole + step - elapsed, length))
+        # An interval of the axis is left out where the weather lacks one of its two parts, then and
+        # a year later and earlier.
         kept = (one >= 0) & (other >= 0)
         axis.append(whole[kept])
         first.append(one[kept])

@@ -45,6 +45,7 @@ def vary_windows(transfer, energy, system, *, bands=(1.0, 1.8)):
     outcomes = []
     # Lay out the facades with each height of windows and count their modules.
     for band in bands:
+        # Covered parts are cut out of the walls, unless the settings count them.
         _, count = lay_city(
             surfaces,
             transfer.outlines,

@@ -83,7 +83,8 @@ def trace_change(base, change, request=None, progress=silent, preview=None):
     InputError
         The base was interrupted, or the city has more patches than what rays met can name.
     """
-    # The base may need light of another sky first, so that both can be compared.
+    # An interrupted base is refused. A sound one may need light of another sky first, so that both
+    # can be compared.
     if base.city.transfer.record.interrupted:
         raise InputError("the base", "its run was interrupted", "trace it again, to the end")
     clock, given, request = Clock(), base, request or base.request
@@ -135,6 +136,7 @@ def trace_change(base, change, request=None, progress=silent, preview=None):
     gone = len(context.surfaces) - len(change.rows)
     # When more than a tenth of the surfaces are gone, all get new numbers.
     edited = compact_city(edited) if gone > 0.1 * len(change.rows) else edited
+    # Where the base was solved anew, for another sky or more reflections, it is returned along.
     return replace(edited, before=None if base is given else base)
 
 
@@ -282,7 +284,11 @@ def _copy_rows(new, old, count):
 
 
 def _look_again(edit, suns, change):
-    """Find out which points see which suns in the edited city: written to the Edit."""
+    """Find out which points see which suns in the edited city.
+
+    Written to the Edit: `task` with its bits, `touched` (patches whose bits differ from before, or
+    do not hold) and `traced_pairs`.
+    """
     old, context, traced = edit.before, edit.context, edit.traced
     patches, first = context.patches, change.first
     task = prepare_suns(context, traced, suns)

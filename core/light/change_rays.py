@@ -25,7 +25,8 @@ def _scene_of_corners(corners):
 
 
 def find_changed_rows(before, now, patches, rows, change):
-    """Patches with a ray that ends at another triangle than before the edit.
+    """Patches with a ray that ends at another triangle than before the edit, or passes a changed
+    crown of a tree.
 
     Parameters
     ----------
@@ -152,6 +153,7 @@ def find_shadowed(watch, rows, directions, change):
     """
     # A tree of what changed alone, and a ball around each patch.
     patches, shadowed = watch.patches, np.zeros((len(rows), len(directions)), bool)
+    # Where nothing changed no sun is looked at again.
     if not len(change.boxes):
         return shadowed
     small = _scene_of_corners(np.concatenate([change.solids, change.crowns]))

@@ -87,7 +87,8 @@ def change_suns(edit, drift):
     old, context, states = edit.before, edit.context, len(edit.traced)
     count, first = context.patch_to_surface.shape[0], len(edit.before.context.patches)
     albedo, receives = context.patches.albedo[:first], context.patches.receives[:first]
-    # In a large city of few changes light follows from what the change adds and takes away.
+    # In a large city, whose matrices still fit into memory, light follows from what the change adds
+    # and takes away; but not with mirrors, another albedo, or another number of trees' states.
     if (
         states == len(old.states)
         and len(context.patches) * len(edit.task.suns) > SMALL
@@ -102,8 +103,8 @@ def change_suns(edit, drift):
             direct.reflected = _first_reflections(edit, state)
             context.progress(EACH_SUN, 3 * state + 2, 3 * states + 2, "steps")
             guessed += _add_further(edit, state) / states
-        # Where what has the mean pattern adds up to a tenth of the reflected light, all suns are
-        # solved.
+        # This is kept if the edit gives at most 0.05 % of the reflected light the mean's pattern,
+        # and all edits together at most a tenth.
         if guessed <= GUESSED and drift + guessed <= 0.1:
             return drift + guessed
     # Else, or where a guess would count for too much, all suns are solved again.
@@ -310,6 +311,8 @@ def _add_further(edit, state):
 
     Rows traced anew pass on what they meet: of each patch its annual light, over the suns like that
     of its surface. What is left has the pattern of all surfaces of the same kind and orientation.
+    `reflected` of the state's SunLight is written; without reflections it stays, and the share is
+    0.
     """
     context, direct, before = edit.context, edit.direct[state], edit.state_before(state)
     if not context.bounces:

@@ -83,6 +83,7 @@ def _difference_of_state(cities, rows, state):
     """
     # Patches that send the same rays in both, and the row of the surface that each lies on.
     place = _same_patches(*(city.prepared.patches for city in cities))
+    # A city without a bare state is in leaf all year: that state counts.
     one, other = pairs = [city.states[min(state, len(city.states) - 1)] for city in cities]
     row_of = []
     for city, some in zip(cities, rows, strict=True):
@@ -138,7 +139,8 @@ def _difference_of_state(cities, rows, state):
     ):  # photons of both runs are independent
         for name, pair in lights.items():
             own[name] += sum(light.error.own[some] for light, some in zip(pair, rows, strict=True))
-    # All parts together, in a Transfer that `standard_errors` understands.
+    # All parts together, in a Transfer that `standard_errors` understands; its light is of the city
+    # in which a surface has more.
     error = {name: whole_error(own[name], transported[name], left[name]) for name in lights}
     taken = _take_brighter(one, other, rows)
     return replace(

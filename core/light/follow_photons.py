@@ -179,6 +179,8 @@ def meet_fronts(target, photons, tally, source=None):
         doubtful = fronts[target.covered[hit[fronts]].any(axis=1) & ~covered[fronts]]
         starts = patches.points(hit[doubtful], b1[doubtful, None], b2[doubtful, None])
         covered[doubtful] = patches.lie_in_earth(target.ray_scene, starts)[:, 0]
+    # What ends here is added to the balance by its reason: escaped, at a back, at a face that takes
+    # no light (closure), or at a covered place.
     for name, chosen in (
         ("escaped", missed),
         ("on_backs", back),

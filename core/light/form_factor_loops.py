@@ -160,7 +160,8 @@ def add_columns(rows, scale, product, factor, places):
 
 @njit(nogil=True, cache=True)
 def add_visible(rows, scale, product, patches, suns):
-    """Radiosity of cells under each sun, times the share of rays that hit them.
+    """Add to `product` (p, s), for each patch of the rows and each sun, the radiosity of the cells
+    that its rays met, times the share of rays that hit them.
 
     Rays of a patch that hit the same cell are merged. Computing the cosine of incidence from
     normals and suns is no slower than loading it from a matrix. What two places need is computed
@@ -182,7 +183,7 @@ def add_visible(rows, scale, product, patches, suns):
         longest = max(longest, start[row + 1] - start[row])
     met, weight = np.empty(longest + 3, np.int32), np.empty(longest + 3, np.float32)
     # Two cells at a time: the point that stands for each, and the bit that says for every sun
-    # whether it sees it.
+    # whether it sees it. A cell that does not see the sun adds nothing.
     for row in range(len(chosen)):
         count = _merge_row(row, entries, to_cell, met, weight)
         total, share = product[chosen[row]], shares[chosen[row]]

@@ -52,6 +52,7 @@ def with_reflections(base, bounces, progress=silent):
     # Another number of reflections, everything else as traced.
     old, clock = base.city, Clock()
     prepared = replace(old.prepared, bounces=bounces)
+    # Without the layout of modules what their strings lose is not computed again.
     context = replace(old.context, bounces=bounces, progress=progress, layout=None)
     suns_progress = SunProgress(progress, len(old.task.suns), int(context.reflections))
     task = replace(old.task, progress=suns_progress, bits=old.bits.unpack())
@@ -88,6 +89,7 @@ def with_reflections(base, bounces, progress=silent):
             state.traced.form_factors.links = None  # large
         city.states.append(state)
         common |= {"seconds": {}, "processor_seconds": {}}
+    # All suns were solved, so no guess of earlier edits is left.
     return EditableCity(base.suns, base.request, city, base.rows)
 
 

@@ -74,6 +74,7 @@ def merge_rounds(total, other):
     weight = counts[1] / sum(counts)
     # Deviations and own noise of the mean, then the standard errors that follow from them.
     parts = _merge_parts(total.error_parts, other.error_parts, weight, counts[0])
+    # Without parts, as of photons, standard errors are of own noise alone.
     left = (
         (None, None, None, None)
         if parts is None
