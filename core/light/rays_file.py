@@ -131,7 +131,8 @@ def write_rays(folder, base, city, names=None):
         "traced": _keep_traced(base.city),
     }
     # Plain values as JSON, arrays as data sets that it refers to by number, with a checksum.
-    # Hundreds of dimensions that nobody asks for would take longer to write than all numbers.
+    # Data sets get no netCDF dimensions: hundreds of these, which nobody asks for, would take
+    # longer to write than all numbers.
     arrays = []
     text = json.dumps(encode(content, arrays)).encode()
     with netcdf_file(Path(folder) / NAME) as stream, h5py.File(stream, "w") as file:
@@ -164,7 +165,7 @@ def read_rays(folder):
     Raises
     ------
     InputError
-        There is none, or it is damaged.
+        There is none, it is damaged, of another version, or takes values from other files.
     """
     # What an edit starts from, as `write_rays` left it. Its format and checksum must hold before
     # anything is built from it.

@@ -68,7 +68,9 @@ def add_round(city, size, progress, folder=None):
         if context.plan.reflections:
             one.factor = element_factors(context, one)
     clock.lap(STAGE)
-    # Light of the sky and suns, solved from all of them.
+    # Light of the sky is solved from all of them, and so is the year's light of the suns. Each
+    # sun's first reflection is averaged over rounds, and all that is reflected of it is scaled so
+    # that its sum over the suns is as by all rounds.
     lights = [solve_skies(context, one, None, clock) for one in traced]
     direct = _trace_suns(context, city, size, before, folder)
     for state, light, found in zip(city.states, lights, direct, strict=True):
@@ -155,6 +157,7 @@ def _trace_suns(context, city, size, before, folder):
                 whole=context.full,
                 covered=context.dark_share(traced[state]),
             )
+            # The first set holds its own values already; each further one joins the mean.
             if new is not found:
                 for name in ("visible_share", "once"):
                     add_columns(getattr(found, name), getattr(new, name), 1 / (done + 1))

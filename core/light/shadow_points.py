@@ -103,6 +103,8 @@ def find_points(
         cell = sample_points.Cells(divisions).of_point(*places[:, partly]).astype(np.intp)
         in_covered[partly] = np.take_along_axis(cells, cell, axis=1)
         is_open[rows[partly]] = ~np.take_along_axis(enclosed_cells(cells), cell, axis=1)
+        # An element is covered as a whole where all its cells are; cells may be known too coarsely
+        # to tell.
         if covered.shape[1] >= elements:
             inside = sample_points.Cells(divisions).inside(round(np.sqrt(elements)))
             members = np.argsort(inside, kind="stable").reshape(elements, -1)

@@ -104,6 +104,7 @@ def solve_light(
         deviations = propagate_deviations(context, traced, first, reflected)
         transported, left = errors_of_reflected(to_surface, deviations, steps, variance)
     else:
+        # Without reflections all of them are cut off: what they bring at most, wherever they end.
         light_of_surfaces.cut = np.full(
             to_surface.shape[0], _bound_all(context, first.light, far_ground)
         )

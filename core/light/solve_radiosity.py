@@ -83,7 +83,7 @@ def solve_radiosity(form_factors, factor, first, far_first, max_bounces):
     them, (p, s) float64: arrays are checked, then summed up by `sum_reflections`.
 
     `factor`, (p,), is one `radiosity_factor` for each patch; `far_first`, (p, s), is what the far
-    ground adds to the first reflection.
+    ground adds to the first reflection. Light before reflections is not in the result.
 
     Raises
     ------

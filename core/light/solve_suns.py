@@ -110,7 +110,8 @@ def light_of_first_days(context, traced, task):
     first, reflected : (p,) float32
         Before reflections, and what the first reflection brings.
     """
-    # The last sun of whole days among the first ones.
+    # The last sun of whole days among the first ones; where not even one day is whole, the last of
+    # the first ones.
     first, reflected = np.zeros((2, len(context.patches)), np.float32)
     ends = task.suns.end_of_days
     last = ends[ends <= FIRST_SUNS].max(initial=0) or min(FIRST_SUNS, len(task.suns))

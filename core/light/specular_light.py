@@ -119,7 +119,7 @@ def _trace_specular(prepared, context, traced, state=0):
     """
     # Light that comes by way of mirrors, glossy faces and glass, which gather takes as black.
     # Photons start on faces that do not reflect by Lambert's law; a ray backwards tells what each
-    # brings light from. They are as many as other patches would send rays.
+    # brings light from. For each of these faces they are as many as the rays of another patch.
     patches, plan, count = context.patches, context.plan, len(prepared.scene.surfaces)
     surface = np.where(prepared.scene.triangle_surface < 0, count, prepared.scene.triangle_surface)
     scene = context.ray_scene, patches, surface, count, traced.covered, plan.brdfs
@@ -202,6 +202,7 @@ def _arrivals_from(context, target, faces, batch):
         batch,
         lambda directions: (directions[:, 2] > 0) & is_above(plan.terrain, directions),
     )
+    # Where the far ground is left out, what comes from it is dropped.
     if not plan.far_ground:
         photons = photons.take(origin[photons.number - batch.numbers.start] != FAR_GROUND)
     # Light of the sky has one reflection behind it here, light of ground and patches two.

@@ -84,6 +84,7 @@ def outline_taken(scene, covered, cramped, shares, *, most=0.5):
     for column in range(shares.shape[1]):
         cells = covered[rows] | unpack_cells(cramped[rows, column])
         cells &= wanted[surface, column, None]
+        # Where a clearance takes the cells that the one before took, its shapes are used again.
         if before is not None and np.array_equal(cells, before):
             parts[:, column] = parts[:, column - 1]
             continue

@@ -104,6 +104,7 @@ def prepare_gather(prepared, request, progress):
     others = brdfs_of_triangles(scene, request, prepared.materials).index >= 0
     if others.any():
         patches = replace(patches, albedo=np.where(others, np.float32(0), patches.albedo))
+    # Light of a patch is resolved by elements only where it is passed on.
     elements = count_elements(points_above(request.shadow_samples)) if plan.reflections else 1
     # Starts of rays are told apart where keys have room for them and enough rays start in each
     # element.
@@ -145,6 +146,7 @@ def trace_all(context):
         -(-count // HEMISPHERE_REPLICATES) * HEMISPHERE_REPLICATES
         for count in (samples, fewer_rays(samples))
     )
+    # Patches that see the sky in closed form send no rays.
     sends = patches.receives & ~context.known
     traced_states = [Traced.empty(context) for _ in range(context.ray_scene.states)]
     full = sends & context.full
@@ -153,8 +155,6 @@ def trace_all(context):
 
     def trace(chosen, count):
         nonlocal done
-        # Patches in the open get their light by closed forms; factors of reflection follow from
-        # all.
         for one in traced_states:
             one.samples[chosen] = count
         for parts in trace_rows(context, np.flatnonzero(chosen), count):
@@ -170,10 +170,12 @@ def trace_all(context):
     trace(sends & ~full, fewer)
     if done < most:
         context.progress(STAGE, most, most, "rays")
+    # Patches in the open get their light by closed forms; then factors of reflection follow.
     for one in traced_states:
         fill_closed_forms(context, one)
         if plan.reflections:
             one.factor = element_factors(context, one)
+        # What only further rounds and edits need is dropped.
         if not context.keeps:
             one.element_far_ground = one.open_share = None
     return traced_states

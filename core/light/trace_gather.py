@@ -145,6 +145,7 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     # Every sun is traced, since open hours lie between them; errors are about the light that
     # counts.
     task, left = prepare_suns(context, traced, plan.without_hidden(suns)), None
+    # A city that can be edited keeps which points see which suns, a bit for each.
     if context.editable:
         words, states = -(-context.points // WORD), ray_scene.states
         task.bits = np.zeros((states, len(context.patches), words, len(task.suns)), np.uint16)

@@ -55,6 +55,7 @@ def trace_sources(run, sources, max_bounces, stage):
         range(first, min(first + PHOTONS_PER_TASK, count))
         for first in range(0, count, PHOTONS_PER_TASK)
     ]
+    # A source without power sends no photons, and its light is 0.
     tasks = ((source, numbers) for source in sources if source.power.any() for numbers in ranges)
     tallies = map_in_order(
         lambda task: follow_photons(

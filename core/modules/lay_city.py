@@ -107,7 +107,9 @@ class _Polygons(NamedTuple):
 
 
 def _draw_polygons(surfaces, outlines, rows, taken):
-    """What surfaces, (k,) int, leave to modules, in planes whose x runs along their rows."""
+    """What surfaces, (k,) int, leave to modules, in planes whose x runs along their rows:
+    _Polygons.
+    """
     # Cells of a grid are one polygon again.
     polygon = number_names([whole_of_cell(surfaces.surface_id[row]) for row in rows])
     _, first, of_row = np.unique(polygon, return_index=True, return_inverse=True)
@@ -193,8 +195,8 @@ def _lay_polygons(surfaces, outlines, polygons, rules, hidden):
     np.minimum.at(lowest, np.repeat(building, np.diff(starts)), outlines.points[:, 2])
     floor, rise = np.full(len(first), np.nan), planes.upward[:, 2]
     floor[walls] = (lowest[building[first[walls]]] - planes.origin[walls, 2]) / rise[walls]
-    # Buildings whose windows are drawn have no others; walls beside a neighbour, and low ones,
-    # none.
+    # Bands of windows are kept free on walls, but not on buildings whose windows are drawn, nor
+    # where a neighbour hides more than a tenth of the wall, or it is lower than a storey.
     thematic = np.asarray(surfaces.thematic, str)
     drawn = np.isin(building, np.unique(building[np.isin(thematic, WINDOWS)]))[first]
     area = np.asarray(surfaces.area)[polygons.rows]

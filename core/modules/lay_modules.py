@@ -112,6 +112,7 @@ def lay_modules(free, planes, kind, size, *, boxes=None, storeys=None, gap=0.02)
     place = np.arange(len(surface)) + np.repeat(most[:-1] - np.cumsum(number) + number, number)
     left, low, row = left[place], low[place], row[place]
     width, height = upright[chosen[surface]].T
+    # Where the lowest floor is known, rows are numbered by the storey of their middle.
     if storeys is not None:
         lowest, storey = (values[surface] for values in storeys)
         level = np.floor((low + 0.5 * height - lowest) / storey)

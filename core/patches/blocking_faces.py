@@ -37,6 +37,7 @@ def merge_pieces(vertices, triangles, surface, offset):
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(normal, axis=1)
     rows = np.flatnonzero((surface >= 0) & (area > 0))
+    # Nothing to merge where no triangle of a surface has an area.
     if not len(rows):
         return triangles
     # Of each surface its area, where it looks, and how far it may be off; then its corners.
@@ -76,6 +77,7 @@ def merge_pieces(vertices, triangles, surface, offset):
         inside = ((place - place[corner][owner]) * normals[owner]).sum(axis=1)
         whole &= np.minimum.reduceat(inside, start) >= least * np.linalg.norm(normals, axis=1)
     # Faces that pass are replaced by the two halves of their quadrangle.
+    # Triangles without area, and halves without one, are dropped.
     kept = area > 0
     kept[rows[whole[own]]] = False
     filled = covered[whole] > GEOMETRY.tie * total[whole, None]

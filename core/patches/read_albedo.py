@@ -108,6 +108,12 @@ def name_brdfs(scene, request):
     -------
     list of Found
         n + 1.
+
+    Raises
+    ------
+    InputError
+        A line of the albedo file names nothing in the city, or materials are asked for of files
+        that have none.
     """
     # Lines of the albedo file by what they name; one that names nothing in the city is an error.
     specs = read_albedo(request.albedo_file) if request.albedo_file else {}
