@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from citypv.core.accuracy.rounds_to_target import Goal, largest_round, refine
-from citypv.core.accuracy.yield_errors import LEAST_HOURS, YieldErrors
+from citypv.core.accuracy.yield_errors import YieldErrors
 from citypv.core.energy.standard_errors import join_own
 from citypv.core.light.prepare_scene import prepare_scene
 from citypv.core.light.trace_run import trace_run
@@ -43,7 +43,7 @@ def light_errors(transfer, wanted):
         "suns": np.zeros(len(own)),
     }
     area = np.where(wanted, transfer.surfaces.area, 0.0)
-    lit = (area > 0) & (light >= LEAST_HOURS * np.average(light, weights=area))
+    lit = (area > 0) & (light >= 0.1 * np.average(light, weights=area))
     chosen = {name: part[lit] for name, part in variance.items()}
     return YieldErrors(chosen, light[lit], area[lit], transfer.record.rounds, np.flatnonzero(lit))
 

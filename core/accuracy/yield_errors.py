@@ -24,7 +24,6 @@ CURES = {  # name -> the option that lowers it
     "discretisation": "a smaller --patch-size",
     "suns": "--suns with more days",
 }
-LEAST_HOURS = 0.1  # of the mean: surfaces with less are left out of the errors of single surfaces
 
 
 @dataclass
@@ -149,10 +148,9 @@ def find_lit(energy):
     counted = (area > 0) & np.isfinite(hours)
     if not counted.any():
         return counted
+    # Surfaces with less than a tenth of the mean are left out of the errors of single surfaces.
     return (
-        counted
-        & (hours >= LEAST_HOURS * np.average(hours[counted], weights=area[counted]))
-        & (hours > 0)
+        counted & (hours >= 0.1 * np.average(hours[counted], weights=area[counted])) & (hours > 0)
     )
 
 

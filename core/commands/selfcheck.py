@@ -8,9 +8,6 @@ from ..settings.version import __version__
 from .closed_form_checks import closed_form_checks
 from .hard_checks import hard_checks
 
-# standard errors; seeds are fixed, so that a check that passed once never fails by chance
-ERRORS_ALLOWED = 4
-
 
 @dataclass
 class _Check:
@@ -45,7 +42,9 @@ def selfcheck(report=None):
             value, standard_error = find()
             if not (math.isfinite(value) and math.isfinite(standard_error)):
                 raise ArithmeticError(f"found {value} ± {standard_error}")
-            passed = bool(abs(value - expected) <= ERRORS_ALLOWED * standard_error + allowance)
+            # Within four standard errors; seeds are fixed, so that a check that passed once never
+            # fails by chance.
+            passed = bool(abs(value - expected) <= 4 * standard_error + allowance)
         except Exception as error:  # counts as failure
             value, standard_error, problem = None, None, f"{type(error).__name__}: {error}"
         seconds = time.perf_counter() - started

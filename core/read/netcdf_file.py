@@ -136,9 +136,6 @@ class _KeptError(io.FileIO):
         return size
 
 
-ENGINE = "h5netcdf"  # NetCDF 4 is HDF5
-
-
 def open_netcdf(path, **options):
     """Open a NetCDF file.
 
@@ -174,7 +171,8 @@ def open_netcdf(path, **options):
     if start in (b"CDF\x01", b"CDF\x02"):
         return xarray.open_dataset(path, engine="scipy", **options)
     check_hdf5(path)
-    return xarray.open_dataset(path, engine=ENGINE, **options)
+    # NetCDF 4 is HDF5.
+    return xarray.open_dataset(path, engine="h5netcdf", **options)
 
 
 def check_hdf5(path):
