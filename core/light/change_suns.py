@@ -69,9 +69,10 @@ class Edit:
 def change_suns(edit, drift):
     """Write visible share and reflected light of each sun to the SunLight of an edited city.
 
-    Where the city is large and albedos, the states of its trees and its mirrors stay, visible
-    share and first reflections follow for each sun from what changed, and further reflections in
-    part from their mean over the suns, as a guess. Else, or where guesses add up, all are solved.
+    Where the city is large and has no mirrors, and albedos and the number of its trees' states
+    stay, visible share and first reflections follow for each sun from what changed, and further
+    reflections in part from their mean over the suns, as a guess. Else, or where guesses add up,
+    all are solved.
 
     Parameters
     ----------

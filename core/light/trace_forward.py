@@ -95,7 +95,8 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
     )
     clock.lap("plan, tree and cover")
 
-    # Reflections go on until what is left is lost in noise, by the brightest surface.
+    # Reflections go on until what is left is lost in noise, by the brightest surface, or as often
+    # as the plan says.
     brightest = max(float(patches.albedo.max(initial=0)), ground_albedo if plan.far_ground else 0.0)
     bounces = count_surely(brightest) if plan.max_bounces is None else plan.max_bounces
     # Photons from sky and far ground, then a source for each sun: parallel light that enters the

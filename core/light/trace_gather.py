@@ -166,7 +166,8 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
         if hook:
             light[SUNS].error.own = light[SUNS].error.own + variance_of_mean(suns_light.specular.T)
     clock.lap("suns")
-    # What was traced, and with what: statistics, then a Transfer for each state of trees.
+    # What was traced, and with what: statistics, then a Transfer for each state of trees. After an
+    # interruption it has the suns that were done.
     traced_city = TracedCity(prepared, context, task, [], cramped)
     common = trace_statistics(
         context, (traced[0].ray_count, direct[0].ray_count), clock, traced_before
@@ -226,6 +227,7 @@ def solve_skies(context, traced, hook, clock):
     for name, first in traced.first.items():
         if context.bounces:
             report(0)
+        # The far ground reflects the dome's light; traced parts of the sky add none by it.
         ground_albedo = context.ground_albedo if name == SKY_DOME else 0.0
         # A ray towards the sky brings its share of all light; patches in closed form and covered
         # ones sent none.
@@ -272,6 +274,7 @@ def make_transfer(city, state, suns, common, left):
     # What was decided and measured, as the record of the run.
     context, traced, direct, scene = city.context, state.traced, state.direct, city.prepared.scene
     brightest = float(city.prepared.patches.albedo.max(initial=0))
+    # Without a variance of direct light the record says why its error is unknown.
     unknown = (
         "of direct light: one shadow point per patch gives no variance estimate; ask for "
         "--shadow-samples 2 or more"
@@ -283,7 +286,7 @@ def make_transfer(city, state, suns, common, left):
         standard_error_unknown=unknown if np.isnan(state.lights[SUNS].error.own).any() else None,
         **shares_of_record(context, state.lights),
     )
-    # Shares and light of surfaces, with what they are of.
+    # What is covered or has no room is known already where modules were laid; else it is found now.
     covered_share, no_room, taken_parts = context.taken or find_taken(
         scene, context.patch_to_surface, traced.covered, city.cramped
     )

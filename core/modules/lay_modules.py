@@ -88,6 +88,7 @@ def lay_modules(free, planes, kind, size, *, boxes=None, storeys=None, gap=0.02)
         `surface` are numbers of the polygons.
     """
     count = len(free)
+    # Distances by kind of surface; a kind without its own has a flat roof's.
     spacing = np.array([SPACING.get(name, SPACING["flat"]) for name in np.asarray(kind).tolist()])
     spacing = spacing.reshape(-1, 2)
     # Edges keep their distance; of what is left all edges count, of outlines and of holes.

@@ -155,8 +155,8 @@ def _pairs_in_grid(chosen, grid, size, faces, parallel):
             for entry in range(start[touched[place]], start[touched[place] + 1]):
                 other = listed[entry]
                 if found == most or (other <= one and layer[one] == layer[other]):
-                    # buckets are in descending order: the remaining pairs are found from their
-                    # other triangle
+                    # the triangle has its most pairs; or, as buckets are in descending order, the
+                    # remaining pairs are found from their other triangle
                     break
                 along = normal[one, 0] * normals[entry, 0] + normal[one, 1] * normals[entry, 1]
                 if abs(along + normal[one, 2] * normals[entry, 2]) < parallel or not _boxes_meet(

@@ -214,6 +214,7 @@ def _step(child, kind, place, content):
         place = place._replace(source="solid")
     elif kind == "OrientableSurface" and attributes.get("orientation") == "-":
         place = place._replace(flipped=not place.flipped)
+    # A reference to polygons elsewhere in the file waits until all of it is read.
     if place.lod is not None and XLINK in attributes:
         content.references.append((attributes[XLINK], place))
     return place
@@ -335,6 +336,7 @@ def resolve_references(content):
     # A reference adds class, turn or a level to its polygon, within its own building.
     for link, reference in content.references:
         file, _, target = link.rpartition("#")
+        # A reference to what the file does not hold is reported.
         if target not in index and target not in content.groups:
             content.skip(
                 "reference to a polygon in another file, which is not read"

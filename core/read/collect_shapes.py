@@ -122,7 +122,8 @@ def _draw_geometry(geometry, owner, source, shapes):
     list of Polygon
     """
     content, lod = shapes.content, read_lod(geometry)
-    # Rings of the geometry with what its semantics say of each.
+    # Rings of the geometry with what its semantics say of each; one whose lists are not nested as
+    # its type asks is left out and told.
     try:
         surfaces, matching = walk_boundaries(geometry)
     except ValueError as error:

@@ -136,8 +136,7 @@ def collect_json_tree(city_object, name, shapes, line):
 
     Parameters
     ----------
-    one : dict
-        The city object.
+    city_object : dict
     name : str
     shapes : Shapes
         Of the file.

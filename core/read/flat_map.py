@@ -84,8 +84,8 @@ class FeatureList:
             self._rows.append(attributes)
 
     def _add_polygon(self, rings, where):
-        """Add the rings of one polygon; False, with what is in the way, where they cannot be
-        used.
+        """Add the rings of one polygon: True. Where they cannot be used nothing is added, the
+        report says why, and it is False.
         """
         before, ends, problem = len(self._numbers), len(self._ring_ends), ""
         try:
@@ -125,11 +125,13 @@ class FeatureList:
         Raises
         ------
         InputError
-            There is no outline, or a coordinate is not finite.
+            There is no outline, or a coordinate is not finite or too large.
         """
         points = np.array(self._numbers).reshape(-1, 2)
         owner = np.array(self._owner, np.int64)
         path = self._content.path
+        # Without a polygon the error tells what the file has instead; else other geometries are
+        # noted.
         if not len(owner):
             kinds = ", ".join(f"{count:,} {kind}" for kind, count in self._others.most_common(5))
             problem = "contains no outlines" + (f" (but {kinds})" if kinds else "")
@@ -140,6 +142,7 @@ class FeatureList:
             np.concatenate([[0], ends]).astype(np.int64)
             for ends in (self._ring_ends, self._polygon_ends)
         ]
+        # The first outline with a coordinate that cannot be used is named.
         wrong = ~(np.abs(points) <= LARGEST_COORDINATE).all(axis=1)  # also true for NaN
         if wrong.any():
             ring = np.searchsorted(starts[0], wrong.argmax(), "right") - 1
@@ -201,7 +204,7 @@ def map_of_wkb(geometries, ids, columns, content):
     Raises
     ------
     InputError
-        There is no outline.
+        There is no outline, or a coordinate is not finite or too large.
     """
     # Heights of corners are dropped; features without a readable geometry are left out and told.
     shapes = shapely.from_wkb(np.array(geometries, object), on_invalid="ignore")

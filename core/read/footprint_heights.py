@@ -79,7 +79,8 @@ def measure_heights(flat_map, hints, content):
     Raises
     ------
     InputError
-        `--height` names an attribute that the file does not have.
+        `--height` names an attribute that the file does not have, heights above the sea have no
+        height of the ground, or nine of ten buildings would be higher than 100 m.
     """
     columns = flat_map.columns
     # The attribute that the user names, floors, the ground's height, and the top: measured heights
@@ -89,10 +90,11 @@ def measure_heights(flat_map, hints, content):
     ground, _ = _first_values(
         flat_map, names.find_names(columns, names.GROUNDS), _chooser(hints, content), zero=True
     )
+    # A ground more than 500 m below the sea counts as unknown.
     ground[ground < -500.0] = np.nan
     top, source, above_sea = _measure_tops(flat_map, (floors, ground), given, hints, content)
     _mark_multiples(top, source, floors, content)
-    # Floors where there is no height; levels of a roof come on top.
+    # A roof's height, or its levels times 3 m, to come on top of floors.
     roof_names = names.find_names(columns, names.ROOF_HEIGHTS)
     roof, _ = _first_values(flat_map, roof_names, _chooser(hints, content))
     levels, _ = _first_values(flat_map, names.find_names(columns, names.ROOF_LEVELS), lambda _: 1.0)
@@ -105,7 +107,8 @@ def measure_heights(flat_map, hints, content):
         flat_map, names.find_names(columns, names.BOTTOM_FLOORS), lambda _: STOREY
     )
     bottom = np.nan_to_num(np.where(np.isfinite(bottom), bottom, lower))
-    # Where only floors are told, the top is floors times their height.
+    # Where only floors are told, the top is floors times 3 m; of OpenStreetMap, whose floors do not
+    # count the roof, with the roof on top.
     estimated = np.isnan(top) & np.isfinite(floors)
     plus = above if floors_name and ":" in floors_name else 0.0  # of OpenStreetMap
     top = np.where(estimated, floors * STOREY + plus, top)
@@ -144,6 +147,8 @@ def _measure_tops(flat_map, known, given, hints, content):
         own = _in_metres(values, unit or _unit_of(name, values[0], floors, hints, content))
         # Heights above the sea where no ground is known: these alone are returned, and a terrain is
         # needed.
+        # Above the sea without any height of the ground: terrain must give it, and this attribute
+        # alone is taken.
         if high and not grounded:
             if not hints.terrain:
                 raise InputError(
@@ -156,6 +161,8 @@ def _measure_tops(flat_map, known, given, hints, content):
             return own, np.where(np.isfinite(own), name, "").astype(object), np.isfinite(own)
         # Else the ground is subtracted, from an unmarked attribute too where its numbers look like
         # heights above the sea (then a note says so).
+        # The ground is taken off heights above the sea. An attribute that the user did not name
+        # counts as one where its numbers say so.
         if high or (given is None and _is_absolute(own, ground)):
             own = own - ground
             if not high:
@@ -341,8 +348,8 @@ def _unit_of(name, values, floors, hints, content):
     metres = plane_of(content.crs)[1] if content.crs else 1.0
     own = next((unit for unit in ("ft", "us-ft") if abs(metres - UNITS[unit]) < 1e-6), "m")
     if values is not None:
-        # A floor is 2 to 6 m high, 7 to 20 feet.
-        # Ten buildings at least must have both numbers.
+        # A floor is 2 to 6 m high, 7 to 20 feet. Ten buildings at least must have both numbers;
+        # without, or with floors that fit nothing, the unit of the system holds.
         both = (values > 0) & (floors > 0)
         if both.sum() >= 10:
             storey = float(np.median(values[both] / floors[both]))

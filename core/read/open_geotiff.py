@@ -151,6 +151,7 @@ def open_geotiff(path, file):
     if NO_DATA in page.tags:
         gap = float(str(page.tags[NO_DATA].value).strip(" \0").replace(",", "."))
         gap = float(kind.type(gap)) if kind.kind == "f" else gap
+    # Fewer strips or tiles than the size of the image asks for: the file is damaged.
     if min(counts) < across * down:
         raise ValueError(f"{min(counts)} of {across * down} strips or tiles")
 
@@ -337,6 +338,7 @@ def unpack_segment(packed, compression, predictor, shape, kind):
     ValueError, zlib.error
         The bytes are damaged or too few.
     """
+    # Unpacked by its compression, or taken as it is where it has none.
     size, data = int(np.prod(shape)) * kind.itemsize, packed
     if compression == LZW:
         unpacked = np.empty(size, np.uint8)

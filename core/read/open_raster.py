@@ -81,7 +81,8 @@ def _read_ascii_grid(path):
             raise ValueError("its header has no ncols and nrows")
         columns, rows = int(head["ncols"]), int(head["nrows"])
         body = line + stream.read()
-    # Body: as many numbers as rows times columns, the northern row first.
+    # Body: as many numbers as rows times columns, the northern row first; the head's nodata_value
+    # becomes NaN.
     with warnings.catch_warnings():
         warnings.simplefilter("error", DeprecationWarning)
         try:

@@ -69,7 +69,7 @@ def parse_obj(path, up="z", report_share=silent, *, face_bytes=400):
     number, group, material = 0, "", ""
     budget = Budget(path, "holds a mesh", "split it into tiles, and give them all")
     # A statement at a time: vertices, faces with the names that hold for them, names of objects,
-    # groups and materials; what has no place here is counted.
+    # groups and materials; the first comment about EPSG is kept, and what has no place is counted.
     for line, words in _statements(path, report_share):
         keyword = words[0]
         if keyword == "v":
@@ -123,8 +123,8 @@ def turn_up(points, up):
 def _statements(path, report_share, *, longest_line=2**20):
     """Line number and words of every statement of an OBJ file.
 
-    A trailing backslash continues on the next line. Lines that are too long, or hold a zero byte,
-    are refused.
+    A trailing backslash continues on the next line: the number is of the last one. Lines that are
+    too long, or hold a zero byte, are refused.
     """
     with open_input(path, report_share) as stream:
         # UTF-8, or UTF-16 where its first bytes say so.

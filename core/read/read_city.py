@@ -107,6 +107,11 @@ def _list_files(paths):
     Returns
     -------
     list of Path
+
+    Raises
+    ------
+    InputError
+        A path cannot be looked at, or a folder has no building files.
     """
     files = []
     # A file that cannot be looked at is told at once; a missing one when it is opened.
