@@ -19,7 +19,8 @@ def check_goal(scene, weather, request, log):
     """Refuse a target below what the choice of suns leaves, and a time in which not even the first
     round is traced.
 
-    Photons have no prices: with them nothing is refused.
+    Photons have no prices: with them nothing is refused. With a time budget that suffices, a line
+    of the log says how much of it the first round takes.
 
     Parameters
     ----------
@@ -32,16 +33,18 @@ def check_goal(scene, weather, request, log):
     Raises
     ------
     InputError
+        The target is below what the suns leave, or the first round does not end within the time.
     """
     if request.estimator == "forward":
         return
+    # A run with rounds has 16 shadow points at least.
     request = replace(request, shadow_samples=max(request.shadow_samples, CELLS))
     # A pilot with few rays predicts errors and seconds of the run.
     prepared = prepare_scene(scene, request, weather=weather).build_tree(request)
     city = predict_city(CityYear(scene, prepared, weather, request), (request.suns,), log.progress)
     errors = city.predict_errors(request)
-    # Rounds lower what rays and points leave, but not what the suns do, which is itself an
-    # estimate.
+    # Rounds lower what rays and points leave, but not what the suns do. A target below 0.8 of that
+    # is refused: it is itself an estimate.
     of_suns = errors.at_share(without=[source for source in SOURCES if source != "suns"])
     if request.target_error is not None and CERTAIN * of_suns > request.target_error:
         cure = "hourly" if request.suns == "days:52" else "days:52"
@@ -51,6 +54,7 @@ def check_goal(scene, weather, request, log):
             "leaves",
             f"give --suns {cure}, or a target above {of_suns:.2f}",
         )
+    # Without a time budget there is nothing more to refuse.
     if request.time_budget is None:
         return
     # The first round, with electricity before and after it, must end within the time.

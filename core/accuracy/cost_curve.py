@@ -78,6 +78,7 @@ class _CostCurve:
                 f"{source:14} "
                 f"{one.bounces_left:11.2f}"
             )
+        # Without modules no error is known, and a last line says so.
         if not any(np.isfinite(prediction.error) for prediction in self.prices):
             lines.append(
                 "No surface carries modules, so there are no errors of full load hours to predict."
@@ -201,7 +202,8 @@ def predict_city(inputs, ways, progress=silent):
 
 
 def predict_costs(scene, weather, request, reading=0.0, progress=silent):
-    """Trace a pilot and predict what accuracy costs.
+    """Trace a pilot, and predict seconds and errors of each preset, and of the run asked for with
+    one setting changed at a time.
 
     Parameters
     ----------
@@ -261,7 +263,8 @@ def predict_costs(scene, weather, request, reading=0.0, progress=silent):
 
     # A preset stands for the program's defaults where it names nothing.
     plain = {name: getattr(Request(), name) for name in ("samples", "shadow_samples", "suns")}
-    # Presets first, then each setting by itself, the others as asked.
+    # Presets first, then each setting by itself, the others as asked; patch sizes only where the
+    # run has patches, not whole polygons.
     listed = [predict(name, **plain | changes) for name, changes in PRESETS.items()]
     listed += [predict(f"--samples {count}", samples=count) for count in (64, 256, 1024, 4096)]
     listed += [

@@ -77,7 +77,9 @@ def budget_groups(transfer, weather, energy, cut):
     Returns
     -------
     dict
-        Kind and orientation -> source -> {"hours", "percent"}.
+        Kind and orientation -> source -> {"hours", "percent"}, of the group's mean full load hours;
+        both None where the source was not measured. Sources: sampling, sun_sampling,
+        cut_reflections, patch_size, far_ground, string_shade, sky_model.
     """
     # Errors of single surfaces, and what the run recorded of its effects.
     errors = standard_errors.errors_of_energy(transfer, weather, energy)
@@ -194,8 +196,14 @@ def budget_errors(transfer, energy, weather):
     - `patches`: discretisation error of reflected light, from light uneven within the cells of
       patches; one third of
       the measured effect of light that is uneven between the cells.
+    - `sun_sampling`: the record of what the choice of suns does, as tracing measured it.
+
+    Entries on sampling, surfaces and groups are missing where no eligible surface has hours,
+    `patches` and `sun_sampling` where they were not measured; `bounces` is None where no bound is
+    known.
     """
-    # What further reflections would add: by group where it is known, else by a geometric series.
+    # What further reflections would add: the bound that tracing left. A run by photons has none:
+    # there the sum of a geometric series counts.
     record, budget = transfer.record, {"unit": "percent", "bounces": None}
     cut = bound_cut_reflections(transfer, weather, energy)
     if cut["all"] is not None:
@@ -208,7 +216,7 @@ def budget_errors(transfer, energy, weather):
             else 1.0
         )
         budget["bounces"] = 100 * last * record.brightest_albedo / (1 - record.brightest_albedo)
-    # Errors by sampling of the mean, of single surfaces, and of groups.
+    # Errors by sampling of the mean, of single surfaces, and of groups, if there are any hours.
     eligible = energy.eligible & np.isfinite(energy.full_load_hours)
     whole = float(energy.full_load_hours[eligible] @ transfer.surfaces.area[eligible])
     errors = split_errors(transfer, weather, energy)

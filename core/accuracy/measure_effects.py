@@ -51,19 +51,19 @@ def measure_effects(inputs, progress=silent):
     Transfer
         With all effects as planned, under fewer suns.
     """
-    # All runs gather light with few rays if the city is large, as the difference of two runs with
-    # the same rays has little noise.
-    # Every run gathers light, whatever estimator was asked for.
+    # Every run gathers light; if another estimator was asked for, the plan is made anew.
     plan, request = inputs.prepared.plan, replace(inputs.request, estimator="gather")
     inputs = (
         _replan(inputs._replace(request=request))
         if inputs.request.estimator != "gather"
         else inputs
     )
-    # A city of up to 1,000 patches is traced with all rays.
+    # A city of up to 1,000 patches is traced with all rays, a larger one with 32 from each patch:
+    # the difference of two runs with the same rays has little noise.
     large = traced_patches(inputs.prepared).sum() > 1_000
     samples = min(request.samples, LARGE) if large else request.samples
-    # With as few rays from all patches there is nothing that `receivers` would change.
+    # With as few rays from all patches there is nothing that `receivers` would change: it is left
+    # out.
     # Effects that change the light: neither electrical ones nor shade on strings.
     traced = tuple(key for key in TABLE if key not in (*ELECTRIC, "string-shade"))
     keys = [key for key in traced if key != RECEIVERS or samples == request.samples]
@@ -74,7 +74,8 @@ def measure_effects(inputs, progress=silent):
         if (one := _replan(inputs, key)).prepared.plan[key].on != plan[key].on
     }
     measured = {key: [] for key in others}
-    # Both runs of a pair have the same suns and random numbers; from pair to pair both change.
+    # Each pair is a run as planned and one with the effect switched, with the same suns and random
+    # numbers. Suns and numbers change from pair to pair, of which there are three.
     for pair, days in enumerate(PAIRS):
         suns = choose_year(inputs.weather, replace(request, suns=days))
         planned = _trace_light(inputs, samples, suns, pair)
@@ -88,7 +89,8 @@ def measure_effects(inputs, progress=silent):
         # (pairs, 2)
         light, spent = (np.array([[one[k] for one in pair] for pair in runs]) for k in (0, 1))
         effect.share, effect.share_standard_error = compare_light(*light.T)
-        # The median, since the first run is slow: it loads compiled code.
+        # The median of the three pairs, none of which is discarded: the first run also loads
+        # compiled code and is slow, which must not count.
         effect.seconds = float(np.median(spent[:, 0] - spent[:, 1]))
     return planned[-1]
 

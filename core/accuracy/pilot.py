@@ -112,10 +112,13 @@ def trace_few(inputs, setting, suns, progress=silent, *, part=None):
     Returns
     -------
     PilotRun
+        Samples, counts of patches, processor seconds, and wall time per second of these.
     Transfer
+        As traced by gathering, without layouts of modules.
     """
     samples, shadow_samples = setting
-    # A run of the same kind with fewer samples, perhaps of some patches only.
+    # A run of the same kind with fewer samples, gathered whatever estimator was asked for, perhaps
+    # of some patches only.
     request = replace(
         inputs.request, samples=samples, shadow_samples=shadow_samples, estimator="gather"
     )

@@ -57,12 +57,14 @@ def refine(run, errors, goal, trace_round, tell, *, seconds_per_line=2.0):
     trace_round : callable
         `trace_round(run, size)` gives the Run with a further round.
     tell : callable
-        Called with a line of text after each round.
+        Called with a line of text after a round, if the last line is `seconds_per_line` old, and
+        when tracing stops.
 
     Returns
     -------
     Transfer
-        Of all rounds that were finished. Matrices of the given one are overwritten.
+        Of all rounds that were finished, also where the goal is out of reach: time or memory ended,
+        or tracing was cancelled. Matrices of the given one are overwritten.
     """
     # Seconds of a round follow from the one before; the first round is given.
     errors_now, told = errors(run.transfer), -seconds_per_line

@@ -54,8 +54,8 @@ def measure_ways(inputs, transfer, ways, progress=silent, *, patches=500):
         `bias_standard_error`, `of_groups` (rms of the means of kinds and orientations), `rms`
         (patch by patch) and its `rms_standard_error`, and how many `patches`.
     """
-    # The suns of more days are the truth; if the run has every hour's already, the error is
-    # nothing.
+    # If the run has every hour's suns already, or no surface is eligible, the error is nothing.
+    # Else the truth are suns of four times the days, or every hour's.
     scene, prepared, weather, request = inputs
     every, surfaces = {suns.sampling: suns for suns in ways}, transfer.surfaces
     if every.keys() == {"hourly"} or not surfaces.eligible.any():

@@ -42,7 +42,8 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
     Raises
     ------
     InputError
-        If no building has a usable polygon, or none has the requested level of detail.
+        If an option is unknown, no building has a usable polygon, or none has the requested level
+        of detail.
     """
     # Options are checked before anything is joined.
     if orient not in ("auto", "as-drawn"):
@@ -77,6 +78,7 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
     city = repair_polygons(city, sources, report)
     city = city.take(find_strays(city, report))
     report_share(0.65)
+    # A city of which nothing is left is refused, with the commonest reason.
     if not len(city):
         raise InputError(
             contents[0].path,

@@ -92,8 +92,8 @@ def order_axes(middle, crs, hints, content=None):
 
 
 def _narrow(middle, system, hints, content):
-    """The evidence for an order, step by step: tuples of what it is, and the orders that it
-    leaves.
+    """The evidence for an order of coordinates, step by step: tuples of its name, and of the orders
+    that it leaves: one, both where it does not decide, or none where it tells nothing.
     """
     (crs, plane, registered), left = system, list(ORDERS)
     places = {axes: _place_of(middle, plane, axes) for axes in ORDERS}

@@ -127,6 +127,7 @@ def spread_points(foot_places, footprints, lattice):
     # A quadtree: squares of the size, those on the lattice, are taken or cut into four.
     done = []
     while len(cells):
+        # Squares outside the bounds of the lattice are dropped.
         cells = cells[((cells + 1) * size > low).all(axis=1) & (cells * size < high).all(axis=1)]
         # Random numbers of each square: of those near each other no two have the same middle in
         # half patches.
@@ -139,6 +140,7 @@ def spread_points(foot_places, footprints, lattice):
         away, _ = tree.query(places)
         # A patch may grow by 0.35 m per metre of distance from the nearest foot.
         fine = size <= patch_size * 1.0001 + 0.35 * np.maximum(away - 0.7 * size, 0)
+        # Squares that reach over the bounds are split down to the step of the lattice.
         fine &= (size <= lattice.step) | ((cells * size >= low) & ((cells + 1) * size <= high)).all(
             axis=1
         )

@@ -90,7 +90,15 @@ def build_terrain(feet, points, terrain, patch_size=None, reach=3.0, *, site=AS_
 
 
 def _spread(foot_points, feet, terrain, near):
-    """Ground points with heights; gaps are interpolated, with a note."""
+    """Ground points with the heights of a terrain: places in plan, (p, 2) float64 [m], heights,
+    (p,) float64 [m], and notes on gaps near the buildings, which are filled; ground points in gaps
+    further away are left out.
+
+    Raises
+    ------
+    InputError
+        The terrain has no height under any building.
+    """
     # The lattice is widened as far as the terrain reaches, up to the horizon, in its own steps.
     foot_places, site = foot_points[:, :2], near.site
     grid_points = site.to_files(np.concatenate([layer.points for layer in terrain.layers]))[:, :2]
@@ -105,9 +113,10 @@ def _spread(foot_points, feet, terrain, near):
     heights = measure_heights(terrain, places)
     at_feet = np.arange(len(places)) < len(foot_places)
     rest = np.flatnonzero(np.isnan(heights) & at_feet)
-    # the same place but for rounding
+    # Feet that miss the terrain by rounding alone take its nearest height, and no note.
     heights[rest] = nearest_heights(terrain, places[rest], GEOMETRY.accuracy)
     gap = np.isnan(heights)
+    # Other feet in a gap take the nearest height within 5 m, if there is one.
     heights[gap & at_feet] = nearest_heights(terrain, places[gap & at_feet], NEAR)
     if np.isnan(heights[at_feet]).all():
         raise InputError(
@@ -155,10 +164,11 @@ def _spread(foot_points, feet, terrain, near):
 
 def _refine(vertices, terrain, foot_places, *, most_points=60_000):
     """Greedy refinement: in each triangle add the terrain point with the largest error, until all
-    are in tolerance.
+    are in tolerance, there would be more than `most_points`, or after eight rounds.
 
-    Returns the vertices, and the triangles between them.
+    Returns the vertices, and the triangles between them, by Delaunay in plan.
     """
+    # Ground of so many points is not refined.
     if len(vertices) >= most_points:
         return vertices, Delaunay(vertices[:, :2]).simplices
     # Candidates are the terrain's own points inside the hull, over 1 m from any building's foot.
@@ -166,7 +176,7 @@ def _refine(vertices, terrain, foot_places, *, most_points=60_000):
     low, high = vertices.min(axis=0)[:2], vertices.max(axis=0)[:2]
     own = np.concatenate([layer.points for layer in terrain.layers])
     own = own[((own[:, :2] > low) & (own[:, :2] < high)).all(axis=1)]
-    # not covered by a finer layer
+    # Points at which the terrain has another height lie below a finer layer, and are left out.
     own = own[np.abs(measure_heights(terrain, own[:, :2]) - own[:, 2]) < GEOMETRY.accuracy]
     distance = feet.query(own[:, :2])[0]
     own, distance = own[distance > 1.0], distance[distance > 1.0]
@@ -186,6 +196,7 @@ def _refine(vertices, terrain, foot_places, *, most_points=60_000):
         order = np.lexsort([-missed, simplex])
         worst = order[np.unique(simplex[order], return_index=True)[1]]
         worst = worst[missed[worst] > 1]
+        # Done if no error is too large, or the points would be too many.
         if not len(worst) or len(vertices) + len(worst) > most_points:
             return vertices, triangulation.simplices
         vertices = np.concatenate([vertices, own[worst]])

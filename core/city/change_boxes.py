@@ -21,10 +21,11 @@ def boxes_around(corners, side=10.0):
     Returns
     -------
     (b, 2, 3) float64 [m]
-        At most MOST_BOXES; none without triangles.
+        At most 16; none without triangles.
     """
     if not len(corners):
         return np.zeros((0, 2, 3))
+    # One box around the triangles of each square of the plan, by their middles.
     square = np.floor(corners.mean(axis=1)[:, :2] / side)
     group = np.unique(square, axis=0, return_inverse=True)[1].ravel()
     while group.max() >= 1 << 8:  # coarser squares where a change is wide

@@ -89,7 +89,11 @@ def choose_levels(contents, wanted, report):
 
 
 def _choose_in_file(content, wanted, report, passed_over):
-    """Polygons of one file to keep."""
+    """Polygons of one file to keep, each with the one level of detail that is taken.
+
+    Levels that were passed over, for one after them that has more of the shape, are added to
+    `passed_over`: (preferred, taken) -> names of parts; what is left out to the report.
+    """
     # Bodies and installations of each part; a part that has nothing but installations is made of
     # them.
     units, installed = defaultdict(list), defaultdict(list)
@@ -218,11 +222,12 @@ def _is_whole(lod, measured, levels, *, roof=2 / 3, wall=0.3):
 
 
 def _find_redrawn(together, units, levels, taken):
-    """Parts of one building that draw, in another level, what others of its parts draw better: set.
+    """Parts of one building that draw, in another level, what others of its parts draw better: set
+    of those to leave out.
 
     Many files draw a whole building in LoD1, and its parts in LoD2. A tower in LoD1 on a podium in
     LoD2 stays: it covers other heights. A part whose better level was passed over is drawn in that
-    after all, beside the others.
+    after all, beside the others: its level in `taken` is changed.
     """
     again = set()
     # Parts with walls and of the higher level come first: those after them are held against them.
@@ -238,6 +243,7 @@ def _find_redrawn(together, units, levels, taken):
             for earlier in order[:place]
             if earlier not in again and taken[earlier] != taken[unit]
         ]
+        # Nothing stands before it in another level, or it has no plan: it stays.
         if not others or not own.plan.area:
             continue
         # Drawn again if most of its plan is covered by parts of other levels, and most of its

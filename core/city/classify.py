@@ -75,6 +75,12 @@ def classify(area, surface_tilt, surface_azimuth, thematic, sectors="8", *, sect
     orientation : array, (n,) str
         One of `ORIENTATIONS`, or none.
     eligible : array, (n,) bool
+        Closure surfaces never are.
+
+    Raises
+    ------
+    InputError
+        An array has another length, or a number out of its range.
     """
     count = len(thematic)
     area = check_array("area", area, (count,), most=np.inf)

@@ -45,7 +45,8 @@ def build_hierarchy(corners, body):
     body = np.unique(body, return_inverse=True)[1]
     sums = np.column_stack([np.bincount(body, centre[:, axis]) for axis in range(3)])
     middle = (sums / np.bincount(body)[:, None])[body]  # of the body of each triangle
-    # nodes of one level
+    # At first one node, the root, holds all triangles, in one list with the place where each node
+    # of the level begins.
     order, first, whole = (
         np.arange(len(corners)),
         np.zeros(1, np.int64),
@@ -255,4 +256,5 @@ def _cross_leaf(corners, costs, ray, added):
         crossing_depth = side * per_metre[k] * min(t, reach) + (
             per_crossing[k] if t < reach else 0.0
         )
+        # A triangle that the ray misses, runs along or meets behind its origin adds nothing.
         added[k] = crossing_depth if (not outside) & (whole != 0) & (t > 0) else 0.0

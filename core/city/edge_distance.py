@@ -28,9 +28,8 @@ def measure_edge_distance(scene):
     Returns
     -------
     (n,) float64 [m]
-        NaN beyond FURTHEST, for level surfaces and ground, and everywhere in scenes of fewer than
-        50 buildings, or where fewer than ten have a surface that is NEAREST to the
-        outline.
+        NaN beyond 100 m, for level surfaces and ground, and everywhere in scenes of fewer than
+        50 buildings, or where fewer than ten have a surface within 25 m of the outline.
     """
     surfaces, found = scene.surfaces, np.full(len(scene.surfaces), np.nan)
     kind, building = (
@@ -41,7 +40,7 @@ def measure_edge_distance(scene):
     # Fewer than 50 buildings are no city, and have no edge.
     if len(np.unique(building[built])) < 50:
         return found
-    # Surfaces with less of their unit normal in plan look to no side.
+    # Flat roofs, and surfaces with a tenth or less of their unit normal in plan, look to no side.
     looks = (np.hypot(*surfaces.normal[:, :2].T) > 0.1) & (kind != "flat")
     middles = _middles_of_surfaces(scene)[:, :2]
     # Slivers have no triangles, and so no middle.
@@ -54,11 +53,13 @@ def measure_edge_distance(scene):
     ends = np.stack([middles - 0.1 * directions, middles + (FURTHEST + 1) * directions], axis=1)
     inside = shapely.intersection(shapely.linestrings(ends), area)
     parts, ray = shapely.get_parts(inside, return_index=True)
-    # The first part, which begins where the ray does.
+    # The distance is the length of the first part of the ray in the built area, which begins where
+    # the ray does; without such a part it is 0.
     begins = shapely.distance(parts, shapely.points(ends[ray, 0])) < 0.01
     length = np.zeros(len(rows))
     length[ray[begins]] = shapely.length(parts[begins])
     distance = np.maximum(length - 0.1, 0.0)
+    # Only a city with ten buildings at its rim has an edge; else all distances stay NaN.
     rim = np.unique(building[rows[distance < NEAREST]])
     if len(rim) >= 10:
         found[rows] = np.where(distance <= FURTHEST, distance, np.nan)

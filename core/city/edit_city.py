@@ -43,9 +43,10 @@ def edit_city(city, change, convergence=0.0):
     Raises
     ------
     InputError
-        An id is unknown, an added city is in another system, or no building is left.
+        An id is unknown, a tree is to be raised, a building would be lowered below its foot, an
+        added city is in another system, or no building is left.
     """
-    # Ids must exist before anything changes.
+    # Ids of buildings and trees must exist before anything changes; only buildings are raised.
     trees = {tree.name for tree in city.trees}
     buildings, known = np.array(city.building_id), {*city.building_id, *trees}
     for name in (*change.removed, *change.moved, *change.raised):
@@ -79,7 +80,7 @@ def edit_city(city, change, convergence=0.0):
         _move_tree(tree, shifts[tree.name].__add__) if tree.name in shifts else tree
         for tree in city.trees
     ]
-    # Removed and added last.
+    # Removed and added last: what is told of buildings goes with them.
     told = {place: own for place, own in city.attributes.items() if place[0] not in change.removed}
     trees = [tree for tree in moved if tree.name not in change.removed]
     left = replace(city, points=points, trees=trees, attributes=told)
@@ -144,7 +145,10 @@ def _move_tree(tree, move):
 
 
 def join_cities(one, other):
-    """Both cities as one: City. Names that the first one has already get a number.
+    """Both cities as one: City in the system of the first, with the polygons and trees of both.
+
+    Names of the second one that the first has already get a number. Its points stay as they are;
+    without a system they are taken to be in that of the first.
 
     Raises
     ------
@@ -157,6 +161,8 @@ def join_cities(one, other):
             f"it is in {other.crs}, the city in {one.crs}",
             "give them in the system of the city",
         )
+    # Lists of names by polygon, the first city's before the other's; a city without one of them has
+    # empty names there.
     lists = {
         name: [
             *(getattr(one, name) or [""] * len(one)),
@@ -177,6 +183,7 @@ def join_cities(one, other):
         for (building, part), own in other.attributes.items()
         if building in new_names
     }
+    # Where both tell something of one name, the first city's counts.
     joined = {"trees": trees, "attributes": one.attributes | told, **shape, **lists}
     return replace(one, colours=other.colours | one.colours, **joined)
 

@@ -41,6 +41,7 @@ def cut_ground(scene, first, gone, patch_size):
     stays = prints.copy()
     stays[gone] = False
     new, old = np.flatnonzero(prints[first:]) + first, gone[prints[gone]]
+    # Without ground, or without footprints that come or go, the scene stays as it is.
     if not len(laid) or not len(new) + len(old):
         return scene, none
     plan = draw_triangles(scene.corners_of(laid))
@@ -59,7 +60,7 @@ def cut_ground(scene, first, gone, patch_size):
     ]
     corners = [_lift(part, scene.corners_of([k])[0]) for part, k in pieces]
     # Where a footprint goes, ground closes the gap that it leaves, at the heights of its own
-    # points.
+    # points, except where a new hole, another footprint or other ground is.
     others = np.flatnonzero(stays)
     around = shapely.STRtree(draw_triangles(scene.corners_of(others)))
     over = others[np.unique(around.query(freed, "intersects"))]

@@ -47,7 +47,7 @@ class _SceneChange:
 
 
 def edit_scene(scene, rows, before, after, request):
-    """Scene of an edited city.
+    """Scene of an edited city, changed only where the edit reaches.
 
     Parameters
     ----------
@@ -61,11 +61,13 @@ def edit_scene(scene, rows, before, after, request):
     Returns
     -------
     SceneChange
+        The edited scene, the rows of its surfaces, and what came and went. Triangles and surfaces
+        of the base keep their numbers; those that are gone stay without area, not eligible.
 
     Raises
     ------
     InputError
-        The edited city cannot be used.
+        The edited city cannot be used, or stands on another terrain.
     """
     if not _same_terrain(before.terrain, after.terrain):
         raise InputError(
@@ -99,6 +101,7 @@ def edit_scene(scene, rows, before, after, request):
     edited.footprint = edited.footprint & ~find_hanging(
         edited, find_floating_new(edited, len(scene.surfaces))
     )
+    # Racks stand on the roofs of what is new.
     racks = parse_racks(request.racks)
     if added is not None and racks:
         edited = lay_racks(edited, part, racks, request.patch_size, request.sectors)
@@ -118,6 +121,7 @@ def edit_scene(scene, rows, before, after, request):
     )
     order = _order_rows(edited, alive, len(scene.surfaces), after)
     _find_twins(edited, order, after, solids, request.sectors)
+    # Surfaces that are no longer of the city keep their row, without area and not eligible.
     dead = np.setdiff1d(np.arange(len(edited.surfaces)), order)
     edited.surfaces.eligible[dead] = False
     edited.surfaces.area[dead] = 0.0
@@ -290,6 +294,7 @@ def _find_twins(scene, order, after, solids, sectors):
             axis=1
         )
     part = local.take(near)
+    # Without polygons near the change nothing is judged again.
     if not asked.any():
         return
     # Only this part of the city is searched for polygons drawn twice.

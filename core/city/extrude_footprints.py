@@ -76,7 +76,7 @@ def extrude_footprints(contents, crs, report, ground_height=None):
     Raises
     ------
     InputError
-        No outline has an area.
+        No outline has an area, or all of it ends below the terrain.
     """
     # All files as one table of buildings and parts, each with a name.
     tables = [content.footprints for content in contents]
@@ -113,7 +113,8 @@ def extrude_footprints(contents, crs, report, ground_height=None):
     foot = _find_feet(shapes, building[owner], ground[owner], ground_height)
     low, high = foot + bottom[owner], foot + top[owner]
     if above_sea.any():
-        # Heights above the sea end where they say, or 1 m above ground that is not yet known.
+        # Heights above the sea end where they say, or 1 m above the bottom where the ground is not
+        # yet known. What ends below the terrain is left out.
         tops = foot + bottom[owner] + 1.0 if ground_height is None else top[owner]
         high = np.where(above_sea[owner], tops, high)
         sunk = high <= low

@@ -49,6 +49,8 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     Returns
     -------
     Feet
+        The edges that stand on the ground, with the footprints that have one; footprints that have
+        none are told as hanging.
     """
     # Edges of all rings, with the polygon that each belongs to, and footprints in plan.
     polygon_of_ring = np.repeat(np.arange(len(city)), np.diff(city.polygon_start))

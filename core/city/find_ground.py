@@ -43,6 +43,7 @@ def find_ground(scene):
     ground = named[scene.surface_of_triangle] & ~scene.footprint
     building = np.append(number_names(scene.surfaces.building_id), -1)[surface]
     vertices, triangles, own = np.asarray(scene.vertices, float), scene.triangles, building >= 0
+    # Without surfaces only what was generated is ground.
     if not own.any():
         return ground
     # Twice the plan area, and the rectangle around all buildings [m²].
@@ -58,12 +59,13 @@ def find_ground(scene):
     candidate = np.append(2 * sinking < rising, False)
     candidate[building[own & (classes | ground)]] = False
     mesh = np.where(candidate[building], building, -1)
-    # A mesh that covers less than half of the city's bounds in plan is not the ground.
+    # Where all such meshes together cover less than half of the city's bounds, none is the ground.
     enough = max(0.5 * whole, 1e-12)
     if upward[(mesh >= 0) & (upward > 0)].sum() / 2 < enough:
         return ground
-    # Candidates are cut into sheets that hang together, joined with others that they meet; each
-    # group and each lone sheet is asked whether it covers enough.
+    # Candidates are cut into sheets that hang together. Where these cover too little, none is the
+    # ground; else they are joined with others that they meet, and each group and each lone sheet is
+    # asked whether it covers enough.
     sheet, alone = number_sheets(vertices, triangles, upward > 0, mesh)
     some = np.flatnonzero(sheet >= 0)
     spanned = np.bincount(sheet[some], upward[some] / 2, len(alone))
@@ -75,6 +77,7 @@ def find_ground(scene):
         for one in np.flatnonzero(area >= enough):
             members = np.append(number == one, False)
             chosen = members[sheet]
+            # What is ground already is not asked again.
             if ground[chosen].all():
                 continue
             # Where houses share corners with the ground, it has yards, and there is none below
@@ -153,6 +156,8 @@ def find_hanging(scene, floating):
     Returns
     -------
     (t,) bool
+        Of all triangles. Only footprints without a foot may hang; one that something carries, or
+        whose underside lies inside a body, does not.
     """
     hanging = np.zeros(len(scene.triangles), bool)
     rows = np.flatnonzero(
