@@ -73,6 +73,7 @@ def _keep(losses, hours, light, steps, kept):
             # All light of a place in the sun, and the share of it that is left in the shade.
             whole = projection[hour, surface] * sunward[hour] + diffuse[hour, surface]
             received = direct[hour, surface] + diffuse[hour, surface]
+            # The loss is taken in proportion between the two nearest d at which losses are kept.
             place = diffuse[hour, surface] / whole * parts
             node = min(int(place), parts - 1)
             above = place - node

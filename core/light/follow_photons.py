@@ -74,8 +74,8 @@ class Photons:
 
 
 def follow_photons(target, source, numbers, per_replicate, max_bounces):
-    """Emit photons and trace each until it escapes, hits a back side or was reflected `max_bounces`
-    times.
+    """Emit photons and trace each until it escapes, ends (at a back side, in a crown or at a face
+    that takes no light), is absorbed or was reflected `max_bounces` times.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def follow_photons(target, source, numbers, per_replicate, max_bounces):
         photons, places = meet_fronts(
             target, photons, tallies.tally, source if bounce == 0 else None
         )
-        # A photon of a specular face's light has a weight of its own at its first hit.
+        # A photon of a traced part of the sky counts with a weight of its own at its first hit.
         first = source.of is not None and bounce == 0
         received, photons = (
             _weigh_first(target, source.of, photons, places[0], tallies.tally)

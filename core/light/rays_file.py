@@ -110,6 +110,7 @@ def write_rays(folder, base, city, names=None):
     # All that a later edit starts from: the city, its scene and settings, what was decided, and
     # what the rays and suns met. Rows of patches that are gone are dropped first.
     base, request = compact_city(base), base.request
+    # Materials given in Python could not be read again.
     if request.materials:
         raise InputError(
             "--editable", "materials were given in Python alone", "give them by --albedo-file"

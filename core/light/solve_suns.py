@@ -180,6 +180,8 @@ def solve_suns(context, traced, task, hooks, *, folder=None):
     Returns
     -------
     list of SunLight
+        In each state of trees: visible share and reflected light, (n, s) each, the light of the
+        year with its errors, what strings lose where it is known, and how many suns were kept.
 
     Raises
     ------

@@ -208,6 +208,8 @@ def table_of_strings(context, watch):
     surface_of_string[string] = surface
     whole = np.bincount(surface_of_string, blocks)[surface_of_string]
     kept, taken = np.flatnonzero(shaded), shaded[string_of_entry]
+    # Of each string its surface, its blocks, their share of all blocks of that surface, and where
+    # its entries begin; of each entry the patch, the point and how many blocks it stands for.
     return StringTable(
         surface_of_string[kept],
         blocks[kept].astype(np.float32),

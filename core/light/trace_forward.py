@@ -89,6 +89,8 @@ def trace_forward(scene, suns, request, progress, folder=None, *, prepared=None,
     run, covered_share = _prepare_run(prepared, request, progress, state)
     target, lengths = run.target, measure_cover.list_clearances(request)
     how = {"clearances": lengths, "threads": run.threads}
+    # Cells without room for modules at each clearance; photons on some of them count for no
+    # surface.
     cramped = measure_cover.find_cramped(target.ray_scene, patches, prepared.scene, **how)
     target.left_out = measure_cover.choose_left_out(
         prepared.scene, patch_to_surface, request, cramped
@@ -295,7 +297,8 @@ def _trace_direct(run, lit, suns, far, ground_albedo, *, patch_to_surface, folde
             raise
         direct.visible_share = sun_matrix.keep_columns(direct.visible_share, direct.kept)
         direct.reflected = sun_matrix.keep_columns(direct.reflected, direct.kept)
-    # The sums have only the suns that are done.
+    # The sums have only the suns that are done; after an interruption they are scaled to a whole
+    # year. The far ground's light is added once, by what these suns bring to level ground.
     annual, lit_ground = direct.annual, suns.weight[:done] @ height[:done]
     whole = 1.0 if direct.kept == len(suns) else suns.weight[:done].sum() or np.nan
     annual.first /= whole

@@ -124,7 +124,8 @@ def trace_gather(scene, suns, request, progress, folder=None, *, prepared=None, 
 def trace_light(prepared, suns, request, progress, folder=None, *, specular=None):
     """Trace a prepared scene under unchecked suns, as `trace_gather` does: TracedCity."""
     clock = Clock()
-    # Patches, tree, and where modules have no room.
+    # A city that needs more memory than is free is refused. Patches, tree, and where modules have
+    # no room.
     check_room(prepared, suns, request)
     context = prepare_gather(prepared, request, progress)
     plan, ray_scene = context.plan, context.ray_scene
@@ -142,8 +143,8 @@ def trace_light(prepared, suns, request, progress, folder=None, *, specular=None
     # Rays from all patches: what they meet gives sky light and the matrix of form factors.
     traced = trace_all(context)
     clock.lap("sky and reflections")
-    # Every sun is traced, since open hours lie between them; errors are about the light that
-    # counts.
+    # A sun behind the terrain gets no weight, so that errors are about the light that counts; it is
+    # still traced where an hour that it represents is in the open.
     task, left = prepare_suns(context, traced, plan.without_hidden(suns)), None
     # A city that can be edited keeps which points see which suns, a bit for each.
     if context.editable:

@@ -284,6 +284,7 @@ def _tally_rays(fate, start_cells, near_cover, cells, *, most_steps=32767):
         As of RowLight.
     """
     rays, counts = fate.shape[1], np.zeros((4, len(fate), HEMISPHERE_REPLICATES, cells), np.int32)
+    # In each replicate and cell: all rays, those to the far ground, to the sky, and from the open.
     _count_fates(
         (fate, start_cells, near_cover),
         sample_points.Cells(CELL_DIVISIONS).inside(round(np.sqrt(cells))),

@@ -188,7 +188,8 @@ def _lay_polygons(surfaces, outlines, polygons, rules, hidden):
     walls = np.flatnonzero(kind == "facade")
     storey = rules.of_surfaces(surfaces, "storey", rules.storey)[first]
     band = rules.of_surfaces(surfaces, "window_band", rules.window_band)[first]
-    # Heights along y: of a plane's point z = y · upward_z + origin_z.
+    # Heights along y: of a plane's point z = y · upward_z + origin_z. A wall's lowest floor lies at
+    # the lowest corner of its building.
     building = number_names([str(name) for name in surfaces.building_id])
     starts = outlines.ring_start[outlines.surface_start]
     lowest = np.full(building.max() + 1, np.inf)

@@ -136,7 +136,7 @@ def name_brdfs(scene, request):
     # Materials by name, from files or settings; a line of the albedo file goes before.
     of_name = {}
     if request.file_materials:
-        # Materials of the files were asked for, but they have none.
+        # Materials of the files were asked for: an error where they have none.
         if not scene.colours:
             raise InputError(
                 "--materials",

@@ -80,7 +80,7 @@ def find_coincident(corners, offset, threads=1, *, layer_growth=2.0, triangles_p
     faces, order = (corners, normal, offset, boxes, layer), np.argsort(layer, kind="stable")
     sorted_layer = layer[order]
     pairs = [np.zeros((0, 2), np.int32)]
-    # A layer at a time: its triangles in buckets, and all finer ones are compared with them.
+    # A layer at a time: its triangles in buckets; they and all finer ones are compared with them.
     for one in np.unique(sorted_layer[sorted_layer <= largest]):
         size = 2.0 ** (layer_growth * one)
         first, last = np.searchsorted(sorted_layer, [one, one + 1])

@@ -198,7 +198,8 @@ def _step(child, kind, place, content):
     if kind == "BuildingPart" and is_terminated(read_ends(child)):
         content.skip(GONE, name_element(child) or f"line {child.sourceline}")
         return None
-    # Parts are counted; names of elements tell level of detail, class, and how the shape is given.
+    # Parts are counted; names of elements tell level of detail, class, and how the shape is given;
+    # an orientation "-" turns the polygons over.
     if kind == "BuildingPart":
         content.part_count += 1
         place = place._replace(part=content.part_count)

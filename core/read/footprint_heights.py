@@ -93,6 +93,7 @@ def measure_heights(flat_map, hints, content):
     # A ground more than 500 m below the sea counts as unknown.
     ground[ground < -500.0] = np.nan
     top, source, above_sea = _measure_tops(flat_map, (floors, ground), given, hints, content)
+    # Heights that are nearly all one number times the floors count as floors, too.
     _mark_multiples(top, source, floors, content)
     # A roof's height, or its levels times 3 m, to come on top of floors.
     roof_names = names.find_names(columns, names.ROOF_HEIGHTS)
@@ -147,8 +148,6 @@ def _measure_tops(flat_map, known, given, hints, content):
         own = _in_metres(values, unit or _unit_of(name, values[0], floors, hints, content))
         # Heights above the sea where no ground is known: these alone are returned, and a terrain is
         # needed.
-        # Above the sea without any height of the ground: terrain must give it, and this attribute
-        # alone is taken.
         if high and not grounded:
             if not hints.terrain:
                 raise InputError(
@@ -161,8 +160,6 @@ def _measure_tops(flat_map, known, given, hints, content):
             return own, np.where(np.isfinite(own), name, "").astype(object), np.isfinite(own)
         # Else the ground is subtracted, from an unmarked attribute too where its numbers look like
         # heights above the sea (then a note says so).
-        # The ground is taken off heights above the sea. An attribute that the user did not name
-        # counts as one where its numbers say so.
         if high or (given is None and _is_absolute(own, ground)):
             own = own - ground
             if not high:

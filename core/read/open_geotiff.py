@@ -279,6 +279,7 @@ def _unpack_lzw(packed, unpacked):
                 length[before] + 1,
             )
             known += 1
+        # A code that stands for nothing yet: the bytes are damaged.
         if code >= known or (before < 0 and code > END):
             return -1
         # The sequence of the code is copied from where it came last.

@@ -63,7 +63,7 @@ def parse_obj(path, up="z", report_share=silent, *, face_bytes=400):
     ------
     InputError
         Not text, a line that cannot be parsed, a coordinate that is not finite, a vertex index out
-        of range.
+        of range, or a mesh that takes more memory than is free.
     """
     parts, vertices, faces = _ObjParts(np.empty((0, 3)), object_names=[""]), [], []
     number, group, material = 0, "", ""
