@@ -49,7 +49,7 @@ def read_citygml(path, report_share=silent):
 
 def _read_declared(path, declared, report_share):
     # All polygons, trees and terrain of one file, in which some prefixes may have to be declared.
-    # The root says whether it is CityGML at all.
+    # Refused unless the root, or a declaration early in the file, is of a CityGML namespace.
     root, namespaces = read_root(path, declared)
     if CITYGML not in " ".join([root, *filter(None, namespaces.values())]) and not _is_named_later(
         path
@@ -67,6 +67,7 @@ def _read_declared(path, declared, report_share):
     tags = ("Building", "Envelope", "appearanceMember", "Triangle", *PLANTS, *MEMBERS)
     for element in iterate_elements(path, tags, declared, report_share, {"Triangle": "TINRelief"}):
         name = element.tag.rpartition("}")[2]
+        # Buildings and plants whose record has ended, and bad triangles, are left out and reported.
         if name == "Building":
             _collect_building(element, content)
         elif name == "Triangle":
@@ -80,6 +81,8 @@ def _read_declared(path, declared, report_share):
         elif name == "Envelope":
             _collect_extent(element, content, enveloped)
         elif name in MEMBERS:
+            # A member with terrain counts as known only if it gave triangles; what is not known is
+            # counted, but buildings of extensions are read.
             known = {"Building", *PLANTS, *(RELIEFS if content.relief.count() > before else ())}
             before = content.relief.count()
             _read_member(element, content, known, (extended, others))
@@ -97,9 +100,11 @@ def _read_declared(path, declared, report_share):
         held = {**others, "terrain triangles": content.relief.count(), **left_out}
         words = ", ".join([f"{count} {name}" for name, count in sorted(held.items()) if count][:5])
         raise InputError(path, f"contains no buildings{f' (but {words})' if words else ''}", cure)
+    # Where no geometry names a coordinate reference system, the envelopes' counts, else the
+    # terrain's.
+    content.srs_names = content.srs_names or enveloped or dict(content.relief.srs_names)
     # Only now all ids are known: references are followed, what was demolished is left out, and each
     # tree gets the polygons of its best level.
-    content.srs_names = content.srs_names or enveloped or dict(content.relief.srs_names)
     resolve_references(content)
     leave_out_demolished(content)
     finish_trees(content)

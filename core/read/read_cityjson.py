@@ -84,7 +84,8 @@ def read_cityjson(path, report_share=silent):
                 "put the header object, of type CityJSON, on the first line",
             )
         reading.add(value, line, report_share if kind == "CityJSON" else silent)
-    # References are resolved; then what no longer stands goes.
+    # Notes are written, and a file without usable buildings or trees is refused; then demolished
+    # buildings go, and each tree gets the polygons of its best level.
     reading.finish()
     leave_out_demolished(content)
     finish_trees(content)
@@ -134,7 +135,7 @@ class _Reading:
             self.content.notes.append(f"{self.path} has metadata that is not an object; {named}.")
 
     def add(self, text, line, report_share=silent):
-        """Read the buildings among the objects of one JSON text."""
+        """Add the buildings, trees and terrain of one JSON text to the content of the file."""
         # Vertices of this text, by its own transform if it has one, else by the header's.
         objects = text.get("CityObjects", {})
         if not isinstance(objects, dict):
@@ -152,7 +153,7 @@ class _Reading:
             self.content.notes.append(
                 f"{self.path} has a transform, but vertices that are not integers; it was applied."
             )
-        # Names that are used twice hide the earlier object.
+        # A name that is used twice hides the earlier object, which is reported as left out.
         for name in getattr(objects, "names", ()):
             self.content.skip(
                 "city object whose name is used again later in the file", clean_name(name)
@@ -193,6 +194,8 @@ class _Reading:
             name: (building[families[name][0]], 0 if name in building else part[name])
             for name in (*buildings, *parts)
         }
+        # Dates of demolition and attributes are kept by the numbers of building and part, 0 for a
+        # building itself.
         note_demolitions(
             {place: _attributes(objects[name]) for name, place in own.items()}, content
         )
@@ -204,6 +207,7 @@ class _Reading:
                 # At 0.8 of the time the last object of one text is read.
                 report_share(READ + (0.8 - READ) * number / len(objects))
             if name in families:
+                # An installation belongs to its building, and to a part where it hangs on one.
                 top, own = families[name]
                 kind = city_object["type"] if city_object["type"] in INSTALLATIONS else ""
                 place = building[top], part[own]

@@ -68,7 +68,7 @@ def read_districts(text, site, points):
     content = _read_map(path, column)
     flat_map = content.flat_map
     names = _list_names(path, flat_map, column)
-    # Formats of maps have longitude or easting first, whatever the registry says.
+    # The one coordinate reference system that the file names; without a known one it is refused.
     crs, unknown = choose_crs(content.srs_names, float(flat_map.points.max()), path)
     if crs is None:
         named = [f"a coordinate reference system that is not known, {name!r}" for name in unknown]
@@ -77,6 +77,8 @@ def read_districts(text, site, points):
             f"names {(named or ['no coordinate reference system'])[0]}",
             "save it with one, such as GeoJSON in degrees",
         )
+    # Polygons in the city's plane; None for those that miss the city's bounding box. Formats of
+    # maps have longitude or easting first, whatever the registry says.
     shapes = _shapes_at_city(flat_map.polygons(), crs, site, points)
     near = [row for row, shape in enumerate(shapes) if shape is not None]
     if not near:
@@ -94,6 +96,7 @@ def read_districts(text, site, points):
     districts = Districts(
         list(named), np.array([shapely.union_all(parts) for parts in named.values()], object)
     )
+    # Refused where two districts share more than 1 % of the smaller one's area.
     _check_overlaps(path, districts)
     return districts
 

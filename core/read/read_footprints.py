@@ -156,6 +156,7 @@ def _sort_features(columns, count, content, ids):
     types = [_text(value) for value in column("type") or [None] * count]
     themes = [_text(value) for value in column("theme") or [None] * count]
     part |= np.array([word == "building_part" for word in types])
+    # Where a theme "buildings" occurs, features of other themes are left out.
     if "buildings" in themes:
         kept &= np.array([word in ("", "buildings") for word in themes])
     building, parts = column("building"), column("building:part")
@@ -172,10 +173,12 @@ def _sort_features(columns, count, content, ids):
                 else []
             )
             kept &= tagged | part
+            # A part that is tagged as a building as well stays a part.
             whole = tagged & part
             part &= ~tagged
             part |= whole
-    # What lies under the ground casts no shadow.
+    # What lies under the ground casts no shadow, and is left out: a negative layer, or a word that
+    # says so.
     below = np.zeros(count, bool)
     for text in ("layer", "zindex"):
         values = column(text)
@@ -224,6 +227,7 @@ def _link_parts(flat):
 
 def _link_by_place(number, features):
     """Parts that name no building belong to the outline in which they lie."""
+    # Loose parts have no outline yet; whole outlines are no parts, or are tagged as buildings.
     loose = (
         features.kept
         & features.part
@@ -233,6 +237,7 @@ def _link_by_place(number, features):
     whole = features.kept & np.array(
         [not part or _says_yes(value) for part, value in zip(features.part, tagged, strict=True)]
     )
+    # Nothing is linked where either is missing.
     if not loose.any() or not whole.any():
         return
     shapes, owner = features.map.polygons(), features.map.owner
@@ -249,7 +254,8 @@ def _link_by_place(number, features):
     sizes = np.bincount(owner, shapely.area(shapes), features.count)
     # The smallest of them is the part's building.
     for part, found in around.items():
-        # An outline that is no larger than the part is not around it.
+        # An outline clearly smaller than the part is not around it; an outline that lies in another
+        # takes no parts.
         area, row = min(found)
         if area >= 0.99 * sizes[part] and row not in features.outline:
             features.outline[part] = (number, row)
@@ -297,7 +303,7 @@ def _fill_heights(features, hints):
     # With --default-height all of them get it above their bottom, and a note tells how many.
     if hints.default:
         top[missing] = hints.default + features.heights.bottom[missing]
-        # Fewer are left out and reported.
+        # Where a height comes from is told in the results, too.
         for row in missing:
             features.heights.source[row] = DEFAULT
         features.content.notes.append(
@@ -306,7 +312,7 @@ def _fill_heights(features, hints):
         )
         return
     count = int(features.kept.sum())
-    # A tenth of the outlines may be without a height.
+    # More than a tenth without a height is refused; fewer are left out and reported.
     if len(missing) > 0.1 * count:
         known = ", ".join(clean_name(name) for name in list(features.columns)[:12]) or "none"
         problem = (
@@ -325,9 +331,9 @@ def _fill_heights(features, hints):
 
 
 def _make_footprints(features, flat):
-    """Footprints of the features that are left, of one of some files."""
+    """Footprints of the features that are left in one file; `flat` has those of all files."""
     heights, flat_map = features.heights, features.map
-    # What begins above its own top is no solid.
+    # What begins above its own top is no solid; tops above sea level are not compared with bottoms.
     upside = features.kept & ~((heights.top > heights.bottom) | heights.above_sea)
     for row in np.flatnonzero(upside):
         features.content.skip(
@@ -346,6 +352,7 @@ def _make_footprints(features, flat):
     parts = [_name_part(features, row) for row in rows.tolist()]
     roofs = _read_roofs(features)
     _note_attribution(features)
+    # The attributes of a part's outline come last; that outline may stand in another file.
     return Footprints(
         flat_map.points[np.repeat(rings, sizes)],
         np.concatenate([[0], np.cumsum(sizes[rings])]),

@@ -110,6 +110,7 @@ def read_geoparquet(path, report_share=silent):
     system = name_of_definition(json.dumps(own["crs"])) if own.get("crs") else DEGREES
     if own.get("crs", DEGREES) is not None and system:
         content.srs_names[system] = 1
+    # Ids are texts of a column "id"; numbers do not count as ids here.
     ids = [
         str(one) if isinstance(one, str) else ""
         for one in columns.get("id", [None] * len(geometries))

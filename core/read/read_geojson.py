@@ -41,6 +41,7 @@ def read_geojson(path, report_share=silent):
     for value, line in iterate_json(path, content.notes, report_share):
         kind = value.get("type") if isinstance(value, dict) else None
         if kind == "FeatureCollection":
+            # The head may name the reference system and the licence.
             _note_head(value, content, line)
             members = value.get("features")
             if not isinstance(members, list):

@@ -125,7 +125,7 @@ def read_heights(path, place, reach):
             points = np.append(np.column_stack(ends[:2]), [place[::-1]], axis=0)
             windows = windows_around(raster, transform_crs(points, GLOBE, raster.crs, path))
             read_grids = [_read_grid(raster, window, middle) for window, middle in windows]
-            # Where nothing is averaged the far grid is as fine as the near one.
+            # Where nothing is averaged the far grid is as fine as the near one, and replaces it.
             whole = distance == reach and all(
                 max(window[2:]) <= MOST_POSTS for window, _ in windows
             )

@@ -200,6 +200,8 @@ def _draw(elements, content):
                 if role == "part" and outline
             }
         elif tags.get("type") == "multipolygon":
+            # Tags of the multipolygon, or in old data of its only outer way; others are no
+            # buildings.
             own = tags if _is_building(tags) else _tags_of_outer(members, elements.ways)
             if own is None:
                 continue
@@ -208,6 +210,7 @@ def _draw(elements, content):
             if shape is None:
                 incomplete.append(name)
                 continue
+            # Ways that gave it their tags are not drawn once more below.
             drawn |= {ref for kind, ref, role in members if kind == "way" and own is not tags}
             features.add(
                 json.loads(shapely.to_geojson(shape)), _with_link(own, links, name), name, name

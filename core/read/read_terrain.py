@@ -53,6 +53,7 @@ def read_terrain(path, city, unit="m", up="z"):
     # By its suffix: a raster of heights, a relief, or a mesh.
     low, high = city.points.min(axis=0)[:2], city.points.max(axis=0)[:2]
     terrain = Terrain(str(path))
+    # In each case a missing reference system, of the terrain or of the city, is noted.
     if suffix in RASTERS:
         terrain.layers = _read_raster(path, city, UNITS[unit], terrain.notes)
     elif suffix in RELIEFS:

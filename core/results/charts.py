@@ -101,6 +101,7 @@ def _draw_histogram(kind, edges, area, mounted, *, width=480, height=230, left=8
     across = (width - 2 * left) / edges[-1]
     top, tall = 8, height - bottom - 8
     parts = []
+    # A bar for each class of hours, as high as its area; the pointer shows its numbers.
     for low, high, value in zip(edges[:-1], edges[1:], area, strict=True):
         size = tall * value / area.max()
         parts.append(
@@ -108,6 +109,7 @@ def _draw_histogram(kind, edges, area, mounted, *, width=480, height=230, left=8
             f'y="{top + tall - size:.1f}" width="{max((high - low) * across - 1, 0.5):.1f}" '
             f'height="{size:.1f}"><title>{escape(_words_of_bar(low, high, value))}</title></rect>'
         )
+    # The mean by area, then an axis with three numbers.
     middle = left + mean * across
     parts.append(
         f'<line class="mean" x1="{middle:.1f}" x2="{middle:.1f}" y1="{top}" y2="{top + tall}"/>'
@@ -117,6 +119,7 @@ def _draw_histogram(kind, edges, area, mounted, *, width=480, height=230, left=8
         place = f'x="{left + share * edges[-1] * across:.0f}" y="{height - 6}"'
         anchor = {0: "start", 0.5: "middle", 1: "end"}[share]
         parts.append(f'<text {place} text-anchor="{anchor}">{number(share * edges[-1])} h</text>')
+    # The caption is the drawing's description for screen readers, too.
     words = say(
         "{kind}: mean {mean:,.0f} h, {area:,.0f} m²",
         kind=say(kind_title(kind)),

@@ -83,6 +83,7 @@ def describe_comparison(comparison):
         f"{comparison.summary['before']} → {comparison.summary['after']}, "
         f"{comparison.summary['weather']}"
     ]
+    # Energy before and its change, for each kind of building that occurs, and for all.
     for state, words in STATES.items():
         sums = comparison.summary["sums"][state]
         if sums["buildings"]:
@@ -104,6 +105,7 @@ def describe_comparison(comparison):
             changes = [show_number(change, 2, plus=True) for change in rows["mwh_change"]]
             each = zip(rows["building_id"], changes, strict=True)
             lines.append(f"  {words}: {', '.join(f'{name} {change} MWh' for name, change in each)}")
+    # Then surfaces that an edit brings across the least hours, and how the light differs.
     return [*lines, *_note_paying(comparison), *_note_light(comparison)]
 
 
@@ -119,7 +121,7 @@ def _note_paying(comparison):
 
 
 def _note_light(comparison):
-    """Say where light before was solved again, or the two were traced with other settings: list of
+    """Warn where layouts or settings of light differ, or light before was solved again: list of
     str.
     """
     notes, names = [], ", ".join(comparison.summary["light_differs_in"])
@@ -204,6 +206,7 @@ def _compose_page(comparison):
     )
     weather = say("Weather: {label}.", label=say(summary["weather"]))
     head = [say(title) for title in HEAD]
+    # Sections: sums with notes and warnings, the city in 3D, maps, the table of buildings.
     body = [
         page.section(
             say("In short"),

@@ -80,6 +80,7 @@ def compare_folders(before, after):
     # Both runs, and pairs of their surfaces with equal shapes.
     before, after = read_results(before), read_results(after)
     layouts = [layout_of(one.summary) for one in (before, after)]
+    # Where only one has modules in rows, both get modules on every square metre that counts.
     for one in (before, after) if len({*layouts}) > 1 else ():
         one.faces = _cover_area(one)
     _check_comparable(before, after)
@@ -109,6 +110,8 @@ def compare_folders(before, after):
             name for name in names if traced[0].get(name) != traced[1].get(name)
         ),
     }
+    # Surfaces that an edit takes below the least hours keep the modules of before, and surfaces that
+    # it lifts above them get none; both are listed.
     if any(chosen.any() for chosen in crossed.values()):
         summary["paying"] = {"least_hours": after.summary["settings"]["least_hours"]} | {
             name: {

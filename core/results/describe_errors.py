@@ -125,6 +125,7 @@ def summarise_errors(summary):
     )
     weather = say(of_climate if "climatology" in summary["weather"]["label"] else OF_RECORDS)
     shift, typical = (budget.get("sun_sampling") or {}).get("bias"), budget.get("sampling_median")
+    # Where one of these errors is not known, none is told, but the weather's still is.
     if None in (shift, typical, budget.get("sampling_total")):
         unknown = say(
             "This run does not tell all errors of ray tracing and of the choice of sun positions."

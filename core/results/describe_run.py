@@ -159,7 +159,7 @@ def describe_assumptions(summary):
             say(words["hidden_walls"][settings["hidden_walls"]]),
         ),
     ]
-    # What is not considered depends on what was switched on.
+    # Rows on modules: their layout, the share left to them, the least hours if any are asked for.
     usable = ", ".join(
         f"{say(kind_title(kind))} {plain_number(100 * share)} %"
         for kind, share in settings["usable"].items()
@@ -173,6 +173,7 @@ def describe_assumptions(summary):
                 say("{least} h a year", least=plain_number(least)),
             )
         )
+    # What is not considered depends on what was switched on.
     trees = any(one["key"] == "trees" and one["on"] for one in traced.get("effects") or [])
     left = [say("light that leaves scatter") if trees else say("trees"), say("street furniture")]
     left.append(
@@ -193,6 +194,7 @@ def describe_windows(summary):
     whole, settings = summary["totals"], summary["settings"]
     every, usable = whole.get("every_square_metre"), settings["usable"].get("facade")
     sentences = []
+    # Without rows of modules nothing varies with windows; the share of facades is told anyway.
     if every is None or whole.get("layout") != "rows":
         sentences.append(say("Modules cover every square metre that counts, windows included."))
     else:

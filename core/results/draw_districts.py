@@ -55,7 +55,7 @@ def _bounds(shapes):
 
 
 def _draw_district(row, drawn, colour):
-    """Path of one district, and its name and energy where both lines fit."""
+    """SVG of a district: its shape, and its name and energy where both fit; "" without an area."""
     polygons = [part for part in shapely.get_parts(drawn) if part.geom_type == "Polygon"]
     if not polygons:
         return ""
@@ -64,6 +64,7 @@ def _draw_district(row, drawn, colour):
         "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in ring.coords[:-1]) + "Z" for ring in rings
     )
     energy = say("{energy:,.0f} MWh", energy=row["mwh_per_year"])
+    # The pointer shows name and energy, also where no letters fit in.
     hint = f"{row['name']}: {energy}"
     parts = [
         f'<path d="{path}" fill="#{colour}" fill-rule="evenodd" stroke="#fff" stroke-width="1.5">'

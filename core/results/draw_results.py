@@ -82,7 +82,7 @@ def draw_cost_curve(curve, path):
                     (6, 6),
                     textcoords="offset points",
                 )
-        # Both axes are logarithmic; written whole or not at all.
+        # Both axes are logarithmic. The file, in the format of its ending, is written whole or not.
         make_logarithmic(axes)
         words = "Error of full load hours on 95 % of the area with modules [%]"
         axes.set(xlabel="Seconds of the whole run (predicted)", ylabel=words)
