@@ -192,11 +192,12 @@ def horizon_of_terrain(grids, place, start, reach, refraction=REFRACTION, *, oth
     Returns
     -------
     TerrainHorizon
+        At least 0° in every direction, with the height of the eye and how far heights are known.
 
     Raises
     ------
     InputError
-        There is no height at the place.
+        No grid has a height at the place, and `otherwise` is NaN.
 
     References
     ----------
@@ -224,6 +225,7 @@ def horizon_of_terrain(grids, place, start, reach, refraction=REFRACTION, *, oth
     steepest, known = np.zeros((2, STEPS))
     # A line of sight that bends is straight above a larger Earth, of radius R/(1 - k).
     radius = EARTH_RADIUS / (1 - refraction)
+    # Each grid raises the horizon where it shows terrain at a steeper angle than those before it.
     for grid in grids:
         lines = tuple(part.reshape(STEPS, -1) for part in grid.places_of(latitudes, longitudes))
         _raise_horizon(

@@ -17,7 +17,8 @@ SOURCES = (HORIZON,)
 
 
 def split(weather, *, small_tilt=1.0):
-    """Light of the sky in each interval of a weather: SkyParts.
+    """Light of the sky in each interval of a weather: SkyParts, the dome, the part around the sun and
+    the horizon band [Wm⁻²].
 
     The coefficients are "allsitescomposite1990" of pvlib; with the sun below the horizon, where the
     model is not defined, the sky is isotropic.
@@ -53,8 +54,7 @@ def split(weather, *, small_tilt=1.0):
     dome = np.where(defined, parts["poa_isotropic"] / ((1 + np.cos(tilt)) / 2), dhi)
     around = np.maximum(dhi - dome, 0.0)
     # F₁ DHI is what level ground has from the sun's place; normal to it there is 1/b times as much,
-    # b = max(cos 85°, cos z).
-    # From a zenith angle of 85° on the circumsolar disc is taken as if it stood there (Eq. 9).
+    # b = max(cos 85°, cos z): a sun lower than 5° counts as if it stood at 5° (Eq. 9).
     height = np.maximum(np.cos(np.radians(zenith)), np.cos(np.radians(85.0)))
     horizon = np.where(defined, parts["poa_horizon"] / np.sin(tilt), 0.0)
     return SkyParts(dome, around / height, around, {HORIZON.name: horizon})

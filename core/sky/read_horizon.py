@@ -62,12 +62,13 @@ def read_horizon(path, scene, *, reach=50_000.0):
     InputError
         The file cannot be used, or does not reach the site.
     """
+    # PVGIS is asked, or a file of angles is read, for the site only: without corners.
     if path == OF_PLACE:
         return ask_horizon(scene.site.latitude, scene.site.longitude), []
     if not is_placed_raster(path):
         return read_horizon_table(path), []
-    # The box in plan around the buildings: its middle and corners are where the horizon is seen
-    # from.
+    # The box in plan around the city's own surfaces, or around all triangles where it has none: the
+    # horizon is seen from its middle and corners.
     own = scene.triangle_surface >= 0
     points = scene.vertices[scene.triangles[own if own.any() else slice(None)].ravel(), :2]
     low, high = points.min(axis=0), points.max(axis=0)
@@ -236,7 +237,11 @@ def _horizon_of_angles(path, azimuth, elevation):
 
 
 def _angles_of_text(path, text):
-    """Azimuths from north and elevations of a text."""
+    """Azimuths from north and elevations of a text: two (n,) arrays [°].
+
+    Lines of different lengths, text among or below the numbers (but PVGIS' own below them), and
+    tables of other columns are refused.
+    """
     # Lines of numbers, all with as many columns; a line that is none may stand above them as a
     # header.
     rows, header = [], ""
@@ -260,6 +265,8 @@ def _angles_of_text(path, text):
     # Which format, by the header and the number of columns: of PVGIS, two of angles, or elevations
     # alone that are spread evenly round the circle.
     columns = np.array(rows).T
+    # PVGIS counts azimuths from south. Of two columns the azimuth is the first, unless the header
+    # names the elevation first.
     if OF_PVGIS.match(header) and len(columns) >= 2:
         return columns[0] + 180, columns[1]
     if len(columns) == 2:

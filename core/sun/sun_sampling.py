@@ -170,9 +170,15 @@ def match_suns(
     Returns
     -------
     SunMatch
-        With zero weights for lower suns.
+        `index` and `weight`, (t, k): suns by their numbers, and shares that sum to 1; weights are 0
+        for lower suns, and everywhere if no interval has the sun at 2° or higher.
+
+    Raises
+    ------
+    InputError
+        The sampling is unknown, or no sun was traced although one is needed.
     """
-    # Which suns are high enough to be represented at all.
+    # Suns of another sampling, or none at all under a sun above 2°, are refused.
     suns.check()
     if suns.sampling.partition(":")[0] not in SAMPLINGS:
         raise InputError(
@@ -182,6 +188,7 @@ def match_suns(
         )
     sun = solar_position(times, interval, latitude, longitude) if position is None else position
     sunny = is_sunny(sun["apparent_zenith"])
+    # Where no interval has the sun at 2° or higher, all weights are 0.
     if not sunny.any():
         return _SunMatch(np.zeros((len(times), 1), np.int32), np.zeros((len(times), 1), float))
     if not len(suns):

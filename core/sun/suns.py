@@ -126,6 +126,7 @@ class Suns:
         Returns
         -------
         Suns
+            A copy in the new order; unchanged if there are none.
 
         Notes
         -----
@@ -138,7 +139,9 @@ class Suns:
         """
         if not len(self):
             return self
-        if self.day[0] < 0:  # a walk through equal areas of the sky
+        if self.day[0] < 0:
+            # A sky grid has no days: a sequence walks evenly over the sky, and each direction has
+            # the rank of the first step to which it is the nearest; the rest follows.
             count = 4 * len(self)
             height, turn = ((0.5 + np.arange(count) / PLASTIC**power) % 1 for power in (1, 2))
             radius, azimuth = np.sqrt(1 - height**2), 2 * np.pi * turn

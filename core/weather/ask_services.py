@@ -63,8 +63,8 @@ def build_question(asked, latitude, longitude):
 
 
 def address_of(question):
-    """The address that is asked, with what is asked there: str. ERA5's is the place of its form,
-    sent with it.
+    """URL of a question to a weather service, with place, years and variables as its query: str.
+    For ERA5 it is the URL alone, since these are sent in the body of the request.
     """
     asked, place = question.asked, (question.latitude, question.longitude)
     first, last = asked.first, asked.last
@@ -160,7 +160,13 @@ def ask_weather(asked, latitude, longitude, altitude, keep=()):
 
 
 def _ask(question, altitude):
-    """Record of a service's answer, complete."""
+    """Record of a service's answer, complete; `altitude` [m] holds where the service tells none.
+
+    Raises
+    ------
+    InputError
+        No or another answer than weather, or one with gaps.
+    """
     # Each service has its question; whatever fails is told with the option and the address.
     option, where = f"--weather {question.asked.text}", address_of(question).split("?")[0]
     ask = {
@@ -171,8 +177,8 @@ def _ask(question, altitude):
     }
     try:
         data, place, columns = ask[question.asked.service.key](question)
-    # A refusal by our own checks, a network that cannot be reached, a service that refuses, an
-    # answer that is no weather.
+    # Failures become messages: a refusal by our own checks; no connection, no answer in time, or the
+    # service's own refusal; an answer that is no weather.
     except InputError as error:
         raise InputError(option, f"{where}: {error.problem}", error.cure) from error
     except (
@@ -264,8 +270,12 @@ def _ask_open_meteo(question):
 
 
 def _ask_era5(question):
-    """Ask for ERA5's point series, with the key of the user's own configuration."""
+    """Ask for ERA5's point series, with the key of the user's own configuration.
+
+    Returns the table by our names, None for the altitude, and the names of its columns there.
+    """
     url, key = _read_cds_configuration()
+    # Without a key nothing is asked.
     if not key:
         cure = (
             "put url: and key: of your account at the Climate Data Store into .cdsapirc in your "
@@ -286,6 +296,7 @@ def _ask_era5(question):
             "surface_pressure",
         )
         table, _ = pvlib.iotools.get_era5(*place, *ends, list(point_names), key, **options)
+    # Errors that `_ask` tells apart pass; any other is taken as a refusal by the service.
     except (OSError, ValueError, KeyError, TypeError, IndexError, AttributeError):
         raise
     except Exception as error:  # pvlib raises a plain one for a refusal

@@ -53,14 +53,15 @@ def check_faults(year, days, source):
     InputError
         Names the first day and a cure.
     """
-    # Warmer than any place at its latitude: Fahrenheit or kelvin, if that would fit.
+    # A year warmer than any place at its latitude is refused; Fahrenheit or kelvin is named as the
+    # cause if it would fit.
     temp_air = year.data["temp_air"]
     # Mean air temperature of a year [°C] by latitude [°], 4 K above the warmest places (Dallol,
     # Ahvaz, Athens, Scilly, Shetland, the Norwegian coast, Svalbard).
     warmest = (0, 25, 30, 40, 50, 60, 70, 80, 90), (39, 39, 32, 25, 17, 13, 8, 0, -8)
     mean, most = float(temp_air.mean()), float(np.interp(abs(year.latitude), *warmest))
-    # Tables that are made up may have one temperature all year: their standard deviation is below 1
-    # K.
+    # Tables that are made up may have one temperature all year: with a standard deviation below 1 K
+    # they pass.
     if mean > most and temp_air.std() > 1.0:
         problem = (
             f"the mean air temperature is {mean:.0f} °C, above {most:.0f}, the most at "
@@ -76,18 +77,19 @@ def check_faults(year, days, source):
             raise InputError(source, problem, f"give °C: {mean:.0f} K would be {kelvin:.0f} °C")
         raise InputError(source, problem, "give °C")
     notes = []
-    # Days without light under a sun that rises.
+    # Days without light under a sun that rises are noted.
     dark = days.index[(days["extra"] > LIT_DAY) & (days["ghi"] < 0.01 * days["extra"])]
     if len(dark):
         notes.append(
             f"no light on {count_of(len(dark), 'day')}, the first {dark[0].date()}: a gap filled "
             "with zeros"
         )
-    # Records of weather services have up to three days of zeros a year.
+    # Records of weather services have up to three days of zeros a year; more than five are refused.
     if len(dark) > 5:
         raise InputError(
             source, notes[0], "fill the gap with measured values, or give another year"
         )
+    # Light in more than two nights, and unchanging light for 8 h on end, are refused.
     _check_nights(year, source)
     _check_flat(year, source)
     # More light than the cleanest air lets through.

@@ -189,13 +189,16 @@ def _compare_daylight(given, interval, sun, latitude):
         Shift [min] to residual, a share of the irradiance.
     """
     count, steps = len(sun), pd.Timedelta(days=1) // interval
-    # The brightest hours of 20 days represent a clear day.
+    # The 90 % quantile of each interval of the day over windows of some 20 days represents a clear
+    # day.
     windows = max(count // (20 * steps), 1)
     shape = windows, count // steps // windows, steps
 
     def clear_days(ghi):
         return np.quantile(ghi[: np.prod(shape)].reshape(shape), 0.9, axis=1)  # (windows, steps)
 
+    # GHI that is given does not depend on the shift; without it, GHI is DHI and the horizontal part
+    # of DNI under the shifted sun.
     always = clear_days(given["ghi"]) if "ghi" in given else None
     # The sun of the middle day represents the window.
     middle = np.arange(np.prod(shape)).reshape(shape)[:, shape[1] // 2].ravel()
@@ -245,10 +248,11 @@ def check_shift(times, source):
         times.closure_shift,
     )
     daylight = times.daylight_shift
+    # A year without light tells nothing.
     if daylight is None:
         return
     own = _describe_shift(daylight)
-    # Where three columns close to within 1 % of GHI, the times are right.
+    # Where three columns close to within 1 % of GHI, the times are right, with one exception.
     if residual is not None and residual <= 0.01:
         # Three columns close with the sun that one of them was computed with, which need not be the
         # sun of the light.
@@ -264,6 +268,8 @@ def check_shift(times, source):
     # Six hours away from the sun of the daylight most direct light falls into the night, and GHI =
     # DHI closes.
     closes = residual is not None and abs(shift - daylight) < 360
+    # A shift that reconciles the three columns is suggested where GHI's daylight asks for it too;
+    # otherwise DNI has wrong times and is left out.
     if closes and abs(shift) >= CLOSURE_SHIFT and shifted < min(GAIN * residual, WORST_RESIDUAL):
         problem = (
             f"GHI differs from DHI + DNI cos z by {100 * residual:.1f} % of GHI, by "
@@ -280,7 +286,8 @@ def check_shift(times, source):
             _round_shift(daylight, 3) if times.of_another_sun else 0.0,
             "dni",
         )
-    # GHI, DHI and DNI that no shift reconciles may belong to another place.
+    # Otherwise the daylight decides where fewer than three columns are given, or they stay apart by
+    # more than 8 %: beyond 90 minutes the place or the time zone may be wrong.
     if (residual is None or residual > WORST_RESIDUAL) and times.of_another_sun:
         problem = f"its irradiance fits the sun {own} than its time stamps"
         raise TimesError(

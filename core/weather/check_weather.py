@@ -114,11 +114,12 @@ def _check_time_axis(times, source):
         raise InputError(
             source, f"{len(times)} time stamps", "give at least one full year of hourly weather"
         )
-    # Steps between stamps: ascending, and one of them by far the commonest.
+    # Stamps must ascend.
     step = times[1:] - times[:-1]
     if (first := first_true(step <= pd.Timedelta(0))) is not None:
         problem = f"the time {times[first + 1]} is repeated or out of order"
         raise InputError(source, problem, "sort the times and remove duplicates")
+    # The commonest step is the interval: at most an hour, and a whole part of a day.
     interval = step.to_series().mode().iloc[0]
     if interval > HOUR or DAY % interval != pd.Timedelta(0):
         raise InputError(
@@ -126,8 +127,8 @@ def _check_time_axis(times, source):
             f"the times are {interval} apart",
             "give weather of every hour (or a part of one)",
         )
-    # Where the step is another: whole years may be missing between spans, nothing else; 29 February
-    # may be left out.
+    # Other steps divide the time axis into spans, unless they leave out 29 February only: each span
+    # must have whole years.
     breaks = np.flatnonzero((step != interval) & ~_skips_leap_day(times, interval)) + 1
     spans = [(last - first) * interval for first, last in pairwise([0, *breaks, len(times)])]
     whole = [365 * DAY <= span <= 366 * int(span // (365 * DAY)) * DAY for span in spans]
@@ -267,7 +268,12 @@ def check_years(record, interval, position):
     Returns
     -------
     dict
-        Year, as a string -> SunTimes.
+        Year, as a string -> SunTimes, with notes on what is unlikely.
+
+    Raises
+    ------
+    InputError
+        By the first check that a year fails; TimesError where other settings would mend it.
     """
     # Small negative values at night count as zero.
     raw = record.data[[name for name in IRRADIANCES if name in record.data]]

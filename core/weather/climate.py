@@ -111,7 +111,8 @@ def make_climates(latitudes, longitudes, year=2021, seed=0, zenith=None):
     Returns
     -------
     list of Record
-        It takes about 3 MB of memory per place.
+        Hourly GHI, DHI and DNI [Wm⁻²] and air temperature [°C]; one wind speed [ms⁻¹] and one
+        pressure [Pa] for all hours. It takes about 3 MB of memory per place.
 
     Raises
     ------
@@ -254,7 +255,8 @@ def draw_irradiance(places, times, sky, monthly, seed, *, rounding=3):
     def to_local(values):
         return np.take_along_axis(values, local, axis=1).reshape(by_day)
 
-    # mean  Clearness index of each month [–], GHI over irradiance outside the atmosphere.
+    # Random numbers by the seed, the same for all places; mean is the clearness index of each month
+    # [–], GHI over irradiance outside the atmosphere.
     month = times.month.to_numpy()[::24] - 1
     normals = draw_normals(seed, (25, by_day[1]))
     mean = monthly / np.maximum(np.add.reduceat(outside, starts, axis=1), 1.0)

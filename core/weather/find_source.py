@@ -22,6 +22,7 @@ def find_source(request, settings, stack):
     """Source of weather that the settings ask for; open files are closed with the stack."""
     # Models know every place: a regular grid of them.
     if request.weather in MODELS:
+        # The clear sky is known on the sea too: the setting of what to take off land is refused.
         if request.weather != "climate":
             refuse_settings(settings, ("off_land",), request.weather)
         # The models' grid has steps of 3°.

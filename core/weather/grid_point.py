@@ -31,7 +31,8 @@ def name_axes(source, dataset, cure):
         An axis is missing or out of range, there are further dimensions, or the calendar is not the
         usual one.
     """
-    # Names of the axes, then axes that have one value.
+    # Other names of the axes become ours, and axes that are missing are refused; further dimensions
+    # of length 1 are dropped.
     names = {"valid_time": "time", "lat": "latitude", "lon": "longitude"}
     renamed = {
         old: new for old, new in names.items() if old in dataset.variables and new not in dataset
@@ -44,7 +45,7 @@ def name_axes(source, dataset, cure):
     dataset = dataset.squeeze(
         [name for name, size in dataset.sizes.items() if size == 1 and name not in known]
     )
-    # Members, steps of a forecast, lists of points.
+    # What is left is refused: members, steps of a forecast, lists of points.
     further = [f"{name} ({size})" for name, size in dataset.sizes.items() if name not in known]
     if further:
         raise InputError(
@@ -59,6 +60,7 @@ def name_axes(source, dataset, cure):
             "valid_time"
         )
     _check_axes(source, dataset)
+    # Years of 365 days are moved to the standard calendar; any other calendar is refused.
     if getattr(dataset["time"].dt, "calendar", None) in ("noleap", "365_day"):
         dataset = dataset.convert_calendar("standard", use_cftime=False)
     if not np.issubdtype(dataset["time"].dtype, np.datetime64):

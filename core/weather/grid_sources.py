@@ -144,6 +144,7 @@ def model_source(places, name, request, off_land="blank"):
     Returns
     -------
     Source
+        Its `read` gives each place of a portion Weather and a code, or None and NOTHING.
     """
     # The sun as seen from the Earth's middle is computed once, and turned to each place.
     sun = geocentric_sun(climate.hours_of_year(request.year), INTERVAL)
@@ -210,13 +211,19 @@ def grid_source(grid, places, picked, request, years=None):
     Returns
     -------
     Source
+        Its `read` gives each place of a portion Weather and FILES, or None and NOTHING.
+
+    Raises
+    ------
+    InputError
+        The files lack one of the years.
     """
     rows, columns = picked
     width = len(columns)
-    # Stamps of all files; only the years asked for are kept.
-    # A place up to 60° of latitude, if there is one, stands for its files in the check against the
-    # sun.
+    # The first place up to 60° of latitude, or at the lowest one, stands for all in the check against
+    # the sun.
     suns, checked, nearest = [], [], max(60.0, np.abs(places.latitude).min())
+    # Stamps of all files; only the years asked for are kept, and one that no file has is refused.
     stamps = pd.DatetimeIndex(
         np.unique(np.concatenate([one["time"].to_numpy() for one, _ in grid.files]))
     )
@@ -231,18 +238,21 @@ def grid_source(grid, places, picked, request, years=None):
     def read(chunk):
         # Weather of each place of a portion, and whether the files have it.
         row = chunk[0] // width
-        # Values of some places on one parallel.
+        # Values of neighbouring places on one parallel, in the years that are kept.
         block = read_block(grid, rows[[row]], columns[[one % width for one in chunk]]).isel(
             latitude=0, time=kept
         )
         found = []
         for number, one in enumerate(chunk):
             table = block.isel(longitude=number).to_dataframe()
-            if table[[*NEEDED]].isna().all().any():  # no value at all of one of them
+            # A place where a needed variable has no value at all has no weather.
+            if table[[*NEEDED]].isna().all().any():
                 found.append((None, NOTHING))
                 continue
             place = latitude, longitude = float(places.latitude[one]), float(places.longitude[one])
             source = f"{grid.source} at {latitude:g}°, {longitude:g}°"
+            # The others have ERA5's values as a record, are checked, and get the sun of their
+            # place.
             record = Record(
                 convert_era5(table), *place, climate.look_up_altitude(*place), source, ""
             )
@@ -250,7 +260,8 @@ def grid_source(grid, places, picked, request, years=None):
             suns[:] = suns or [geocentric_sun(record.data.index, interval)]  # once for all places
             own = sun_of_place(suns[0], *place)
             if not checked and abs(latitude) <= nearest:
-                # the first place stands for the files: the check takes longer than a place
+                # One place stands for the files, as the check takes longer than a place: its sums and
+                # times are held against the sun.
                 checked.append(one)
                 try:
                     check_years(record, interval, own)
