@@ -58,6 +58,11 @@ def lay_on_axis(times, interval, zone):
         most part. Days that it lacks, such as 29 February, are left out.
     share : scipy.sparse.csr_array, (S, T)
         Share of the interval of the axis in each interval of the weather; rows sum up to 1.
+
+    Raises
+    ------
+    InputError
+        It covers no calendar year.
     """
     # Calendar years that the weather covers by nine tenths, each as whole intervals from midnight.
     own = times.tz_convert(zone)
@@ -73,6 +78,13 @@ def lay_on_axis(times, interval, zone):
             continue
         whole = pd.date_range(begin, end, freq=interval, inclusive="left").as_unit("ns").asi8
         pieces.append((whole, (end - begin).value))
+    if not pieces:
+        raise InputError(
+            "--time-axis",
+            f"the weather, from {own[0]:%Y-%m-%d} to {own[-1]:%Y-%m-%d}, covers no calendar year by "
+            "nine tenths",
+            "give --time-axis file, or weather from January to December",
+        )
     axis, first, second, part = ([] for _ in range(4))
     for whole, length in pieces:
         # The interval of the axis begins within one of the weather, and ends in the next.

@@ -155,6 +155,8 @@ def _statements(path, report_share, *, longest_line=2**20):
             pending, length = [], 0
             if words:
                 yield number, words
+        if any(pending):
+            yield number, [word for word in pending if word]
 
 
 def _vertex(path, line, words):

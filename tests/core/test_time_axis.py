@@ -60,6 +60,12 @@ def test_years_with_a_gap_and_leap_days_that_lack():
     assert share.nnz >= 2 * 8760 and (share.diagonal() == 1).all()
 
 
+def test_a_year_from_july_has_no_calendar_year():
+    times = pd.date_range("2016-07-01", "2017-07-01", freq="h", inclusive="left", tz="UTC")
+    with pytest.raises(InputError, match=r"2016-07-01 to 2017-06-30.*no calendar year"):
+        lay_on_axis(times, HOUR, read_zone("utc"))
+
+
 def test_quarter_hours_of_many_years():
     times = pd.date_range(
         "2005-01-01", "2008-01-01", freq="15min", inclusive="left", tz="UTC"
