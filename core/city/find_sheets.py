@@ -70,7 +70,7 @@ def judge_shapes(shapes, rows, sheet, report_share, *, enclosed=0.4):
     shapes : _Shapes
     rows : (r,) int
     sheet : (t,) bool
-        Written.
+        Set to True where a triangle of these surfaces is a sheet; all else stays.
     report_share : callable
     """
     count = shapes.surface.max() + 1
@@ -84,7 +84,8 @@ def judge_shapes(shapes, rows, sheet, report_share, *, enclosed=0.4):
         return np.divide(total, whole, out=np.zeros(count), where=whole > 0)[surface]
 
     # A sheet is a face without thickness that encloses nothing: from both of its sides rays reach
-    # the sky. Faces narrower than the accuracy are rounding of the data.
+    # the sky. What the steps down to `inside` drop from the rows is no sheet: at first faces
+    # narrower than the accuracy, which are rounding of the data.
     rows = rows[mean(rows, shapes.width[rows]) >= GEOMETRY.accuracy]
     # The first rays take a third of the time, each of the next four passes an eighth.
     begin, each, many = 0.35, 0.125, 64
@@ -108,7 +109,8 @@ def judge_shapes(shapes, rows, sheet, report_share, *, enclosed=0.4):
     # Enclosed: so many rays hit backs. A wall beside a floor without a roof has half, a vault 0.36.
     inside = np.array([mean(rows, met / many) >= enclosed for met in backs])
     news = sheet.any()  # those that are known do not count so far
-    # Faces below or behind sheets are judged again, as backs of sheets are not an inside.
+    # What is open on both sides becomes a sheet. The rest is judged again, as backs of sheets are
+    # not an inside: in four rounds at most, until one brings no further sheet.
     for _ in range(4):
         open_sides = ~inside.any(axis=0)
         if not open_sides.any() and not news:

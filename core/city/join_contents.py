@@ -46,8 +46,8 @@ def join_contents(contents, lod=None, unit="m", *, orient="auto", progress=silen
     Raises
     ------
     InputError
-        The files use different coordinate reference systems, or their points have no place on
-        Earth.
+        The unit is unknown, the files use different coordinate reference systems, or their points
+        have no place on Earth.
     """
     if unit not in (*UNITS, "auto"):
         raise InputError("--unit", f"{unit!r} is not known", f"choose one of {', '.join(UNITS)}")
@@ -85,7 +85,8 @@ def join_contents(contents, lod=None, unit="m", *, orient="auto", progress=silen
     report_share = partial(
         report_part, partial(report_polygons, progress, JOINING, count), brought, 1.0
     )
-    # Then one city is made of all, and trees that stand far off are left out.
+    # Then one city is made of all: polygons as they are drawn, footprints drawn up to blocks. Trees
+    # at heights that the Earth does not have are left out, unless the city has such heights.
     trees = [tree for content in contents for tree in content.trees]
     flat = [content for content in contents if content.footprints is not None]
     solid = [content for content in contents if content.footprints is None]
@@ -301,8 +302,8 @@ def _common_crs(contents, like=None):
     names one.
     """
     # With a given city all must be in its system; without, all in one system, up to the plane that
-    # they lie in.
-    # Outlines are brought to the system of the others, since GeoJSON has degrees only.
+    # they lie in. Outlines are brought to the system of the others, since GeoJSON has degrees only;
+    # where no other file names one, the first system that is named counts.
     binding = [content for content in contents if content.footprints is None]
     if like is None and not any(content.crs for content in binding):
         binding = [content for content in contents if content.crs][:1]

@@ -143,7 +143,9 @@ def _supports(sides, backs, front):
 
 
 def _trace_both_sides(shape, shell, tested, wanted, *, rays=64):
-    """What so many rays from each triangle, on both sides of the tested polygons, meet: _Views."""
+    """What so many rays from each triangle, on both sides of the tested polygons, meet: _Views, as
+    shares of the rays of each polygon, weighted by the area of its triangles.
+    """
     # Triangles of all polygons near the origin, rounded to micrometres, so that the noise of large
     # coordinates has no effect.
     places = np.round(shape[0] - shape[0].min(axis=0), 6)

@@ -35,6 +35,7 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
     -------
     Scene
     (h,) int
+        Surfaces that are footprints without a foot on the ground.
     """
     notes, reach = scene.report.notes, scene.ground_reach
     # What becomes of the terrain in the file is said.
@@ -64,7 +65,8 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
             placed,
             lambda places, thin: np.where(thin, measure_heights(moved, places[:, :2]), np.nan),
         )
-        # Used if it has a height anywhere at the city: joined to the feet, and said what it moved.
+        # The user's terrain is used in any case, the file's if it has a height under any foot or
+        # near one: joined to the feet, and said what it moved. Else it is left out, with a note.
         places = feet.start[:, :2]  # under any of them, or close beside it
         heights = measure_heights(moved, places), nearest_heights(moved, places, NEAR)
         if options.terrain is not None or np.isfinite(heights).any():
@@ -85,7 +87,8 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
     # Without terrain the model may have ground of its own, and feet are held against that.
     known = partial(_height_of_own_ground, scene, find_ground(scene))
     if ground == "none":
-        # No ground is laid under footprints all of whose corners lie over the model's own.
+        # No ground is laid. Footprints all of whose corners lie over the model's own count as not
+        # touching it, like those without a foot: whether they get light from below is asked later.
         city, points = placed.city, placed.points
         over = np.isfinite(known(points, np.zeros(len(points), bool))).astype(float)
         above = placed.footprint & (

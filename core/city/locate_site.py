@@ -43,7 +43,8 @@ def locate_site(crs, point, latitude=None, longitude=None, *, source=None):
     Raises
     ------
     InputError
-        Latitude or longitude is out of range, or only one of them is given and there is no system.
+        Latitude or longitude is out of range, or only one of them is given and there is no system;
+        or the point lies outside the system, and not both are given.
     """
     for name, value, bound in (("latitude", latitude, 90), ("longitude", longitude, 360)):
         if value is not None and not abs(value) <= bound:  # also true for NaN
@@ -64,6 +65,8 @@ def locate_site(crs, point, latitude=None, longitude=None, *, source=None):
     # meridian.
     steps = np.array([[point[0], point[1]], [point[0], point[1] + 100.0]])
     here, north = np.column_stack(find_globe_places(steps, plane)[::-1])
+    # Where the system does not hold, the user's place counts, with grid north as true north;
+    # without one the point is refused.
     if not all(math.isfinite(value) for value in (*here, *north)):
         if latitude is not None and longitude is not None:
             # the system does not hold there, so neither does its north

@@ -178,6 +178,7 @@ def _known_systems(srs_name, easting):
 
 
 def _candidates(text, easting):
+    """Names for PROJ that a spelling in a file may mean, the likeliest first: iterator of str."""
     lowered = text.lower()
     # Swiss files often name the datum only; the size of coordinates tells LV03 (6 digits) from LV95
     # (7).
@@ -186,22 +187,24 @@ def _candidates(text, easting):
         yield (
             "EPSG:2056" if seven_digits or (easting is None and text != "CH1903") else "EPSG:21781"
         )
+    # Names of German surveys, with or without a prefix, and without what follows a "*".
     word = text[12 * lowered.startswith("urn:adv:crs:") :].split("*")[0]
     for pattern, write in ADV_NAMES.items():
         if match := re.fullmatch(pattern, word, re.IGNORECASE):
             yield write(match[1])
-    # A code is the last number after each "EPSG", whatever stands between (version, colons,
-    # slashes).
+    # Codes are numbers of four to six digits behind an "EPSG", whatever stands between (version,
+    # colons, slashes); the first two count, as of a plane and heights.
     words = [
         word
         for piece in lowered.split("epsg")[1:]
         for word in re.split(r"[:/#?&,+*; ]+|crs$", piece)
     ]
     codes = [word for word in words if re.fullmatch(r"\d{4,6}", word)][:2]
-    # Some files name the vertical system first.
+    # Some files name the vertical system first: both orders, then each code alone.
     if codes:
         yield "EPSG:" + "+".join(codes)
         yield "EPSG:" + "+".join(codes[::-1])
         yield from (f"EPSG:{code}" for code in codes)
+    # Last, PROJ may know the spelling itself: a URN, an address, or any with a digit but no code.
     if lowered.startswith(("urn:", "http")) or (not codes and re.search(r"\d", text)):
         yield text

@@ -71,10 +71,17 @@ def frame_roof(racks, normal, origin, latitude):
 
 
 def _choose_pitch(racks, axes, latitude):
-    """Distance from row to row [m]: as given, else so that none shades another at noon of the
-    winter solstice.
+    """Distance from row to row [m]: as given, else with an aisle between pairs that face east and
+    west, else so that none shades another at noon of the winter solstice.
+
+    Raises
+    ------
+    InputError
+        The given distance leaves no room for the rows, or the latitude is needed and unknown.
     """
     least = _width_of_row(racks) + GAP + THICKNESS * math.sin(math.radians(racks.tilt))
+    # A given spacing, or the one of a given share of ground that modules cover, must leave room for
+    # a row and a gap.
     if racks.spacing is not None or racks.gcr is not None:
         modules = racks.depth * (2 if racks.east_west else 1)
         pitch = racks.spacing if racks.spacing is not None else modules / racks.gcr
@@ -90,6 +97,7 @@ def _choose_pitch(racks, axes, latitude):
     if racks.east_west:
         # An aisle of half a metre between pairs of rows.
         return _width_of_row(racks) + 0.5
+    # All other rows need the latitude.
     if latitude is None:
         raise InputError(
             "--racks",

@@ -133,6 +133,7 @@ def _divide(outline, shape, middle, half, axes):
         ):
             return None
         return [(one, _rise(one, apex, middle, axes)) for one in cells if one.area > 1e-9]
+    # Any other shape but hipped is not known.
     if shape != "hipped":
         return None
     # All four slopes are alike; the ridge ends half the width before the ends.

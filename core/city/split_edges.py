@@ -232,6 +232,8 @@ def _flip_edges(vertices, triangles, surface, wanted=True):
     triangles, active = triangles.copy(), np.flatnonzero(np.broadcast_to(wanted, len(triangles)))
     near = active
     moved = np.ones(len(vertices), bool)
+    # Flips go in rounds, 200 at most, until no edge is left that is better flipped; after the
+    # first, only edges between corners of edges that were such in the last one are asked.
     for _ in range(200):
         rows, corners = _find_inner_edges(vertices, triangles[near], surface[near])
         asked = moved[corners[:, 0]] & moved[corners[:, 1]]

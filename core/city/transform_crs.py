@@ -202,7 +202,7 @@ def choose_plane(crs, axes, points, source=None):
     -------
     Grid
     note : str or None
-        What was done, as a sentence.
+        What was done, as a sentence; None where nothing was, or without points.
 
     Raises
     ------
@@ -228,6 +228,8 @@ def choose_plane(crs, axes, points, source=None):
         straight = (
             directions == {"east", "north"} and not turned and (np.abs(scale - 1) <= 0.003).all()
         )
+        # What is straight stays, and where no step can be measured as well; units other than metres
+        # are converted.
         if straight or not np.isfinite(scale).all():
             if unit == 1:
                 return Grid(crs, axes), None

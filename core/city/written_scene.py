@@ -53,6 +53,7 @@ def written_scene(scene, rows):
     rows : (k,) int
         Of `SceneChange`.
     """
+    # A scene in this order already is returned as it is.
     if len(rows) == len(scene.surfaces) and (rows == np.arange(len(rows))).all():
         return scene
     # New numbers of the surfaces that stay (-1: gone), and of their triangles.

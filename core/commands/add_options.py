@@ -199,7 +199,9 @@ def add_output(parser, *, exports=False, detailed=False):
 
 
 def add_world(parser):
-    """Environments and places."""
+    """Add the options of `citypv world` to a parser: environments, and which places, years,
+    surfaces and pictures.
+    """
     # Options of `citypv world`: traced cities first, then the places, years and pictures.
     words = "transfer.nc or result folder of simulate --suns sky-grid:N, NAME=PATH, or unshaded"
     parser.add_argument("environment", nargs="+", metavar="ENVIRONMENT", help=words)

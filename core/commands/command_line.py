@@ -52,7 +52,8 @@ def main(arguments=None, draw=None):
     Returns
     -------
     int
-        Exit status.
+        Exit status: 0 done, 1 a failure of the program, 2 arguments or input that cannot be used,
+        130 interrupted.
     """
     # UTF-8 in files and pipes, as JSON has to be; "?" for what a terminal cannot show.
     for stream in (sys.stdout, sys.stderr):
@@ -62,6 +63,7 @@ def main(arguments=None, draw=None):
             stream.reconfigure(encoding=None if stream.isatty() else "utf-8", errors="replace")
     given = _join_offset(sys.argv[1:] if arguments is None else arguments)
     parser = build_parser(next((word for word in given if word in COMMANDS), ""))
+    # Without arguments the help is printed; arguments that cannot be parsed, and --help, end here.
     if not given:
         parser.print_help(sys.stderr)
         return 2
@@ -73,8 +75,8 @@ def main(arguments=None, draw=None):
     main_thread = threading.current_thread() is threading.main_thread()
     before = signal.signal(signal.SIGTERM, signal.default_int_handler) if main_thread else None
     try:
-        # A time budget begins here: before anything large is imported or compiled.
-        # Libraries of the formats, of numbers and of light.
+        # A machine without memory for the libraries of formats, numbers and light is told so. A
+        # time budget begins with the log: before anything large is imported or compiled.
         check_memory(_name_input(options), "a run of any size", 4e8, "give it more memory")
         options.draw, options.log = (
             draw,

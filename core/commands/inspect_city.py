@@ -30,7 +30,9 @@ def inspect_city(paths, request, progress=silent):
     Returns
     -------
     dict
-        Plain types only.
+        Plain types only: what the reader reports, the place, of how many buildings the files tell
+        a name and the like, counts and areas [m²] by kind, class, eligibility and material, trees,
+        and findings with the ids that have them.
 
     Raises
     ------

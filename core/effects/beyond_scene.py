@@ -27,9 +27,11 @@ POINTS = ("north", "north-east", "east", "south-east", "south", "south-west", "w
 
 
 def decide_terrain(inputs):
-    """Called for when the horizon rises above the 2° below which no direct light is traced."""
-    # Whether the horizon of distant terrain is traced, what it hides, and a bound on what is left
-    # out.
+    """Whether the horizon of distant terrain hides suns and sky: Effect, with a bound on what is
+    left out. Unless the user decides, it is called for when the horizon rises above the 2° below
+    which no direct light is traced; the plan then gets the horizon, and the suns that it hides.
+    """
+    # Without a horizon there is nothing to decide, and no bound is known.
     if inputs.horizons is None:
         return Effect(TERRAIN, False, "none", "no --horizon is given: the horizon is level", None)
     # Highest point of the horizon, and where it is.
@@ -257,8 +259,9 @@ def shade_at_edge(reach, suns):
 
 
 def decide_sky(inputs):
-    """A sky that is not equally bright where inclined surfaces count; every weather has the direct
-    and diffuse light that it needs.
+    """Whether the sky is not equally bright: Effect. Unless a sky is asked for, it is called for
+    where inclined surfaces count; every weather has the direct and diffuse light that it needs.
+    The plan gets the model of the sky, and for how many rays to the dome one goes to the horizon.
     """
     # Does it change anything? Its effect on planes in the open that face as the surfaces do.
     request, surfaces, plan = inputs.request, inputs.scene.surfaces, inputs.plan
@@ -288,7 +291,8 @@ def decide_sky(inputs):
         )
         reason = "as asked" if request.asked_sky else scene_calls
         return Effect(BEST_SKY, True, extent, reason + words, 0.0)
-    # Without it, the change on these planes bounds what is left out.
+    # Without it, the change on these planes bounds what is left out; without weather no bound is
+    # known, unless no inclined surface counts.
     reason = "as asked" if request.asked_sky else "no inclined surface counts"
     bound = bound_change(inputs.weather, change) if len(change) else 0.0 if area == 0 else None
     return Effect(BEST_SKY, False, "isotropic sky", reason + words, bound)

@@ -52,6 +52,8 @@ def find_unobstructed(patches, vertices, *, normal_steps=1e6):
     np.minimum.at(nearest, which, own)
     opposite = np.minimum(np.searchsorted(numbers, -numbers), len(numbers) - 1)
     extent = np.where(numbers[opposite] == -numbers, -nearest[opposite], -np.inf)
+    # Nothing of the scene reaches over the plane by more than rounding, and no patch that faces the
+    # opposite way lies on it.
     return (reach[which] - own <= slack) & (own - extent[which] > slack)
 
 

@@ -16,9 +16,13 @@ from .effect import Effect
 
 
 def decide_rays(inputs, key):
-    """Rays to the sky or to the suns: on where something can stand in the way of them."""
-    # Patches from which nothing is in the way: all or none if so asked, else by geometry, crowns of
-    # trees included.
+    """Rays to the sky or to the suns: on where something can stand in the way of them.
+
+    Returns the Effect; the plan gets the patches, (p,) bool, that need none.
+    """
+    # Patches from which nothing is in the way: all where rays are switched off, none where they are
+    # switched on or for photons, else by geometry, crowns of trees included. Rays to the suns take
+    # the patches found for the sky, unless those were asked for.
     plan, count, asked = inputs.plan, len(inputs.patches), inputs.asked(key)
     forward = inputs.request.estimator == "forward"
     if asked is not None or forward:

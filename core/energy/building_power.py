@@ -67,7 +67,7 @@ def compute_building_hours(transfer, weather, energy, system, threads=None):
     local = middle.tz_convert(day_zone(weather))
     month = (middle if weather.zone is None else local).month.to_numpy() - 1
     place = HOURS * month + local.hour.to_numpy()
-    # Of many years every so manieth day; the rest is dark.
+    # Of n years every nth day is computed, and shall stand for all; the rest is dark.
     days = (middle - middle[0].floor("D")) // pd.Timedelta(days=1)
     kept = days.to_numpy() % max(1, round(energy.years)) == 0
     sums = np.zeros((COUNT, len(names)))

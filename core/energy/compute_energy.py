@@ -63,7 +63,7 @@ def compute_energy(
     Raises
     ------
     InputError
-        If the Transfer or the weather is invalid.
+        If the Transfer or the weather is invalid, or the sky's sources were not traced.
     """
     # A Transfer for each state of the trees, and which surfaces count, by group.
     check_hours(weather)
@@ -130,6 +130,7 @@ def compute_energy(
     # What the user leaves out, or asks for more hours of, loses its modules; its light stays.
     energy = choose_modules(energy, transfer.surfaces, system)
     energy = state_errors(energy, errors_of_energy(transfer, weather, energy), groups)
+    # Where the weather has a calendar of its own zone, series are laid on whole years of it.
     return energy if weather.zone is None else _lay_series(energy, weather.zone)
 
 

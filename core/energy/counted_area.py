@@ -120,6 +120,8 @@ def find_counted_area(transfer, system, *, steepest_underside=165.0):
     counted_area = np.where(carries, area if whole else open_area, 0.0)
     module, layout = system.module, None
     module_area, count = counted_area, counted_area / module.area
+    # Modules are laid in rows where these are wanted and the outlines known; else every square
+    # metre carries modules, whose number need not be whole.
     if system.layout is not None and system.layout.rows and transfer.shapes_known:
         layout, count = lay_city(
             replace(surfaces, kind=kind),
