@@ -1,5 +1,6 @@
 """AC power of the modules of each building: over time, and by hour of the day in each month."""
 
+from dataclasses import replace
 from datetime import timedelta, timezone
 
 import numpy as np
@@ -125,7 +126,14 @@ def _power_of_blocks(transfer, weather, energy, system, *, building, threads):
     def share_out(block):
         return np.where(building[block, None] == np.unique(building[block]), kwp[block, None], 0.0)
 
-    # Each state of the trees gives the power of its own hours.
+    # Each state of the trees gives the power of its own hours. What strings lose in shade is only
+    # looked at where it counts.
+    if system.strings != "string":
+        transfer = replace(
+            transfer,
+            string_loss=None,
+            bare=transfer.bare and replace(transfer.bare, string_loss=None),
+        )
     for state, own in states_of_year(transfer, weather.data.index, weather.interval):
         year = weather.darken(~own)
         task = prepare_task(state, year, system, kwp > 0, split_sky(year, energy.sky))
