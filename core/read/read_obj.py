@@ -78,6 +78,7 @@ def read_obj(path, up="z", report_share=silent, *, parsed=0.5):
     if parts.comment_crs:
         words = f"{path}, {parts.comment_crs} is only a comment and was not used"
         content.notes.append(f"{words}: give --latitude, --longitude and --unit.")
+    # Objects that are no buildings by their names are noted, and colours of materials are read.
     _note_others(parts, building, content)
     _colour(parts, content)
     return content

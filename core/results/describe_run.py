@@ -267,7 +267,7 @@ def describe_left_out(summary):
     totals, report, lines = summary["totals"], summary["input"].get("report") or {}, []
     parts = {key: total for key, total in totals["without_modules"].items() if key != "ground"}
     whole = totals["eligible_area"] + sum(part["area"] for part in parts.values())
-    # Parts below 1 % of the walls and roofs are not worth naming.
+    # Parts below 1 % of the walls and roofs are not worth naming; ground is left aside.
     told = [
         say(
             "{area:,.0f} m² ({share}) {reason}",

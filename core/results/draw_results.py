@@ -72,7 +72,7 @@ def draw_cost_curve(curve, path):
             axes.plot(
                 *zip(*points, strict=True), color=colour, marker=mark, label=label
             ) if points else None
-        # Presets (draft, standard, …) are stars with their names.
+        # Presets (draft, standard, …) are stars with their names; rounds are not drawn.
         for prediction in curve.prices:
             if not prediction.name.startswith("--") and not prediction.name.endswith("rounds"):
                 axes.plot(prediction.seconds, prediction.error, "k*", markersize=13, zorder=5)

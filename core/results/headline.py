@@ -84,7 +84,7 @@ def _shares(totals):
 
 
 def describe_certainty(summary):
-    """How far the energy holds, together with the weather's variation: one plain sentence, or two.
+    """How far the energy holds: plain sentences on the weather, the calculation, and what is left.
 
     Several years of weather tell their own spread; a single one may be off by what years differ
     elsewhere; the built-in climate errs by what it did where it was compared.
@@ -92,7 +92,7 @@ def describe_certainty(summary):
     budget, totals = summary["error_budget"], summary["totals"]
     shift = (budget.get("sun_sampling") or {}).get("bias")
     known = None not in (shift, budget.get("sampling_total"))
-    # Less than 0.1 % would only pretend to matter beside the weather.
+    # Less than 0.1 % is told as 0.1 %: beside the weather it does not matter.
     calculated = (
         say(
             "The calculation itself is known to ± {error}.",

@@ -153,7 +153,7 @@ def whole_folder(folder, overwrite=False, names=NAMES):
 
 @contextmanager
 def _lock_folder(place, folder):
-    """Lock the temporary folder for this process, and empty it.
+    """Hold a lock on the temporary folder while the block lasts; it is empty when the block begins.
 
     Raises
     ------
@@ -173,6 +173,7 @@ def _lock_folder(place, folder):
         )
     # The lock of the operating system goes with the process, however that ends.
     with (place / LOCK).open("a") as file:
+        # Nobody waits for the lock: a folder that another run holds is refused at once.
         try:
             if sys.platform == "win32":
                 import msvcrt
@@ -186,7 +187,7 @@ def _lock_folder(place, folder):
             raise busy from error
         if not (place / LOCK).exists():  # whoever had it has just finished
             raise busy
-        # A run that was ended between two renamings.
+        # Results that a run had set aside, when it was ended between two renamings, are put back.
         if (place / OLD).exists() and not folder.exists():
             (place / OLD).rename(folder)
         _empty(place)

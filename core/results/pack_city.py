@@ -92,7 +92,7 @@ def pack_city(results, change=None, *, with_modules=True):
         ),
         "arrays": [entry for entry, _ in packed],
     }
-    # The rest of what the page of a building says.
+    # What the page of a building says beside these sums, where the run's folder tells any.
     if results.folder is not None:
         told = dict(describe_buildings(results.folder))
         header["places"] = [told.get(name) for name in buildings.tolist()] if told else None

@@ -120,6 +120,7 @@ def read_results(folder):
         suns, months = (np.asarray(file[name][:], float) for name in ("direction", MONTHLY))
         check_names(folder, file["surface_id"][:], faces["surface_id"].tolist())
         read, zone = (suns, outlines, months, read_layout(file)), zone_of_hours(file)
+    # A missing buildings.csv, as in earlier versions, leaves texts and sums of buildings empty.
     read = *read, _read_buildings(folder / "buildings.csv", faces), folder, zone
     return Results(folder.absolute().name, faces, groups, summary, *axis, *read)
 
@@ -158,7 +159,7 @@ def town_of(addresses):
 
 
 def read_summary(path):
-    """Summary of a run: dict."""
+    """Summary of a run: dict; refused where it is no JSON or lacks what the pages need."""
     try:
         summary = json.loads(path.read_text(encoding="utf-8"))
         # Of summary.json, and what must stand in each.
@@ -183,6 +184,7 @@ def read_summary(path):
             for name, keys in sections.items()
             for key in keys
         }
+        # Entries that are missing or null are named, then a place without numbers.
         missing = [".".join(names) for names, value in told.items() if value is None]
         site = {} if missing else summary["input"]["site"]
         missing = missing or [

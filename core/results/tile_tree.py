@@ -77,6 +77,7 @@ def write_square(folder, place, piece, columns, look):
         rows = waiting.pop()
         if not np.isin(shapes.feature, rows).any():
             continue  # racks alone, whose numbers are in the sums of their building
+        # Only the first tile of the square holds its ground.
         data = compose(rows, columns, not tiles)
         if len(data) > MOST_BYTES and len(rows) > 1 and len(gzip.compress(data, 6)) > MOST_BYTES:
             waiting += reversed(np.split(rows, [_cut_between(columns["building"][rows])]))
@@ -119,6 +120,7 @@ def write_square(folder, place, piece, columns, look):
         afar = {key: _round_off(columns[key]) for key in names}
         (folder / f"{name}_roofs.glb").write_bytes(compose(largest, afar, True))
         tile["content"] = {"uri": f"{name}_roofs.glb"}
+    # The tile goes back with its box, and with sums of its roofs by pixel for coarser tiles.
     return _Node(tile, box, *_sum_pixels(low, shapes.take(roofs, count), roofs, columns, feet))
 
 
@@ -252,6 +254,8 @@ def join_squares(folder, place, parts, look, top=False):
 def _compose_mosaic(low, side, pixel, sums, look):
     """Bytes of the tile: a square for each pixel, of the area of its roofs."""
     # A square in the middle of each pixel, as large as the area of its roofs, at their mean height.
+    # Columns of `sums`: area of roofs, it times their height and the ground's, area that counts,
+    # and values times that area.
     line, column = np.divmod(pixel, PIXELS)
     step = side / PIXELS
     middle = np.stack([low[0] + (column + 0.5) * step, low[1] + (line + 0.5) * step], axis=1)

@@ -369,7 +369,7 @@ def _read_group(path, group):
             bare = None
             if "leaf_months" in stored.attributes:
                 bare = _Stored(*read_variables(place[BARE]))
-    # Format and checksums; names within what may be written.
+    # Another format, a wrong checksum, or a file that lacks what every run writes is refused.
     title = stored.attributes.get("title")
     if title != FORMAT:
         raise InputError(path, f"its title is {title!r}, not {FORMAT!r}", GIVE_OWN_TRANSFER)
@@ -439,7 +439,7 @@ def make_transfer(variables, attributes):
     """Transfer from the variables and attributes of a file; what only some runs have is None
     where it is missing.
     """
-    # Arrays go to surfaces, suns and light by the prefix of their names.
+    # Arrays go to surfaces, suns and light, which every file has, and to what some files have.
     surfaces, suns, own = (
         read_fields(variables, name, needed=True) for name in ("surfaces", "suns", "transfer")
     )
@@ -450,12 +450,12 @@ def make_transfer(variables, attributes):
         own |= read_fields(variables, name)
     if "clearances" in own:
         own["clearances"] = tuple(own["clearances"].tolist())
-    # Texts are JSON.
+    # Site, albedos and the record of the trace stand in attributes as JSON.
     written = [name for name in ("site", "albedos", "record") if name in attributes]
     texts = {name: json.loads(attributes[name]) for name in written}
     if "record" in texts:
         own["record"] = TraceRecord.from_dict(texts["record"])
-    # What only some runs have.
+    # Objects that only some runs have.
     builders = {"error_parts": ErrorParts, "outlines": Outlines, "facts": BuildingFacts}
     for name, build in builders.items():
         if found := read_fields(variables, name):

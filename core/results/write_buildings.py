@@ -95,7 +95,8 @@ def sum_surfaces(transfer, energy, weather, label, count, *, monthly=False):
     # kwp  of surfaces, that full load hours are of.
     kwp = energy.kwp_of_hours(np.asarray(transfer.surfaces.area, float))
     eligible = energy.eligible & (kwp > 0)
-    # Which surfaces belong to all, to roofs and to facades.
+    # Surfaces of the whole, then of facades, pitched roofs and flat roofs: a kind that the whole
+    # leaves out, as flat roofs with the paper's sectors, still has columns of its own.
     parts = {"": eligible} | {
         f"{part}_": np.isin(energy.kind, kinds) & (kwp > 0) for part, kinds in PARTS.items()
     }
@@ -131,6 +132,7 @@ def sum_surfaces(transfer, energy, weather, label, count, *, monthly=False):
     table |= {f"{name}_mwh_per_year": values for name, values in exceeded_energy(by_year).items()}
     hours = {name: getattr(energy, name) for name in ("full_load_hours", "full_load_hours_dc")}
     hours |= name_months(energy.full_load_hours_by_month) if monthly else {}
+    # Hours are NaN where a sum has no modules.
     with np.errstate(invalid="ignore"):
         table |= {
             name: add(kwp * values, eligible) / table["kwp"] for name, values in hours.items()

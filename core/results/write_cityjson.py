@@ -71,6 +71,7 @@ def write_cityjson(path, run, progress=silent, *, further_decimals=6):
     decimals = [
         _choose_decimals(span, more) for span, more in zip(local.max(axis=0), finer, strict=True)
     ]
+    # In metres all axes have the step of the coarsest.
     if not any(finer):
         decimals = [min(decimals)] * 3
     # Places that are the same step are one vertex, to which boundaries refer by index.

@@ -51,6 +51,7 @@ def write_geopackage(path, run, progress=silent):
     """
     stage = "writing city.gpkg"
     city, _, transfer, energy, weather = run
+    # A file that is there already is replaced.
     Path(path).unlink(missing_ok=True)
     # Coordinates stay in the files' system, easting or longitude first as the format wants.
     city = replace(city, points=city.grid.to_files(city.points, "xy"))

@@ -271,6 +271,8 @@ def compose_totals(summary):
     }
     if has_losses(summary):
         columns["mwh_dc_per_year"] = say("Before losses, DC [MWh]")
+    # With the paper's sectors the first row counts only some directions, and flat roofs stand
+    # beside it.
     every = (
         say("Facades and roofs of 15° to 60° within 30° of a main direction")
         if some
@@ -340,6 +342,7 @@ def _compose_groups(results):
         day_caption: tabulate_heat(results.groups, "solar_hour", str),
         histogram_caption: draw_histograms(results.faces),
     }
+    # A chart without any values is left out.
     titles = say("Over the year"), say("Over the day"), say("Over the area")
     return "\n".join(
         [

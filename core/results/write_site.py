@@ -94,6 +94,7 @@ def write_site(
     InputError
         A folder holds no results, or they do not belong together.
     """
+    # Refused where the basemap's address is none of map tiles.
     host = _host_of(basemap)
     # Only folders with results; a folder that holds something else is never overwritten.
     folders = [Path(folder) for folder in folders]
@@ -174,6 +175,7 @@ def _join_summaries(folders):
             with open_surfaces(folder) as file:
                 first["zone"] = zone_of_hours(file)
             continue
+        # Sources are joined; a folder with another weather, setting or layout is refused.
         first["attributions"] += [
             text for text in summary["attributions"] if text not in first["attributions"]
         ]
@@ -424,6 +426,7 @@ def _write_page(work, summary, title, attribution, sums, *, host):
     # How much and how sure, the map, then what its numbers mean, and how far they hold.
     written = datetime.fromtimestamp(summary["date"], UTC)
     origin = describe_origin(summary, written, attribution, host.partition("//")[2])
+    # Without a source and licence of the city model a warning stands below the map.
     body = [
         origin,
         *(paragraph(text, "warning") for text in list_warnings(summary)),

@@ -167,11 +167,12 @@ def sum_totals(transfer, energy, system):
     rows = {name: counts & (energy.kind == name) for name in KINDS}
     own = energy.eligible & np.isfinite(energy.full_load_hours)
     counted = energy.counted_area[counts]
+    # Hours are means over whole polygons; here they become means over the area that counts.
     hours = energy.full_load_hours[counts] * area[counts] / counted
     # Open surfaces below a hundredth of the mean see next to no light all year.
     dark = hours * counted.sum() < 0.01 * (hours @ counted)
     every = replace(energy, kwp=energy.area_kwp).sum_potential(energy.eligible, area)
-    # (y,) [MWh]
+    # Energy of each year, (y,) [MWh]; with several, what half and nine of ten exceed is told.
     by_year = energy.kwp_of_hours(area)[own] @ energy.full_load_hours_by_year[own] / 1000
     return {
         "count": int((energy.eligible & counts).sum()),

@@ -257,6 +257,7 @@ def write_tables(folder, transfer, energy, weather, request, *, progress):
     progress : callable
         See `core.settings.progress`; counts files.
     """
+    # Each file has the function that writes it; they are called in this order at the end.
     system, monthly, wanted = build_system(request), request.monthly, BUILDINGS in request.series
     run = transfer, weather, energy, system
     power = partial(building_power.compute_building_power, *run)
@@ -276,6 +277,7 @@ def write_tables(folder, transfer, energy, weather, request, *, progress):
             (*building_power.compute_building_hours(*run), building_power.day_zone(weather)),
         ),
     }
+    # Sums by what buildings are for, where that is known; districts and series if asked for.
     if transfer.facts is not None and any(transfer.facts.function):
         tables["uses.csv"] = lambda path: write_uses(path, transfer, energy, weather)
     if request.districts:

@@ -24,7 +24,7 @@ from .viewer_columns import VIEWED
 
 
 def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright, colour=""):
-    """Bytes of a GLB.
+    """A tile of the map in 3D as bytes of a GLB: a mesh with colours, and a table of values.
 
     Parameters
     ----------
@@ -73,6 +73,7 @@ def compose_tile(shapes, columns, ground, middle, *, level, enums, copyright, co
         "schema": schema,
         "propertyTables": [{"class": "surface", "count": count, "properties": properties}],
     }
+    # Modules have the one colour of their material, surfaces their colours at the corners.
     extras, own = {}, (1, 1, 1)
     if colour:
         extras, own = {"modules": True}, linear_light(srgb_colour(colour))
@@ -132,7 +133,7 @@ def _tabulate(buffer, columns, enums):
         else:
             kind = {"type": "SCALAR", "componentType": values.dtype.name.upper()}
             if values.dtype.kind == "f":
-                # JSON of the schema cannot name NaN.
+                # JSON of the schema cannot name NaN, so this number stands for what is unknown.
                 kind["noData"] = -99999.0
             known = np.where(np.isfinite(values), values, values.dtype.type(kind.get("noData", 0)))
             classes[name] = {"type": "ENUM", "enumType": name} if name in enums else kind

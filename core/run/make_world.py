@@ -68,12 +68,14 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
     )
     request = modules_alone(request)
     if cluster:
+        # A cluster that does not answer is refused before anything is read.
         run_tasks.check_cluster(cluster.cluster)
     system = build_system(request)
     # Environments: traced cities and open planes, merged into fewer surfaces where asked for.
     with whole_folder(folder, overwrite) as work, ExitStack() as stack:
         environments, sky = read_environments(texts, system, request.sky, settings.surfaces)
         names = [environment.name for environment in environments]
+        # Shares of environments, where a mix of them is asked for as one more.
         weights = None if settings.mix is None else parse_mix(settings.mix, names)
         log.clock.lap("read environments")
         # Weather of each place on Earth, from a grid, a model or files.
@@ -99,6 +101,7 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
         log.clock.lap("world")
         # The world as netCDF, then pictures and a summary.
         write_world(work / "world.nc", world)
+        # Without matplotlib no pictures are drawn, and the log says so.
         if settings.pictures and importlib.util.find_spec("matplotlib") is None:
             log.write("No pictures: they need matplotlib (pip install matplotlib)")
         elif settings.pictures:

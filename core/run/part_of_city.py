@@ -127,6 +127,7 @@ def keep_patches(scene, prepared, members, reported=()):
     of_triangles = {
         name: getattr(prepared.scene, name)[taken] for name in ("triangles", "footprint", "closure")
     }
+    # Links between triangles, and marks of a tile, are not kept.
     unknown = dict.fromkeys(("sheet", "back_of", "rack_of_back", "number", "halo"))
     racks = scene.racks
     if racks is not None:

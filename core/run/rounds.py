@@ -30,9 +30,10 @@ def refine_run(run, log, progress, folder):
     weather, request, transfer = run.weather, run.request, run.transfer
     started = time.monotonic()
     energy = compute_energy(transfer, weather, request)
-    # and a second for the rest.
+    # Writing is estimated from the size of the light, and a second is added for the rest.
     written = seconds_of_writing(2 * transfer.visible_share.nbytes)
     finishing = time.monotonic() - started + written + 1.0
+    # Without a time budget there is no deadline.
     deadline = (
         None if request.time_budget is None else log.started + request.time_budget - finishing
     )

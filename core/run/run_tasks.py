@@ -185,6 +185,7 @@ def open_workers(word):
             cluster = LocalCluster(n_workers=value, threads_per_worker=1, processes=True, **own)
             client = Client(stack.enter_context(cluster), timeout=PATIENCE, set_as_default=False)
             stack.enter_context(client)
+            # The page that shows the tasks needs bokeh, and is named only with it.
             if importlib.util.find_spec("bokeh") is not None:
                 page = f"; dashboard at {client.dashboard_link}"
         else:
@@ -193,7 +194,9 @@ def open_workers(word):
 
 
 def _open_remote(address, stack):
-    """Client of a scheduler that runs already, closed with the stack."""
+    """Client of a scheduler that runs already, closed with the stack; refused where it does not
+    answer, has no workers, or has one with another CityPV.
+    """
     from distributed import Client
 
     try:

@@ -107,12 +107,14 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
             prepared = study.prepare_study(scene, weather, request)
         log.write(prepared.plan.names())
         log.detail("\n".join(f"  {line}" for line in prepared.plan.describe()))
+        # Where no compiled code of an earlier run is kept, this run compiles; then its seconds tell
+        # nothing about how long more samples would take.
         log.write(
             "Tracing"
             if (timed := is_compiled())
             else "Tracing; compiling first, which this machine needs once"
         )
-        # Light: in tiles on a cluster, or all at once; then its rays may be kept for edits.
+        # Light: in tiles on a cluster, or all at once, where its rays are kept for edits if asked for.
         tiles = None
         if cluster:
             with run_tasks.keeping(kept := run_tasks.kept_beside(folder), log.write):
@@ -203,6 +205,8 @@ def trace_city(scene, weather, request, log, folder=None, *, prepared, editable=
         if editable:
             base = study.trace_base(scene, weather, request, interruption, prepared=prepared)
             transfer = base.transfer
+            # An interrupted base cannot be edited: only its light is kept, for the suns that it
+            # has.
             if transfer.record.interrupted:
                 base, transfer = None, weigh_kept_suns(transfer, weather.axis)
                 log.write("What its rays met is not kept, since it was interrupted")
@@ -224,6 +228,7 @@ def trace_city(scene, weather, request, log, folder=None, *, prepared, editable=
             base.city.states[0].transfer = replace(
                 base.city.states[0].transfer, record=transfer.record
             )
+        # Further rounds follow, unless the user stopped.
         if request.wants_rounds and not interruption.asked:
             transfer = refine_run(replace(run, transfer=transfer), log, interruption, folder)
     # What was interrupted says so.

@@ -160,6 +160,7 @@ def make_scene(city, request, report_share=silent):
     if request.site_of:
         site, lattice = place_of_results(request.site_of)
         away = np.linalg.norm(np.median(city.points, axis=0)[:2] - site.origin[:2])
+        # Refused if their city is in another system, or more than 50 km away.
         if site.grid != city.grid or away > ELSEWHERE:
             raise InputError(
                 Path(request.site_of) / "summary.json",

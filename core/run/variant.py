@@ -89,6 +89,7 @@ def make_variant(base_folder, folder, change, *, output=None, log=None):
         # traced.
         city = edit_city(kept.city, _read_change(change, kept), kept.scene.site.convergence)
         request = replace(kept.request, private=kept.request.private or change.private)
+        # Addresses and names from the files go where the base or the change asks for that.
         city = without_names(city) if request.private else city
         if change.albedo_of:
             path = _write_albedos(Path(place), request.albedo_file, city, change.albedo_of)
