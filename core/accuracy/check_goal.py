@@ -67,7 +67,7 @@ def check_goal(scene, weather, request, log):
             f"the pilot ends after {describe_duration(spent)}, the first round takes "
             f"{describe_duration(first)}"
         )
-        # Speeds differ from one run to the next.
+        # Speeds differ from one run to the next: the budget that is named is a quarter longer.
         least = math.ceil(1.25 * (spent + first))
         cure = f"give --time-budget {least} at least, or --suns with fewer days"
         raise InputError("--time-budget", f"{request.time_budget:g} s are too few: {parts}", cure)

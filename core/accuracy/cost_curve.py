@@ -223,6 +223,7 @@ def predict_costs(scene, weather, request, reading=0.0, progress=silent):
     started = time.perf_counter()
     prepared = prepare_scene(scene, request, weather=weather).build_tree(request)
     preparing = time.perf_counter() - started
+    # Choices of suns to compare: the one asked for, and the usual ones.
     ways = list(
         dict.fromkeys(
             [
@@ -237,6 +238,7 @@ def predict_costs(scene, weather, request, reading=0.0, progress=silent):
         )
     )
     city = predict_city(CityYear(scene, prepared, weather, request), ways, progress)
+    # Seconds of every run besides tracing.
     fixed = reading + preparing + city.checking + city.pilot.electricity
     run = city.pilot.run
     # The share of reflected light falls by the same factor each time.

@@ -96,8 +96,10 @@ def budget_groups(transfer, weather, energy, cut):
         [area[members] @ transfer.surfaces.normal[members] for members in parts]
     ).reshape(-1, 3)
     facing /= np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), 1e-12)
+    # For information: what Perez's sky changes on unshaded planes that face as the groups do.
     sky_model, budgets = change_unshaded(weather, facing, transfer.ground_albedo), {}
-    # Each source as a share of the group's mean hours; None where it was not measured.
+    # Each source as a share of the group's mean hours; None where it was not measured, or where the
+    # group has no hours to compare it with.
     for name, members, change in zip(energy.groups, parts, sky_model.tolist(), strict=True):
         weight = area[members] / max(energy.counted_area[members].sum(), 1e-12)
         hours = float(weight @ energy.full_load_hours[members])

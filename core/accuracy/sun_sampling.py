@@ -78,7 +78,8 @@ def measure_ways(inputs, transfer, ways, progress=silent, *, patches=500):
             lambda one: compute_energy(one, weather, system, threads, sky=sky), few, threads
         )
         hours_by = {way: energy.full_load_hours for way, energy in zip(every, light, strict=True)}
-    # Patches were drawn by their area, so that each stands for as much of it, or all were taken.
+    # Patches were drawn by their area, so that each stands for as much of it, or all were taken:
+    # with these weights the hours of each choice are compared with the truth's.
     sample = few[0].surfaces
     least = surfaces.area[surfaces.eligible].sum() / patches
     weight, names = np.maximum(sample.area, least), name_groups(sample)

@@ -102,7 +102,7 @@ def lay_lattice(points, feet, reach, patch_size, site, *, kept=None):
 def spread_points(foot_places, footprints, lattice):
     """Middles of squares outside the footprints, and points on the rim.
 
-    A square is split as long as it is larger than patch_size + GROWTH * (distance to the nearest
+    A square is split as long as it is larger than patch_size + 0.35 * (distance to the nearest
     foot).
 
     Parameters

@@ -207,8 +207,8 @@ def _refine(vertices, terrain, foot_places, *, most_points=60_000):
 
 
 def _join(feet, ground, longest):
-    """Wall extensions down to the ground: (vertices, triangles), surfaces above and below the
-    ground, and notes.
+    """Walls carried down to lower ground: vertices (v, 3) float64 [m] and triangles (t, 3) of these
+    extensions, the surfaces carried down, those partly below the ground, (k,) int, and notes.
     """
     # Each piece of a foot is held against the ground at five places along it.
     edge, (start, end) = _split_once(feet, longest)

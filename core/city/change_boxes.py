@@ -28,7 +28,7 @@ def boxes_around(corners, side=10.0):
     # One box around the triangles of each square of the plan, by their middles.
     square = np.floor(corners.mean(axis=1)[:, :2] / side)
     group = np.unique(square, axis=0, return_inverse=True)[1].ravel()
-    while group.max() >= 1 << 8:  # coarser squares where a change is wide
+    while group.max() >= 1 << 8:  # larger squares, until 256 at most hold any
         side, square = 2 * side, np.floor(square / 2)
         group = np.unique(square, axis=0, return_inverse=True)[1].ravel()
     order = np.argsort(group, kind="stable")

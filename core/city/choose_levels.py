@@ -94,8 +94,8 @@ def _choose_in_file(content, wanted, report, passed_over):
     Levels that were passed over, for one after them that has more of the shape, are added to
     `passed_over`: (preferred, taken) -> names of parts; what is left out to the report.
     """
-    # Bodies and installations of each part; a part that has nothing but installations is made of
-    # them.
+    # Bodies and installations of each part; a building that has nothing but installations is made
+    # of them.
     units, installed = defaultdict(list), defaultdict(list)
     for polygon in content.polygons:
         (installed if polygon.installation else units)[polygon.building, polygon.part].append(
@@ -105,7 +105,7 @@ def _choose_in_file(content, wanted, report, passed_over):
     for unit in [unit for unit in installed if unit[0] not in bodies]:
         units[unit] = installed.pop(unit)
     # Of each part the levels that it has, best first; where there are several, the first that is
-    # whole.
+    # whole: that has most of the roof, and much of the walls, of every level after it.
     levels = {unit: _list_levels(_lods_of(polygons), wanted) for unit, polygons in units.items()}
     taken = {unit: some[0] for unit, some in levels.items() if some}
     several = {
@@ -136,7 +136,8 @@ def _choose_in_file(content, wanted, report, passed_over):
         "building part without the LoD of its building",
         [_name_unit(content, unit) for unit in lost],
     )
-    # An installation is drawn in the level of its own body, else of its building.
+    # An installation is drawn in the level of its own body, else of its building; without that
+    # level it is left out.
     of_body = {unit[0]: lod for unit, lod in taken.items()}
     level = {unit: taken.get(unit, of_body[unit[0]]) for unit in installed if unit[0] in of_body}
     follows = {unit: _follow(lod, installed[unit], wanted) for unit, lod in level.items()}

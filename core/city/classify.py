@@ -87,7 +87,8 @@ def classify(area, surface_tilt, surface_azimuth, thematic, sectors="8", *, sect
     tilt = check_array("surface_tilt", surface_tilt, (count,), least=0, most=180)
     surface_azimuth = check_array("surface_azimuth", surface_azimuth, (count,), least=0, most=360)
     thematic = np.asarray(thematic, dtype=str)
-    # Kind by the file's class or by tilt: ground, beyond upright, upright, steep, inclined, level.
+    # Kind by the file's class or by tilt: ground (terrain, or a GroundSurface that does not face
+    # down), beyond upright, upright, steep, inclined, level.
     kind = np.select(
         [
             (thematic == "TINRelief") | ((thematic == "GroundSurface") & (tilt <= 91 + TOLERANCE)),
@@ -99,7 +100,8 @@ def classify(area, surface_tilt, surface_azimuth, thematic, sectors="8", *, sect
         ["ground", "downward", "facade", "steep", "roof"],
         default="flat",
     )
-    # Orientation: the nearest sector's middle; a bound belongs to the sector before it.
+    # Orientation: the nearest sector's middle; a bound belongs to the sector before it. Kinds that
+    # are level, face down or are ground get none.
     step = 2 * sector_width if sectors == PAPER else sector_width
     sector = np.ceil((surface_azimuth - TOLERANCE) / step - 0.5)
     orientation = np.array(ORIENTATIONS)[

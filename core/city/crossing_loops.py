@@ -163,7 +163,7 @@ def sum_crossings(hierarchy, corners, costs, rays, depth):
         x, y, z = origins[ray, 0] + ASIDE[0], origins[ray, 1] + ASIDE[1], origins[ray, 2] + ASIDE[2]
         total, least, count = 0.0, 0.0, 1
         waiting[0] = 0
-        # Only trunks have an optical depth of 1e5: nothing more can be lost.
+        # The sum ends at an optical depth of 1e5, which only trunks have: no light is left.
         while count and least < 1e5:
             count -= 1
             node = waiting[count]

@@ -71,7 +71,8 @@ def edit_city(city, change, convergence=0.0):
                 f"give more than {-least:g}, or --remove {name}",
             )
         points[above, 2] += rise
-    # Moved: metres of true east and north, turned to the grid of the city.
+    # Moved: buildings and trees go by metres of true east and north, turned to the grid of the
+    # city.
     shifts = {}
     for name, (east, north) in change.moved.items():
         shifts[name] = turn_to_true_north(np.array([east, north, 0.0]), -convergence)

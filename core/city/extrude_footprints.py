@@ -155,6 +155,7 @@ def extrude_footprints(contents, crs, report, ground_height=None):
     }
     report.lods_met = {lod: lods.count(lod) for lod in sorted(set(lods))}
     report.lods_chosen = dict(report.lods_met)
+    # Buildings at heights that none around them has are left out.
     return city.take(find_strays(city, report))
 
 

@@ -71,7 +71,7 @@ def _cut(rings, axes, grid_size):
     flat = [(ring - origin) @ axes.T for ring in rings]
     low, high = flat[0][:, :2].min(axis=0), flat[0][:, :2].max(axis=0)
     columns, rows = np.maximum(np.ceil((high - low) / grid_size - 1e-9), 1)
-    # A polygon has at most a million cells.
+    # A polygon of more than a million cells is refused.
     if columns * rows > 1e6:
         raise InputError(
             "--grid-size",

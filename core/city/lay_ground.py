@@ -95,7 +95,7 @@ def lay_ground(scene, placed, ground, options, patch_size, *, report_share):
             polygon_bounds(over, city.ring_start, city.polygon_start)[0] > 0
         )
         return scene, np.union1d(find_feet(*placed[:4], known).hanging, np.flatnonzero(above))
-    # Else a surface is generated through the feet.
+    # Else a surface is generated through the feet, and footprints that stay above it are told.
     vertices, triangles, floating, scene.lattice = build_ground(
         placed,
         patch_size,

@@ -39,7 +39,8 @@ def outline_triangles(scene):
     outer = outer[np.argsort(there[outer])]
     surface, begin, end = surface[outer], begin[outer], end[outer]
     # From each edge on to the one that begins where it ends, until the ring is closed; slivers
-    # whose triangles are gone have edges that none follows (-1).
+    # whose triangles are gone have edges that none follows (-1). What does not close, or has fewer
+    # than three edges, is dropped.
     start, stop = surface * count + begin, surface * count + end
     after = np.searchsorted(start, stop)
     follows = np.append(start, -1)[after] == stop

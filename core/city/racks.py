@@ -113,7 +113,8 @@ def parse_racks(text):
                 f"{key}={value} is no number in its range",
                 f"give a number from {least:g} to {most:g}{f' [{unit}]' if unit else ''}",
             )
-    # Distance of rows follows from either of two numbers, so that both may disagree.
+    # The distance of rows follows from either of two numbers, which could disagree: both are
+    # refused.
     if "spacing" in given and "gcr" in given:
         raise InputError(
             OPTION, "spacing and gcr are both given", "each follows from the other, give one"

@@ -123,7 +123,8 @@ def _divide(outline, shape, middle, half, axes):
             (cell((-far, -wide), (far, -wide), (far, 0), (-far, 0)), sides[1]),
         ]
     if shape == "pyramidal":
-        # Each edge of an outline whose middle is seen from all of it rises to a point above it.
+        # Each edge of an outline whose middle is seen from all of it rises to a point above it;
+        # outlines with a court, or a middle that is not, have no such roof.
         apex = np.asarray(outline.centroid.coords)[0]
         corners = np.asarray(outline.exterior.coords)
         cells = [shapely.Polygon([*pair, apex]) for pair in pairwise(corners)]

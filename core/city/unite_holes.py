@@ -37,6 +37,7 @@ def unite_holes(city, report):
     wrong = {
         polygon: left for polygon in _find_doubtful(city) if len(left := _cut_holes(city, polygon))
     }
+    # Without such polygons the city stays.
     if not wrong:
         return city, every
     reason = (

@@ -51,12 +51,13 @@ VIEW_FACTORS = (
 
 
 def closed_form_checks():
-    """Name, expected value, allowance for rounding, and a function that finds value and standard
-    error.
+    """Checks of the light that is traced, and of cell temperature, against known values.
 
     Returns
     -------
     list of tuple
+        Name, expected value, allowance for rounding, and a function that finds value and standard
+        error when it is called.
     """
     checks = []
     # A plane in the open sees its share of sky and ground.

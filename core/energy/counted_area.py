@@ -103,7 +103,8 @@ def find_counted_area(transfer, system, *, steepest_underside=165.0):
         kinds = classify(area, upright, surfaces.surface_azimuth, thematic, system.sectors)
         pairs = zip(kinds, (kind, orientation, eligible), strict=True)
         kind, orientation, eligible = (np.where(chosen, one, own) for one, own in pairs)
-    # Mostly covered, or mostly without room, or under racks.
+    # Surfaces mostly covered or mostly without room, unless hidden walls shall count, and roofs
+    # under racks carry nothing.
     covered, whole = np.asarray(transfer.covered_share, float), system.hidden_walls == "count"
     taken = np.minimum(covered + _share_without_room(transfer, system), 1.0)
     hidden = (taken > MOST_COVERED) & (not whole)
@@ -133,7 +134,8 @@ def find_counted_area(transfer, system, *, steepest_underside=165.0):
         )
         module_area = count * system.layout.area
     fits = count > 0
-    # The first that holds; a surface that all this would let carry modules lies on another.
+    # Why a surface carries no modules: the first reason that holds, "" if it carries them. A
+    # surface that all this would let carry modules lies on another: twin.
     holds = {
         "": carries & (usable > 0) & fits,
         "usable": carries & (usable <= 0),

@@ -81,8 +81,9 @@ def prepare_hours(suns, weather, system, sky, terrain=None):
     Returns
     -------
     Hours
-        In float64. Cell heating is the Sandia model of the system's mountings,
-        :doi:`10.2172/919131`.
+        Direction and irradiance of the sun, light of the sky, state of the cells, and the traced
+        suns that represent each interval, month by month, in float64. Cell heating is the Sandia
+        model of the system's mountings, :doi:`10.2172/919131`.
     """
     # Hours with light, sorted by month in the calendar of the weather, so that the hours of a month
     # lie together.
