@@ -34,6 +34,14 @@ def read_weather_csv(path, own):
     Returns
     -------
     Record
+        Of the weather columns that are there, by the start of each interval; notes tell of hPa and
+        of a typical year.
+
+    Raises
+    ------
+    InputError
+        Columns are not separated by commas or stand twice, none is a weather variable, or there are
+        no rows.
     """
     path = Path(path)
     text = read_text(path)
@@ -74,6 +82,7 @@ def read_weather_csv(path, own):
         times, axis=0
     )
     notes, columns = [], dict(zip(table.columns, given, strict=True))
+    # A median pressure between 300 and 1,150 means hPa, which become Pa.
     if "pressure" in data and 300 < data["pressure"].median() < 1150:
         data["pressure"] *= 100.0
         notes.append("pressure is in hPa, by its size")

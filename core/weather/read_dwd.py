@@ -70,7 +70,7 @@ def read_dwd(path, place=None):
         raise InputError(path, "no year in its header or name", "put the year into the file's name")
     year = int(year[0])
     missing, notes = (8784 if pd.Timestamp(year, 1, 1).is_leap_year else 8760) - len(table), []
-    # Up to three hours are filled in at the end of a year, at night.
+    # Up to three hours that lack at the end of a year are filled in at night, and refused by day.
     if 0 < missing <= 3:
         if table["ghi"].iloc[-1] > 0:
             raise InputError(
@@ -80,6 +80,7 @@ def read_dwd(path, place=None):
         what = f"the last {missing} h of {year} (night) are missing in {path.name}"
         notes.append(f"{what}: filled with the hour before")
     table.index = pd.date_range(f"{year}-01-01", periods=len(table), freq="h", tz="UTC") - ZONE
+    # The place that is given counts, else the one in the header.
     own, label = place or _find_place(path, head), f"DWD {path.name}"
     return Record(table, *own, str(path), label, notes, TABLE_COLUMNS)
 

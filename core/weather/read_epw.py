@@ -66,7 +66,7 @@ def read_epw(path):
         raise InputError(path, "has no hours", DAMAGED)
     starts, parts = _split_hours(path, table)
     data = take_columns(path, table, EPW).set_axis(starts, axis=0)
-    # Temperatures in kelvin or Fahrenheit are told by their size.
+    # Temperatures in kelvin or Fahrenheit are told by their size, and refused.
     if 150.0 < data["temp_air"].median() < 350.0:
         kelvin = data["temp_air"].median()
         problem = f"the median of {EPW['temp_air']} is {kelvin:.0f}: kelvin, as it seems"
@@ -85,7 +85,8 @@ def read_epw(path):
     # substitute.
     if data["pressure"].isna().any():
         data["pressure"] = data["pressure"].fillna(pvlib.atmosphere.alt2pres(place["altitude"]))
-    # A typical year becomes one calendar year; parts of an hour in Wh become W.
+    # A typical year becomes one calendar year; values of parts of an hour become W/m² where clear
+    # days show that they are Wh/m².
     (data, typical), notes = coerce_year(data), []
     if parts > 1:
         factor = _factor_of_unit(path, data, parts, place)

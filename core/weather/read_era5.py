@@ -103,6 +103,7 @@ def read_era5(paths, latitude, longitude, altitude, point):
         # Eastward distance by the shorter way round, so that 359.75° is near 0°.
         east = (grid.longitude - longitude + 180.0) % 360.0 - 180.0
         rows, columns = weigh_lines(north, point), weigh_lines(east, point)
+        # A place outside the grid is refused.
         if rows is None or columns is None:
             problem = f"the place {latitude:.4f}° N, {longitude:.4f}° E is outside the grid"
             problem += f" ({grid.latitude[0]:g} to {grid.latitude[-1]:g}° N,"
@@ -114,7 +115,8 @@ def read_era5(paths, latitude, longitude, altitude, point):
     table = sum(
         a * b * block.isel(latitude=row, longitude=column) for (row, a), (column, b) in corners
     ).to_dataframe()
-    # The grid gives the values, the requested place the sun.
+    # The grid gives the values, the requested place the sun. Sums since 0 UTC, as of ERA5-Land,
+    # become values of each hour, which a note tells.
     place = f"{round(latitude + rows @ north, 5):g}°, {round(longitude + columns @ east, 5):g}°"
     table, notes = _undo_sums(table)
     label = (
@@ -142,6 +144,7 @@ def open_era5_grid(paths, stack, needed=NEEDED, *, rounding=6):
     Returns
     -------
     Era5Grid
+        Latitudes and longitudes ascend, longitudes from -180° on.
 
     Raises
     ------
@@ -290,6 +293,7 @@ def _open_file(path, file, stack):
             if name not in ("msdwswrf", "avg_sdswrf", "msdrswrf", "avg_sdirswrf")
             else "Wm-2"
         )
+        # A variable without a unit has ERA5's own; one in an unknown unit is refused.
         unit = dataset[name].attrs.get("units", default)
         for other, own in SPELLINGS.items():
             unit = unit.replace(other, own)
@@ -299,6 +303,7 @@ def _open_file(path, file, stack):
                 path, f"{name} is in {dataset[name].attrs['units']!r}, not in {known}", GIVE_ERA5
             )
         factor, offset = UNITS[ours][unit]
+        # Sums become means over the interval.
         summed = ours in ACCUMULATED and unit != "Wm-2"
         scales[ours] = factor / interval.total_seconds() if summed else factor, offset
     return dataset.rename({name: ours for ours, name in names.items()}), scales

@@ -87,6 +87,7 @@ def _read_typical(path, text, file_format):
             "Elevation (m)",
             "Irradiance Time Offset (h)",
         )
+        # What the head does not tell is 0.
         place = [fields.get(name, 0.0) for name in place_names]
         header = next(line for line in lines if line.startswith("time(UTC)"))
         with InputError.parsing(path, "cannot be read as pvgis-csv", DAMAGED):
@@ -164,7 +165,8 @@ def _read_hourly(path, text, file_format):
         )
         slope = re.search(r"^slope:\s*(-?[\d.]+)", text, re.IGNORECASE | re.MULTILINE)
         slope = slope and float(slope[1])
-    # A plane counts as horizontal up to a slope of 0.01°.
+    # A plane counts as horizontal up to a slope of 0.01°. Other planes are refused, and tables
+    # without direct and diffuse radiation, temperature and wind.
     if not isinstance(slope, int | float) or abs(slope) > 0.01:
         raise InputError(path, f"the plane has a slope of {slope}° instead of 0", GIVE_PVGIS)
     if not {"poa_direct", "poa_sky_diffuse"} <= set(table):

@@ -166,7 +166,8 @@ def read_point_series(path):
     """Read a point of ERA5 as the Climate Data Store sends it: csv, or a zip of csv files of the
     same times.
 
-    Radiation [J/m²] is summed over the hour that ends at the stamp.
+    Radiation [J/m²] is summed over the hour that ends at the stamp; in the Record it is a mean by
+    the start of the hour [Wm⁻²]. The file tells no altitude: it is 0.
     """
     # One table, or several of the same times in a zip, which must not unpack to far more than it
     # is.
@@ -188,7 +189,7 @@ def read_point_series(path):
             )
         if table.empty:
             raise InputError(path, "has no hours", AGAIN)
-    # Joined by time; all of one place.
+    # Joined by time, columns of one name once; several places are refused.
     first, *others = (table.set_index("valid_time") for table in tables)
     table = (
         first.join([other.drop(columns=[n for n in other if n in first]) for other in others])
@@ -319,8 +320,8 @@ def _parse_open_meteo_csv(path, text):
     """Parse csv of Open-Meteo: names and values of the place, an empty line, the table; units in
     brackets behind its names.
 
-    Returns values of the place by name, the table of numbers, NaN where one is missing, and units
-    by name: km/h of wind and hPa of pressure where none are given.
+    Returns values of the place by name, the hourly table as text, NaN where a value is missing, and
+    units by name. A file without hourly table or with several places is refused.
     """
     # The hourly table begins at the row whose first word is time.
     rows = list(csv.reader(io.StringIO(text)))

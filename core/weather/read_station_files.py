@@ -64,6 +64,7 @@ def read_tmy3(path):
         header = next(csv.reader([file.readline().strip()]))
         with InputError.parsing(path, "cannot be read as tmy3", DAMAGED):
             table = pd.read_csv(file, low_memory=False)
+    # A first line that is quoted as a whole is split once more.
     if sum(bool(field) for field in header) == 1:
         header = next(csv.reader([header[0]]))
     _, name, _, *place = (field.replace(",", " ").strip() for field in header[:7])
@@ -73,12 +74,14 @@ def read_tmy3(path):
     missing = [name for name in (DATE, TIME) if name not in table]
     if missing:
         raise InputError(path, f"has no column {missing[0]}", DAMAGED)
+    # Rows that repeat another one in everything are dropped.
     copies = table.duplicated().to_numpy()
     table = table[~copies]
     # Values at or below -9000 are missing.
     data = take_columns(path, table, TMY3, -9000.0)
     if "pressure" in data:
         data["pressure"] *= 100.0  # mbar to Pa
+    # Starts of intervals in UTC; months of different years become one calendar year.
     data.index = _read_starts(path, table).tz_localize(int(3600 * zone))
     data, typical = coerce_year(data)
     notes = ["typical year"] * typical + [f"{copies.sum()} repeated row left out"] * bool(
@@ -122,7 +125,8 @@ def read_psm(path):
     interval is centred on the stamp. A typical year (TMY) is put into one calendar year. Files of
     other sources that SAM reads, too, are refused: their stamps and columns have other meanings.
     """
-    # Head: names and values of the place, then names of the columns.
+    # Head: names and values of the place, then names of the columns; without the NSRDB's names the
+    # file is refused.
     path = Path(path)
     with open_text(path) as file:
         head = [next(csv.reader([file.readline()]), []) for _ in range(3)]

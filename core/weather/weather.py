@@ -154,6 +154,7 @@ def join_records(records):
     Returns
     -------
     Record
+        With place and altitude of the first in the list; a single record is returned as it is.
 
     Raises
     ------

@@ -83,6 +83,7 @@ def _draw_world_months(dataset):
         own, top = [next(rest) for _ in names], values.sel(group=names).max()
         for axes, name in zip(own, names, strict=True):
             mesh = _draw_panel(axes, values.sel(group=name), float(top))
+            # Latitudes where the weather is a clear sky are hatched, unless all are.
             if hatch_clear(axes, (0.5, 12.5), values["latitude"], np.stack([clear, clear], axis=1)):
                 note = " Hatched: clear sky."
         label = f"{kind.capitalize()}s: hours in the month [h]"

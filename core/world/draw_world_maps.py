@@ -194,8 +194,8 @@ def describe_source(dataset, width):
 
 
 def draw_world_map(dataset):
-    """Draw full load hours of facades towards the equator: a map for each environment, with one
-    scale.
+    """Draw full load hours of facades towards the equator, or of the first group of an environment
+    without them: a map for each environment, with one scale.
 
     Parameters
     ----------
@@ -221,6 +221,7 @@ def draw_world_map(dataset):
     for axes, (values, title) in zip(panels, maps, strict=False):
         mesh = _draw_map(axes, values, cmap=colour_scale("viridis"), vmin=low, vmax=high)
         axes.set_title(title)
+        # Places where the weather is a clear sky are hatched, unless all are.
         if hatch_clear(axes, dataset["longitude"], dataset["latitude"], clear):
             axes.text(
                 0.01,
@@ -244,7 +245,8 @@ def find_gain(dataset):
 
 
 def draw_world_gain(dataset):
-    """Draw the gain of each environment by latitude, and the map of the first traced one.
+    """Draw what reflected light adds to full load hours [%]: for each environment by latitude, of
+    facades to the south and east, and as a map of the first traced one.
 
     Parameters
     ----------

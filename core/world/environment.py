@@ -193,6 +193,7 @@ def read_environments(texts, system, sky="isotropic", most=None):
     Raises
     ------
     InputError
+        A text is not NAME=PATH, a file is missing, or two environments have one name.
     """
     cure = "give NAME=transfer.nc, a result folder, or unshaded"
     transfers = []

@@ -73,7 +73,10 @@ def find_group_errors(transfer, environment, rows, traced=()):
     discretisation = parts.direct_discretisation[rows], parts.diffuse_discretisation[rows]
     block = environment.block
     views, reflected = environment.sources[:-1].reshape(2, len(traced), len(rows))
+    # Relative irradiance of each surface: by the dome, by each traced source with what is reflected
+    # of it, and by the far ground.
     light = np.stack([block.diffuse, *(views + reflected), block.far_ground])
+    # Shadow points have a part of the own variance of direct light, at most all of it.
     points = np.minimum(parts.direct_points[rows], own[0])
     # How bright faces are on the mean against the sky that they hide.
     seen = np.stack([transfer.sky_view_factor[rows], transfer.diffuse_relative[rows]])
@@ -246,7 +249,8 @@ def add_mix(world, weights):
     Returns
     -------
     World
-        A group that one of the environments lacks is missing in the mix.
+        A group that one of the environments lacks is missing in the mix; counts and areas of the
+        others are sums over the environments.
     """
     # Shares of the members; a group counts only where all of them have it.
     members = [world.environments.index(name) for name in weights]

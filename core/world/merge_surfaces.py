@@ -26,6 +26,7 @@ def merge_surfaces(environment, most):
     -------
     Environment
     """
+    # An environment that is small enough stays as it is.
     if len(environment.weight) <= most:
         return environment
     block, weight = environment.block, environment.weight
@@ -108,7 +109,9 @@ def _merge_block(block, weight, pieces, direction, *, grazing=0.05):
     """Weighted means of surfaces; the normals' mean is not of unit length, so that mean cosines are
     exact.
     """
-    seen = []  # visible shares that give the mean direct light
+    # Visible shares that give the mean direct light: the mean of visible share times cosine, over
+    # the cosine of the mean normal.
+    seen = []
     for rows in pieces:
         share, visible, normal = (
             weight[rows] / weight[rows].sum(),
@@ -121,6 +124,7 @@ def _merge_block(block, weight, pieces, direction, *, grazing=0.05):
             projection, grazing
         )
         seen.append(np.where(projection > grazing, exact, visible @ share))
+    # What is linear is a mean by weight.
     linear = ("normal", "diffuse", "far_ground", "sky", "iam", "reflected", "lit_share")
     means = {
         name: _mean_of_pieces(getattr(block, name), weight, pieces).astype(np.float32)

@@ -97,6 +97,8 @@ def _loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
             # What comes from a traced source, before and after the modules' glass, and what is
             # reflected of it.
             bright = light[hour, 2 + source]
+            # A source that is darker than the dome takes light away, but no more than its cap: its
+            # views are others.
             view = views[0, source] if bright > NONE else views[1, source]
             back, passed = reflected[source], iam[2 + source]
             for i in range(count):

@@ -95,7 +95,7 @@ def _build_property(default, details, **more):
     unit = f" [{details.unit}]" if details.unit and subtype == "NONE" else ""
     named = {"name": details.title, "description": words + unit, **more}
     if details.kind == "choice":
-        # Units and axes stay as they are.
+        # Values of one or two letters, as of units and axes, stay as they are.
         items = [
             (value, value.replace("-", " ").capitalize() if len(value) > 2 else value, words)
             for value, words in details.choices.items()
@@ -104,6 +104,7 @@ def _build_property(default, details, **more):
     if details.kind in ("switch", "flag"):
         return BoolProperty(**named, default=default)
     if details.kind == "text":
+        # The field of the module suggests names of modules that have the words typed.
         search = (
             {"search": _suggest_modules, "search_options": {"SUGGESTION"}}
             if details.title == "Module"
@@ -126,6 +127,8 @@ def _build_property(default, details, **more):
                 "min": int(named.get("min", -LARGEST)),
             }
         )
+    # Arrows of a field of hours go in steps of 10 h; a number that must lie above a limit begins
+    # 0.001 above it.
     lowest = {"step": 1000} if details.unit == "h" else {}  # [1/100] of an arrow of the field
     lowest |= {"min": details.above + 10**-3} if details.above is not None else {}
     precision = {"%": 1, "km": 1, "h": 0}.get(details.unit, 3)

@@ -18,6 +18,7 @@ class MainPanel(Panel, bpy.types.Panel):
 
     def draw(self, context):
         """Show the running step, or what to do first."""
+        # Libraries that are missing or fail to load are told first.
         for failure in FAILURES:
             self.draw_told(self.layout, failure, "ERROR")
         head = self.layout.column()
@@ -32,6 +33,7 @@ class MainPanel(Panel, bpy.types.Panel):
         self.draw_step(column, "citypv.solar_city", "LIGHT_SUN")
         if not city:
             column.operator("citypv.berlin_example", icon="WORLD")
+        # A city that was edited since its results warns so, but not while the update runs.
         edit, cure = describe_edit(city)
         if edit and (Step.current is None or Step.current.title != "Update"):
             self.draw_told(
@@ -39,6 +41,7 @@ class MainPanel(Panel, bpy.types.Panel):
             )
         self.draw_table(city, "citypv_totals", ("Per year", "kWp", "MWh", "h"))
         self.draw_told(self.layout, city.get("citypv_interrupted"), "INFO")
+        # Light that is gone can be traced again, and an edited city of a .blend that was opened.
         missing = describe_missing(city)
         self.draw_told(self.layout, missing, "ERROR")
         if missing or (edit and Session.is_from_file(city)):

@@ -72,6 +72,7 @@ def remember_materials(item, ground, session):
     names, surface = name_face_materials(item, item.data), read_face_attribute(item.data, "surface")
     scene, city = session.scene, session.city
     ids = city.surface_id if scene is None else scene.surfaces.surface_id
+    # Without materials on faces there is nothing more to store.
     if surface is None or not any(names):
         return
     order = np.argsort(read_array(item.data.polygons, "area"), kind="stable").tolist()

@@ -53,6 +53,7 @@ def read_settings(settings):
         if settings.own_place
         else {}
     )
+    # 0° N, 0° E means that nobody gave a place: it is refused.
     if settings.own_place and settings.latitude == settings.longitude == 0:
         raise InputError(
             "Own location",

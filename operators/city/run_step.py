@@ -192,6 +192,7 @@ class Step:
             self._job.cancel(drop=True)
             self.kept = ()
             refuse(self, problem)
+        # The step ends when its work is done or dropped; until then events go on to Blender.
         return (
             self._end(context)
             if self._job.dropped or not self._job.is_alive()

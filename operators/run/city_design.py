@@ -87,9 +87,12 @@ def note_edits(city, *, own=True):
     if city is None:
         return
     _parts.pop(city.session_uid, None)
+    # A city without a design to compare with, or out of sight, is not looked at.
     if Key.DESIGN not in city or not is_seen(city):
         return
     taken = {item for _, item, _ in list_taken(city)}
+    # Objects that came into the city's collections join it, and what else stands beside it is
+    # noted.
     for group in groups_of(city):
         for item in set(group.all_objects) - taken:
             join_city(city, item)
@@ -105,6 +108,8 @@ def note_edits(city, *, own=True):
     seen, place = list_seen(city, members), _place_of(city)
     design = describe_design(city, seen=seen, known=_known)
     _note_change(city, Key.REDESIGNED, design != city[Key.DESIGN])
+    # Its parts are kept, so that `note_changed` can look at single objects; not where it has
+    # instances of collections.
     if not any(item.instance_collection for item in seen):
         names = {
             (item.session_uid, place): (name, _read_original(item, name), item.name)
@@ -188,6 +193,7 @@ def note_changed(city, touched, before, now):
     known, results = _at_results.get(city.session_uid, ("", None))
     if parts.results is not None and (parts.results is not results or known != city[Key.DESIGN]):
         return False
+    # First what came, went or was renamed, then what was moved or reshaped.
     if now is not before and not _note_arranged(city, parts, before, now):
         return False
     if own:
@@ -212,8 +218,9 @@ def taken_parts(cities):
 
 
 def _note_arranged(city, parts, before, now):
-    """Note on the parts of a city which objects came, went, were renamed, hidden or shown: whether
-    that was enough.
+    """Note on the parts of a city which objects came, went, were renamed, hidden or shown.
+
+    Returns whether that was enough; False: the city has to be looked at as a whole.
     """
     # Objects that are told differently than before, or are gone.
     changed = {uid for uid, told in now.items() if before.get(uid) != told}
@@ -250,6 +257,7 @@ def _note_arranged(city, parts, before, now):
             now[uid] = (*now[uid][:2], item.get(Key.OWNER), now[uid][3])
         own = uid in parts.taken or item.get(Key.OWNER) == city[Key.IDENTITY]
         seen = now[uid][1]
+        # A name that another part has, too, needs a look at the whole.
         if own and seen and _is_taken(parts, item.name, key):
             return False
         parts.beside.discard(name)

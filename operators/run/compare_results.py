@@ -71,6 +71,7 @@ def compare_with_before(stage, city, ground):
     }
     city[Key.COMPARED] = json.dumps(tables)
     new, gone = int((~matched).sum()), len(olds.power) - int(matched.sum())
+    # A sentence tells how many surfaces were matched, are new, are gone, or would no longer pay.
     city[Key.MATCHED] = (
         f"{count_of(int(matched.sum()), 'surface')} matched by shape; grey: {new:,} new, and changes below \
 two standard errors"

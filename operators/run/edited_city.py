@@ -35,8 +35,8 @@ class _EditedCity:
     reshaped: tuple | None  # of `_read_reshaped`
 
     def make(self):
-        """The city: the files' with what was edited in its own mesh, and with all else: City or
-        None, City.
+        """Make the city of what was read: the files' City with what was edited in its own mesh,
+        None without files, and the City of all that is seen.
         """
         from ...core.city.edit_city import CityChange, edit_city, join_cities, place_local
         from ...core.city.join_contents import join_contents
@@ -124,7 +124,7 @@ def _read_reshaped(city, session):
         The mesh was turned or has modifiers, or something else than a building of the files was
         edited.
     """
-    # Only what can be read back from its mesh may be edited there.
+    # A mesh that was turned, scaled or has modifiers cannot be read back, and is refused.
     if not np.allclose(np.array(city.matrix_world.to_3x3()), np.eye(3)):
         raise InputError(city.name, "it was turned or scaled", "undo that, and edit its buildings")
     if own_modifiers(city):

@@ -88,7 +88,9 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def prepare(self, context):
-        """Take the results and the path."""
+        """Take the results and the path: session, what it prepares besides, format, path, and the
+        earlier state with the names of both.
+        """
         (session, *kept), (city, _) = super().prepare(context), find_city(context.scene)
         # Models of the city need the geometry of this session.
         if self.format in MODELS and (session.city is None or session.scene is None):
@@ -113,6 +115,7 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
             else bpy.app.tempdir or tempfile.gettempdir()
         )
         path = Path(bpy.path.abspath(self.filepath or str(Path(folder, FILES[self.format][0]))))
+        # A folder that is not there is refused.
         if not path.parent.is_dir():
             raise InputError(path.parent, "there is no such folder", "choose another")
         # Names of both states, for the comparison's title.

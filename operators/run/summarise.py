@@ -87,6 +87,7 @@ def summarise_energy(item, weather, energy, *, place, whole, buildings, kwp, end
         )
         for name, total in totals.items()
     ]
+    # Energy that 50 and 90 % of the years exceed follows, where it is known.
     item[Key.TOTALS] = rows + [
         f"P{share} of {energy.years:g} years|–|{value:,.0f}|–"
         for share in (50, 90)
@@ -121,6 +122,7 @@ def summarise_energy(item, weather, energy, *, place, whole, buildings, kwp, end
         for name, *row in best.itertuples(index=False, name=None)
     ]
     item[Key.WEATHER], item[Key.WEATHER_PLACE] = weather.label, place
+    # The sentence has the groups' mean hours, weighed by area.
     mean = np.average(annual, weights=energy.group_area) if len(annual) else 0.0
     told = "; ".join(filter(None, (weather.label, place)))
     return f"Full load hours of the area with modules: {mean:.0f} h per year ({told})"

@@ -123,6 +123,7 @@ def read_meshes(name, items, context, *, named=None, frame=None):
     for instance in context.evaluated_depsgraph_get().object_instances if items else ():
         item = instance.object.original
         owner = instance.parent.original if instance.is_instance else item
+        # Other objects, letters and curves are left out.
         if owner not in chosen or instance.object.type != "MESH" or _is_outline(item):
             continue
         met.add(owner)

@@ -70,7 +70,11 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
 
     @staticmethod
     def work(task, progress):
-        """Put the city on its ground; trace what the edit changes; weigh it with the weather."""
+        """Put the city on its ground; trace what the edit changes; weigh it with the weather.
+
+        Returns what was read from the Blender scene, the Session of the edited city, the one before
+        in the light of the edit (None where it is in this light already), and errors of the change.
+        """
         from ...core.patches.read_albedo import describe_albedo
         from ...core.results.list_findings import list_findings
         from ...core.run.variant import trace_edit

@@ -89,8 +89,8 @@ def colour_faces(city, ground, attribute, ends=None, colour_map="viridis"):
     attribute : str
         Name without prefix.
     ends : tuple of two float, optional
-        Of the scale; by default they come from the values (`choose_range`). For a difference zero
-        is in the middle.
+        Of the scale; by default those stored on the city, else they come from the values
+        (`choose_range`). For a difference zero is in the middle.
     colour_map : str
         A name of `MAPS`.
 

@@ -44,6 +44,7 @@ def colour_user_meshes(city, *, shown=3):
             own[triangles] = True
         elif item.get("tree") is None:
             names.append(item.name)
+            # How the object was drawn before is kept; trees stay as they are.
             if Key.DRAWN_AS not in item:
                 item[Key.DRAWN_AS], item.display_type = item.display_type, "WIRE"
                 item[Key.LEFT_OUT], item.hide_render = item.hide_render, True

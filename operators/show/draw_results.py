@@ -166,6 +166,7 @@ def stage_picture(context, view="overview"):
     space = area.spaces.active if view == "viewport" else None
     if view == "overview":
         camera = place_camera(stage, read_vertices(city))
+    # A 3D view that looks through the camera is taken as the camera.
     elif space is None or space.region_3d.view_perspective == "CAMERA":
         camera = _copy_camera(stage, context.scene)
     else:

@@ -167,7 +167,9 @@ def _draw_months(months, left, bottom, pixel):
 
 
 def _draw_curves(curves, left, bottom, pixel):
-    """Draw the mean power by hour of solar time [kW]: year, June, December."""
+    """Draw the mean power by hour of solar time, (3, 24) [kW]: year, June, December, in one scale
+    that ends at the largest.
+    """
     # From the last to the first, so that the year lies on top.
     largest = max(float(curves.max()), 1e-9)
     shader = gpu.shader.from_builtin("UNIFORM_COLOR")

@@ -181,6 +181,7 @@ def _write_out(item):
                 title,
                 *("    {:<32}{:>8}{:>10}".format(*row.split("|")).rstrip() for row in rows),
             ]
+    # Materials without a known albedo, and how far an interrupted or first look came.
     lines += [item[key] for key in (Key.UNREAD, Key.INTERRUPTED) if item.get(key)]
     # Findings with all their ids.
     for row in read_rows(item):
@@ -236,7 +237,7 @@ class CopyGroup(OfCity, Action, bpy.types.Operator):
 
 def draw_rows(panel, city, headings=("class", "material", *_FINDINGS)):
     """Show the report's rows of headings, each in a subpanel: groups with what they count, findings
-    with their ids.
+    with their ids. A heading without rows has no subpanel.
     """
     for heading in headings:
         rows, found = read_rows(city, heading), heading in _FINDINGS
@@ -260,6 +261,7 @@ def draw_rows(panel, city, headings=("class", "material", *_FINDINGS)):
         )
         for row in rows if body else ():
             column = body.column(align=True)
+            # A button selects the row's faces; findings have one more that copies their ids.
             line = column.row(align=True) if found else column.split(factor=0.42)
             if found and not len(row["surfaces"]):  # what was left out has no faces to select
                 line.label(text=row["name"])

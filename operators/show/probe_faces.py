@@ -155,6 +155,7 @@ def describe_surfaces(session, rows):
             f"Tilt|{surfaces.surface_tilt[rows[0]]:.1f}°",
             f"Azimuth|{surfaces.surface_azimuth[rows[0]]:.1f}°",
         ]
+    # The error of the hours is known of a single surface only.
     error = f" ± {energy.full_load_hours_standard_error[rows[0]]:.1f}" if len(rows) == 1 else ""
     # What the ones with modules yield, year by year.
     hours, counted = total["full_load_hours"], rows[energy.counted_area[rows] > 0]

@@ -177,6 +177,7 @@ def look_at(area, points):
     regions, space = {region.type: region for region in area.regions}, area.spaces.active
     view, tools, sidebar = (regions[name] for name in ("WINDOW", "TOOLS", "UI"))
     width, height, on_left, on_right, above = view.width, view.height, 0.0, 0.0, 0.0
+    # A view that has no size yet counts as 16:9.
     if min(width, height) <= 1:
         width, height = 16, 9
     else:
