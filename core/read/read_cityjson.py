@@ -51,7 +51,7 @@ def read_cityjson(path, report_share=silent):
     # One JSON text or, in CityJSONSeq, one a line: the header first, then features.
     for value, line in iterate_json(path, content.notes, report_share):
         kind = value.get("type") if isinstance(value, dict) else None
-        # A name that is given twice would hide the first of the two.
+        # A name that is given twice would hide the first of the two, and is refused.
         twice = [
             name
             for name in (
@@ -136,7 +136,8 @@ class _Reading:
 
     def add(self, text, line, report_share=silent):
         """Add the buildings, trees and terrain of one JSON text to the content of the file."""
-        # Vertices of this text, by its own transform if it has one, else by the header's.
+        # Vertices of this text, by its own transform if it has one, else by the header's; a note
+        # tells of its own one, and of vertices that are no integers though there is a transform.
         objects = text.get("CityObjects", {})
         if not isinstance(objects, dict):
             raise InputError(
@@ -167,8 +168,8 @@ class _Reading:
 
     def _add_objects(self, objects, shapes, line, report_share):
         # Polygons, trees and terrain of the objects of one JSON text go to the content of the file.
-        # Which objects belong together: buildings, their parts and installations; the demolished
-        # go.
+        # Which objects belong together: buildings, their parts and installations; what has ended
+        # goes, with what belongs to it, and is reported.
         (kinds, families), content = _find_families(objects), self.content
         families, gone = _part_from_gone(objects, kinds, families)
         for name in gone:

@@ -164,7 +164,8 @@ def _sort_features(columns, count, content, ids):
         part |= np.array([_says_yes(value) for value in parts])
     if building is not None:
         tagged = np.array([_says_yes(value) for value in building])
-        # In a file in which some are buildings, the others are streets, parks and water.
+        # In a file in which some are buildings, the others are streets, parks and water: they go,
+        # with a note.
         if tagged.any():
             others = kept & ~tagged & ~part
             content.notes += (

@@ -115,8 +115,8 @@ def read_heights(path, place, reach):
         grids = []
         bearing = np.arange(0, 360, 5.0)
         ones = np.ones(len(bearing))
-        # Up to 4 km around the place the raster is read at full resolution, if that is finer than
-        # further out.
+        # The raster is read up to 4 km around the place, then out to `reach`, each time with a limited
+        # number of posts a side, so that the first is finer where posts must be averaged.
         for distance in (4000.0, reach):
             # The circle around the place, and the place itself as the last point.
             ends = pyproj.Geod(ellps="WGS84").fwd(

@@ -63,6 +63,7 @@ def read_obj(path, up="z", report_share=silent, *, parsed=0.5):
     for place, (face, line, number, material) in enumerate(rows):
         if place % 4096 == 0:
             report_share(parsed + (1 - parsed) * place / len(parts.faces))
+        # Faces of fewer than three points are left out and reported.
         if len(face) < 3:
             content.skip("fewer than three points", f"line {line}")
         else:

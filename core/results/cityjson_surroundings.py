@@ -31,6 +31,7 @@ def list_objects(city, index, taken):
     Returns
     -------
     dict of str to dict
+        Name -> city object; a name that is taken gets a free number behind it.
     """
     objects, taken, start = {}, dict.fromkeys(taken, 1), 0
     # A tree with the shapes that its file gives; rings without the corner that closes them.

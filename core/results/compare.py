@@ -125,6 +125,7 @@ def _note_light(comparison):
     str.
     """
     notes, names = [], ", ".join(comparison.summary["light_differs_in"])
+    # Each note is written only where it applies; settings of light that differ are named.
     if "layout" in comparison.summary:
         notes.append(
             say(

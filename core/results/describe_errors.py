@@ -29,8 +29,8 @@ def list_errors(budget):
     list of (str, str)
         Parts that are unknown say so.
     """
-    # Parts in the order of what a reader asks first: the mean, a single surface, the suns, what was
-    # cut.
+    # Parts in the order of what a reader asks first: the mean, a single surface, each other height
+    # of windows that was tried, the suns, reflections that were cut, strings, patches.
     suns = budget.get("sun_sampling") or {}
     shift = suns.get("bias")
     return [

@@ -19,7 +19,8 @@ def describe_input(summary):
     summary : dict
         summary.json. One that `citypv yield` wrote has no import report; that is said.
     """
-    # Files and what they held, if this run read them.
+    # Files, counts of buildings and parts, and levels of detail, if this run read them; else only
+    # that an earlier run did.
     read, site = summary["input"], summary["input"].get("site") or {}
     report = read.get("report")
     rows = []
@@ -124,6 +125,8 @@ def describe_assumptions(summary):
         "{ghi:,.0f} kWh/m² on level ground (GHI), {dhi:,.0f} of it diffuse (DHI); {dni:,.0f} "
         "kWh/m² of direct light on a plane that tracks the sun (DNI)"
     )
+    # Rows on weather, modules and losses, method, sky and suns, reflections and albedo, and on what
+    # counts.
     rows = [
         (say("Weather"), f"{say(weather['label'])}; {years}"),
         (

@@ -86,7 +86,7 @@ def _draw_surfaces(faces, outlines, values, show, look, *, inches=10.0):
     """Draw roofs or facades, as `show` says, in the colours of `values`, a Series by surface: a
     Figure. Roofs are areas; facades are lines over grey roofs.
     """
-    # A picture as wide as high as the city, roofs from the lowest to the highest.
+    # A picture in the proportions of the city; roofs are drawn from the lowest to the highest.
     lower, upper = outlines.points[:, :2].min(axis=0), outlines.points[:, :2].max(axis=0)
     size, (low, high) = upper - lower, look["clim"]
     # The city may be 0.3 to 1.2 times as high as wide; the scales need 1.2 inches below it.

@@ -92,7 +92,8 @@ def describe_certainty(summary):
     budget, totals = summary["error_budget"], summary["totals"]
     shift = (budget.get("sun_sampling") or {}).get("bias")
     known = None not in (shift, budget.get("sampling_total"))
-    # Less than 0.1 % is told as 0.1 %: beside the weather it does not matter.
+    # Errors of chance and of the choice of suns together; less than 0.1 % is told as 0.1 %, as it
+    # does not matter beside the weather. A run that lacks one of them says so.
     calculated = (
         say(
             "The calculation itself is known to ± {error}.",

@@ -49,7 +49,9 @@ def list_findings(scene, covered_share=None, progress=silent):
     for reason, names in report.skipped.items():
         area = report.skipped_area.get(reason)
         findings.append(Finding("skipped", reason, list(names), np.zeros(0, np.int64), area))
-    # What lies inside or under something and receives no light has the first reason that holds.
+    # What lies inside or under something and receives no light has the first reason that holds:
+    # it closes a building towards its neighbour, is ground under a building, or is mostly covered.
+    # Sheets without thickness stand under a heading of their own.
     every, owner = np.arange(len(surfaces)), scene.triangle_surface
     closure, footprint = (
         np.isin(every, owner[scene.closure]),

@@ -74,6 +74,7 @@ def pack_city(results, change=None, *, with_modules=True):
             "building_change": sums.to_numpy(float),
             "building_change_error": np.sqrt(square.to_numpy(float)),
         }
+    # Texts and sums as in buildings.csv; without these sums the page adds up its surfaces.
     texts, sums = _take_buildings(results.buildings, buildings)
     arrays |= sums
     supply = sum_counting(faces["kind"].to_numpy(str), values)

@@ -261,7 +261,8 @@ def compose_totals(summary):
     """What all suitable surfaces together would give, what windows take, and what carries no
     modules.
     """
-    # Columns of the table; rows are all, then each kind.
+    # Columns of the table, with energy before losses where losses count; rows are all, then each
+    # kind.
     totals, some = summary["totals"], summary["settings"]["sectors"] == PAPER
     columns = {
         "module_area": say("Area for modules [m²]"),

@@ -93,6 +93,7 @@ def make_world(texts, folder, request, settings, *, overwrite=False, log=None, c
         else:
             told = {"sky": sky, "threads": request.threads, "progress": log.progress}
             world = compute_world(environments, source, system, settings.way, **told)
+        # Refused where no place has any weather.
         if not world.weather.any():
             raise InputError(
                 "--weather", "has no values at any of the places", "give other places or weather"

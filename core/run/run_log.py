@@ -92,6 +92,7 @@ def report_outcome(log, folder, energy, totals, report=None):
                 f"  {name}: {one['full_load_hours']:.0f} h, {count_of(one['count'], 'surface')}, "
                 f"{power}"
             )
+    # With modules in rows, what every square metre would give is told, too.
     if totals["layout"] == "rows":
         every = totals["every_square_metre"]
         log.write(
@@ -120,6 +121,7 @@ def report_outcome(log, folder, energy, totals, report=None):
             log.write(
                 f"  {count_of(len(names), 'building')}, {reason.removeprefix('building ')}: {told}"
             )
+    # At the end the time that it took, and the files that were written.
     took = describe_duration(sum(log.clock.seconds.values()))
     names = sorted(path.name for path in Path(folder).iterdir())
     log.write(f"Written to {folder} in {took}: {', '.join(names)}")

@@ -75,6 +75,7 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
     log.clock.lap("start")
     study.check_tracing(request)
     check_cluster_settings(cluster, request)
+    # A run that can be edited has neither tiles nor several rounds.
     if cluster and "editable" in output.exports:
         raise InputError(
             "--editable", "is for runs without tiles", "leave it out, or leave out --cluster"
@@ -216,6 +217,7 @@ def trace_city(scene, weather, request, log, folder=None, *, prepared, editable=
         # After an interruption this is the only estimate of the error from missing suns, and takes
         # seconds.
         progress = log.progress if interruption.asked else interruption
+        # Who stops during this measurement gets the results without this error.
         try:
             sampling = study.measure_sun_sampling(
                 scene, weather, transfer, request, progress, prepared=prepared
