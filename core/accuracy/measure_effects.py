@@ -37,8 +37,8 @@ def measure_effects(inputs, progress=silent):
     """State share, standard error and seconds of all effects that change the light, in the plan of
     a city.
 
-    The share is (with - without) / with of the full load hours. Seconds are what a run with the
-    same settings takes.
+    The share is (with - without) / with of the full load hours. Seconds are what the effect adds to
+    a run with the settings asked for. Effects that switching does not change get neither.
 
     Parameters
     ----------

@@ -155,8 +155,8 @@ def _flatten(contents, chosen, crs, report):
             name or f"building_{len(buildings) + k}"
             for k, name in enumerate(content.buildings, start=1)
         ]
-    # Rings one after the other, reversed where their surface says so; starts tell where each
-    # begins.
+    # Rings one after the other, open and without repeated points, reversed where their surface says
+    # so; starts tell where each begins.
     polygons = [polygon for _, polygon in chosen]
     rings = [
         ring[::-1] if polygon.flipped else ring for polygon in polygons for ring in polygon.rings

@@ -65,8 +65,8 @@ def _number_pieces(vertices, triangles, upward, mesh):
     # Ground hardly bends by more than 30°; roofs that reach down to it do.
     both = (edge[one] == edge[other]) & (bend > np.cos(np.radians(30.0)))
     piece = number_connected(owner[one[both]], owner[other[both]], count)
-    # The rim: edges with one triangle of the piece; what else has this edge rises from it, or
-    # hangs.
+    # The rim: edges with one triangle of the piece. Other triangles with this edge rise from it or
+    # go down; a wall hangs where all go down.
     inner = np.zeros(edge.max() + 1, bool)
     inner[edge[one[both]]] = True
     rise = vertices[triangles, 2].mean(axis=1)[owner] - vertices[ends, 2].mean(axis=1)

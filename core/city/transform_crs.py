@@ -210,6 +210,7 @@ def choose_plane(crs, axes, points, source=None):
         The points have no place on Earth: beyond 90 or 360 degrees, or too far apart for one plane.
     """
     system, _ = plane_of(crs)
+    # Without points there is nothing to judge: the file's own plane stays.
     if not len(points):
         return Grid(crs, axes), None
     # Degrees have no scale of metres: a plane around their middle takes their place.

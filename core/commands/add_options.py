@@ -199,8 +199,8 @@ def add_output(parser, *, exports=False, detailed=False):
 
 
 def add_world(parser):
-    """Add the options of `citypv world` to a parser: environments, and which places, years,
-    surfaces and pictures.
+    """Add the options of `citypv world` to a parser: environments and mixes of them, way of the
+    sun, distance and range of places, years, most surfaces, what stands at sea, and pictures.
     """
     # Options of `citypv world`: traced cities first, then the places, years and pictures.
     words = "transfer.nc or result folder of simulate --suns sky-grid:N, NAME=PATH, or unshaded"

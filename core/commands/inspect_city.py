@@ -166,7 +166,7 @@ def describe_city(found):
         f"{row['taken_as'] or 'unknown: --albedo is used'}"
         for name, row in found["materials"].items()
     ]
-    # Each finding with its number, reason, area and first ids.
+    # Each finding with its number, reason, area and first ids; notes come last.
     for finding in found["findings"]:
         area = "" if finding["area"] is None else f", {finding['area']:,.1f} m²"
         ids = list_some(finding["ids"])

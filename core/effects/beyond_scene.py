@@ -50,7 +50,7 @@ def decide_terrain(inputs):
         )
         return Effect(TERRAIN, False, "none", f"{words}: it rises to {where}", bound)
     # The horizon of a building lies between the lowest and the highest edge of the corners'
-    # horizons.
+    # horizons: the light between these two, as a share, is the bound.
     edges = [one.elevation for one in (horizon, *corners)]
     lowest, top = (
         replace(horizon, elevation=edge.reduce(edges)) for edge in (np.minimum, np.maximum)

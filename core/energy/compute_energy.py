@@ -77,7 +77,8 @@ def compute_energy(
     electric = (
         ~np.isin(np.asarray(transfer.surfaces.kind), ("ground", "downward")) | counted.eligible
     )
-    # Where sums over hours, groups and single surfaces are collected.
+    # Where sums over hours, groups and single surfaces are collected. Each state of the trees is
+    # computed in its own hours, the others dark, and the sums of both add up.
     rows, years, count = np.asarray(series, int), weather.year_count, len(weather.data)
     capacity_factor, hourly = (
         np.zeros((count, len(groups.names))),

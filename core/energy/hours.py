@@ -85,8 +85,8 @@ def prepare_hours(suns, weather, system, sky, terrain=None):
         suns that represent each interval, month by month, in float64. Cell heating is the Sandia
         model of the system's mountings, :doi:`10.2172/919131`.
     """
-    # Hours with light, sorted by month in the calendar of the weather, so that the hours of a month
-    # lie together.
+    # Hours with light, of irradiance or a sun at least 2° high, sorted by month in the calendar of
+    # the weather, so that the hours of a month lie together.
     data = weather.data
     sunny = is_sunny(data["apparent_zenith"])
     used = np.flatnonzero((data["ghi"] > 0) | (data["dni"] > 0) | sunny)
