@@ -332,7 +332,7 @@ def _fill_heights(features, hints):
 
 
 def _make_footprints(features, flat):
-    """Footprints of the features that are left in one file; `flat` has those of all files."""
+    """Footprints of the features that are left in one file; `flat` has every file's."""
     heights, flat_map = features.heights, features.map
     # What begins above its own top is no solid; tops above sea level are not compared with bottoms.
     upside = features.kept & ~((heights.top > heights.bottom) | heights.above_sea)

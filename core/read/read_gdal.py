@@ -93,8 +93,7 @@ def read_geoparquet(path, report_share=silent):
     with InputError.parsing(path, "cannot be read as Parquet", CUT):
         file = parquet.ParquetFile(path)
         about = json.loads((file.schema_arrow.metadata or {}).get(b"geo", b"{}"))
-    # GeoParquet names the column of geometries, their encoding, of which WKB alone is read, and
-    # their system.
+    # GeoParquet names the column of geometries, their encoding and their system; only WKB is read.
     name = about.get("primary_column", "geometry") if isinstance(about, dict) else "geometry"
     own = about.get("columns", {}).get(name, {}) if isinstance(about, dict) else {}
     if name not in file.schema_arrow.names:
