@@ -270,7 +270,8 @@ def _ask_open_meteo(question):
 
 
 def _ask_era5(question):
-    """Ask for ERA5's point series, with the key of the user's own configuration.
+    """Ask for ERA5's point series of whole years, radiation, temperature, wind and pressure, with
+    the key of the user's own configuration.
 
     Returns the table by our names, None for the altitude, and the names of its columns there.
     """

@@ -95,7 +95,7 @@ def check_faults(year, days, source):
     # More light than the cleanest air lets through.
     bright = days["clean"] > CLEAR_DAY
     brightest = (
-        # The clearest 2 % of days.
+        # The clearest 2 % of days, where enough days are bright.
         float((days["ghi"] / days["clean"])[bright].quantile(0.98))
         if bright.sum() >= FEWEST
         else 0.0

@@ -237,10 +237,10 @@ def check_shift(times, source):
     ------
     TimesError
         If GHI, DHI and DNI contradict each other by more than 1 % of GHI, and a shift of 10 minutes
-        or more reduces this by a fifth and below 8 %; if they agree, but the daylight and the
-        middle of the clearest days both lie 20 minutes or more from the sun; or if only two are
-        given, or the three differ by more than 8 %, and clear days fit the sun better by a fifth
-        with a shift of 20 minutes or more.
+        or more reduces this by a fifth and below 8 %; if they agree, but the daylight lies 20
+        minutes or more from the sun, and the middle of the clearest days within 15 minutes of that;
+        or if fewer than three are given, or the three differ by more than 8 %, and clear days fit
+        the sun better by a fifth with a shift of 20 minutes or more.
     """
     residual, shifted, shift = (
         times.closure_residual,

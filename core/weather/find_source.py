@@ -38,6 +38,7 @@ def find_source(request, settings, stack):
         for file in (request.weather if isinstance(request.weather, list) else [request.weather])
     ]
     kinds = {recognise_weather(path).key for path in paths}
+    # Settings for stations are refused with a grid, and a range without any of its points.
     if kinds == {"era5"}:
         refuse_settings(request, STATIONS_ONLY, "gridded weather")
         refuse_settings(settings, ("off_land",), "gridded weather")
@@ -53,7 +54,8 @@ def find_source(request, settings, stack):
                 grid.source, "has no point in these latitudes and longitudes", "give a wider range"
             )
         return grid_sources.grid_source(grid, places, picked, request, settings.years)
-    # Stations are places by themselves.
+    # Stations are places by themselves; with a grid among them, or with settings of grids, they are
+    # refused.
     if "era5" in kinds:
         raise InputError("--weather", "grids and stations are mixed", "give one or the other")
     refuse_settings(settings, ("step", "latitudes", "longitudes", "years", "off_land"), "stations")

@@ -55,7 +55,8 @@ def name_axes(source, dataset, cure):
         )
     # All three axes, even of a single time or place; times in the usual calendar.
     dataset = dataset.expand_dims([name for name in AXES if name not in dataset.dims])
-    if "valid_time" in dataset.variables:  # of a forecast: time is when it began
+    # In a forecast time is when it began: the times that it holds for take its place.
+    if "valid_time" in dataset.variables:
         dataset = dataset.assign_coords(time=dataset["valid_time"].to_numpy()).drop_vars(
             "valid_time"
         )

@@ -156,6 +156,7 @@ def model_source(places, name, request, off_land="blank"):
         at = [(places.latitude[one], places.longitude[one]) for one in chunk]
         suns = [sun_of_place(sun, *place) for place in at]
         asked = enumerate(at if name == "climate" else [])
+        # The climate counts from 60° S northwards, on land or where it is wanted off land, too.
         known = [
             k
             for k, one in asked
@@ -176,6 +177,7 @@ def model_source(places, name, request, off_land="blank"):
         # Each place with its weather and what this is.
         weathers = []
         for k, (place, own) in enumerate(zip(at, suns, strict=True)):
+            # Elsewhere it is the clear sky where this is wanted, else nothing.
             code = CLIMATE if k in records else CLEAR if clear else NOTHING
             if code == CLEAR:
                 records[k] = climate.clear_sky(

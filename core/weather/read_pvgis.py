@@ -68,7 +68,8 @@ def _read_typical(path, text, file_format):
     """Record of a typical year: path, text and format as in `read_pvgis`; files before version 5.3
     have no offset.
     """
-    # As csv: head with the place, then rows that begin with a date.
+    # As csv: head with the place, then rows that begin with a date; a file with more or fewer than
+    # the hours of a year is refused.
     if file_format == "csv":
         lines = text.splitlines()
         rows = [line for line in lines if re.match(r"\d{8}:", line)]

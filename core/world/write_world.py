@@ -65,6 +65,8 @@ def _dataset_of_world(world):
     Returns
     -------
     xarray.Dataset
+        Full load hours with and without reflections, their errors, the gain and the mean; what
+        weather each place has; counts and areas of groups.
     """
     # Places on a grid of latitude and longitude, or stations.
     places = world.places
@@ -94,6 +96,7 @@ def _dataset_of_world(world):
         "flag_meanings": " ".join(MEANINGS.values()),
     }
     variables["weather"] = (at, world.weather.reshape(shape), flags)
+    # Areas and counts are of groups, the same at all places.
     owner = ("environment", "group")
     variables["area"] = (owner, world.group_area, {"units": "m2", "long_name": "area that counts"})
     variables["surface_count"] = (

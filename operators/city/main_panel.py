@@ -17,7 +17,9 @@ class MainPanel(Panel, bpy.types.Panel):
     bl_idname, bl_label = "CITYPV_PT_main", "CityPV"
 
     def draw(self, context):
-        """Show the running step, or what to do first."""
+        """Show the running step, the file of the city and the button that computes all, then what
+        its results lack, and totals per year.
+        """
         # Libraries that are missing or fail to load are told first.
         for failure in FAILURES:
             self.draw_told(self.layout, failure, "ERROR")
@@ -26,11 +28,13 @@ class MainPanel(Panel, bpy.types.Panel):
         if Step.current is not None and Step.current.title != "Solar city":
             # Here too: the place below the step's own button may be out of sight.
             self.draw_bar(head, f"{Step.current.title} {{}}")
+        # Without a city and a step it says what to do first.
         elif Step.current is None and not city:
             head.label(text="Choose a city, or drop its file here", icon="INFO")
         column.prop(settings, "city_path")
         column.scale_y = 1.2
         self.draw_step(column, "citypv.solar_city", "LIGHT_SUN")
+        # Without a city an example is offered.
         if not city:
             column.operator("citypv.berlin_example", icon="WORLD")
         # A city that was edited since its results warns so, but not while the update runs.

@@ -67,6 +67,7 @@ def read_settings(settings):
             "auto",
             _read_path(settings, "terrain", "Terrain", "a terrain file, or another type of ground"),
         )
+    # A weather service is asked for the years that are given.
     if weather in ASKED_BY_KEY and settings.weather_years.strip():
         weather = f"{weather}:{settings.weather_years.strip()}"
     # Services are asked only if Blender may use the network.

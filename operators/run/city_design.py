@@ -252,6 +252,7 @@ def _note_arranged(city, parts, before, now):
         # An object that came or changed: does it belong to the city, is it seen, or does it stand
         # beside?
         item = there[uid]
+        # What came into the city's collections joins it.
         if uid not in parts.taken and any(item in group.all_objects.values() for group in groups):
             join_city(city, item)
             now[uid] = (*now[uid][:2], item.get(Key.OWNER), now[uid][3])

@@ -142,6 +142,7 @@ def show_kinds(context, before, session, findings, seen=None):
     if is_in_place(item):
         put_in_place(item, scene.site)
     write_sources(item, scene.surfaces.surface_id)
+    # The new city gets the design, the session, the report and colours by kind.
     city_design.remember_design(item, item[Key.DESIGN])
     session.ground_material = before.ground_material
     session.open(item)

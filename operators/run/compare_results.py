@@ -97,7 +97,7 @@ def _read_state(item, city):
     Returns
     -------
     CityState
-        Of k surfaces.
+        Of k surfaces: building and kind, power, why there is none, hours, their errors, and shapes.
     rows : (k,) int
         Their numbers.
     """

@@ -207,6 +207,8 @@ def show_import(context, city, scene, findings, taken=()):
         members.list_beside(item),
         "",
     )
+    # The view turns to a city of files; the message is the report, with the cities that were
+    # hidden.
     if not taken:
         show_city(context, scene.vertices, shaded=True)
     told = keep_report(item, scene, findings)

@@ -97,6 +97,12 @@ def colour_faces(city, ground, attribute, ends=None, colour_map="viridis"):
     Returns
     -------
     ColourScale
+        As it is stored on the city, too, for the legend.
+
+    Raises
+    ------
+    InputError
+        The faces have no such values yet.
     """
     # Values, and the limits of their scale: as asked for, as before, or from the values.
     values = read_face_attribute(city.data, attribute)

@@ -241,7 +241,8 @@ def draw_rows(panel, city, headings=("class", "material", *_FINDINGS)):
     """
     for heading in headings:
         rows, found = read_rows(city, heading), heading in _FINDINGS
-        # Of headings, in the panel.
+        # Titles of the subpanels; orientations, eligible surfaces, classes and materials are closed
+        # at first.
         titles = {
             "kind": "Kinds",
             "orientation": "Orientations",

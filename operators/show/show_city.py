@@ -200,12 +200,15 @@ def look_at(area, points):
     half = 72.0 / 2 / space.lens / max(width, height)
     # In axes that lean aside, the free part is symmetric.
     lean, free = half * width * (on_right - on_left), half * width * (1 - on_left - on_right)
+    # The nearest place from which all points are within the free part, looking as the picture's
+    # camera does.
     framed = _frame_points(
         points, (RIGHT + lean * FORWARD, UP, FORWARD), free, half * height * (1 - 2 * above)
     )
     depth = framed @ FORWARD - lean * (framed @ RIGHT)
     eye = (framed @ RIGHT - lean * depth) * RIGHT + (framed @ UP) * UP + depth * FORWARD
     distance = float((low + high) / 2 @ FORWARD) - depth
+    # The view turns around the point on its axis that is as far as the middle of the points.
     region = space.region_3d
     region.view_perspective = "PERSP"
     region.view_location = Vector((eye + distance * FORWARD).tolist())
