@@ -174,10 +174,6 @@ def _sort_features(columns, count, content, ids):
                 else []
             )
             kept &= tagged | part
-            # A part that is tagged as a building as well stays a part.
-            whole = tagged & part
-            part &= ~tagged
-            part |= whole
     # What lies under the ground casts no shadow, and is left out: a negative layer, or a word that
     # says so.
     below = np.zeros(count, bool)

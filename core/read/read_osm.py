@@ -187,19 +187,17 @@ def _draw(elements, content):
             return None
         return places[rows]
 
-    # Relations of buildings link parts to their outline, multipolygons draw buildings with holes.
+    # Relations of buildings link parts to their outline, wherever in the file they stand.
     links, drawn = {}, set()
-    for number, members, tags in elements.relations:
-        if tags.get("type") == "building":
-            outline = next(
-                (f"{kind}/{ref}" for kind, ref, role in members if role == "outline"), None
-            )
+    for _, members, tags in elements.relations:
+        outlines = [f"{kind}/{ref}" for kind, ref, role in members if role == "outline"]
+        if tags.get("type") == "building" and outlines:
             links |= {
-                f"{kind}/{ref}": outline
-                for kind, ref, role in members
-                if role == "part" and outline
+                f"{kind}/{ref}": outlines[0] for kind, ref, role in members if role == "part"
             }
-        elif tags.get("type") == "multipolygon":
+    # Multipolygons draw buildings with holes.
+    for number, members, tags in elements.relations:
+        if tags.get("type") == "multipolygon":
             # Tags of the multipolygon, or in old data of its only outer way; others are no
             # buildings.
             own = tags if _is_building(tags) else _tags_of_outer(members, elements.ways)

@@ -222,9 +222,17 @@ def test_parts_that_a_relation_of_openstreetmap_names(tmp_path):
     roles = {1: "outline", 2: "part", 3: "part"}
     members = [{"type": "way", "ref": k, "role": role} for k, role in roles.items()]
     elements.append({"type": "relation", "id": 9, "tags": {"type": "building"}, "members": members})
+    # A part may be a multipolygon, which stands before the relation of its building.
+    elements[2] = {
+        "type": "relation",
+        "id": 3,
+        "tags": tags[3] | {"type": "multipolygon"},
+        "members": [elements[2] | {"ref": 5, "role": "outer"}],
+    }
+    members[2] = {"type": "relation", "ref": 3, "role": "part"}
     (tmp_path / "house.json").write_text(json.dumps({"elements": elements}))
     city = read(tmp_path / "house.json")
-    assert set(city.building_id) == {"way/1"} and set(city.part) == {"way/2", "way/3"}
+    assert set(city.building_id) == {"way/1"} and set(city.part) == {"way/2", "relation/3"}
     assert volume(city) == pytest.approx(100 * (9 + 3), rel=1e-5)
 
 
