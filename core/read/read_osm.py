@@ -192,9 +192,7 @@ def _draw(elements, content):
     for _, members, tags in elements.relations:
         outlines = [f"{kind}/{ref}" for kind, ref, role in members if role == "outline"]
         if tags.get("type") == "building" and outlines:
-            links |= {
-                f"{kind}/{ref}": outlines[0] for kind, ref, role in members if role == "part"
-            }
+            links |= {f"{kind}/{ref}": outlines[0] for kind, ref, role in members if role == "part"}
     # Multipolygons draw buildings with holes.
     for number, members, tags in elements.relations:
         if tags.get("type") == "multipolygon":

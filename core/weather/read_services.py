@@ -321,7 +321,8 @@ def _parse_open_meteo_csv(path, text):
     brackets behind its names.
 
     Returns values of the place by name, the hourly table as text, NaN where a value is missing, and
-    units by name. A file without hourly table or with several places is refused.
+    units by name: km/h of wind and hPa of pressure where none are given. A file without hourly
+    table or with several places is refused.
     """
     # The hourly table begins at the row whose first word is time.
     rows = list(csv.reader(io.StringIO(text)))
@@ -341,7 +342,7 @@ def _parse_open_meteo_csv(path, text):
     )
     # Names of columns, and units in brackets behind them.
     parts = [re.fullmatch(r"(.*?)(?:\s+\((.*)\))?", name.strip()) for name in rows[start]]
-    names, units = [part[1] for part in parts], {part[1]: part[2] for part in parts}
+    names, units = [part[1] for part in parts], {part[1]: part[2] for part in parts if part[2]}
     table = (
         pd.DataFrame(rows[start + 1 : end])
         .reindex(columns=range(len(names)))

@@ -206,8 +206,10 @@ def test_an_island_in_a_court_of_openstreetmap_stays(tmp_path):
 
 
 def test_parts_that_a_relation_of_openstreetmap_names(tmp_path):
-    """The outline of a building touches its part; the relation tells that they belong together."""
-    rings = {1: square(0, 0, 20, 10), 2: square(0, 0), 3: square(10, 0)}
+    """A part lies beside the outline of its building; the relation tells that they belong
+    together.
+    """
+    rings = {1: square(0, 0, 20, 10), 2: square(0, 0), 3: square(20, 0)}
     tags = {1: {"building": "yes", "height": "9"}}
     tags |= {2: {"building:part": "yes", "height": "9"}, 3: {"building:part": "yes", "height": "3"}}
     elements = [

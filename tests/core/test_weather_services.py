@@ -99,6 +99,9 @@ def test_open_meteo_in_seconds_since_1970_and_units_it_does_not_tell(tmp_path, y
     head["utc_offset_seconds"] = 0
     (tmp_path / "a.json").write_text(json.dumps({**head, "hourly": columns}))
     assert_as(tmp_path / "a.json", year)
+    path = write_open_meteo(tmp_path / "a.csv", head, dict.fromkeys(columns, ""), columns)
+    path.write_text(path.read_text().replace(" ()", ""))
+    assert_as(path, year)
 
 
 def test_open_meteo_that_cannot_be_used(tmp_path, year):
