@@ -397,6 +397,9 @@ def _unreached(before, made, edit, change):
     unreached[:count] &= (
         before.transfer.surfaces.eligible == made.transfer.surfaces.eligible[:count]
     )
+    # What an earlier edit guessed of single suns is not kept once they are solved.
+    apart = np.abs(made.direct.reflected[:count] - before.direct.reflected).max(axis=1, initial=0)
+    unreached[:count] &= apart <= 1e-4 * before.direct.reflected.max(axis=1, initial=0)
     return unreached
 
 
