@@ -93,7 +93,7 @@ def find_centres(scene):
     if not len(known):
         return np.zeros((count, 2))
     before = known[np.maximum(np.searchsorted(known, np.arange(count), side="right") - 1, 0)]
-    return (low + high)[before, :2] / 2
+    return (low[before, :2] + high[before, :2]) / 2
 
 
 def assign_tiles(scene, size):

@@ -12,6 +12,7 @@ import threading
 import time
 from contextlib import suppress
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -106,6 +107,16 @@ def assert_same_bits(one, other):
         assert_same(getattr(one, name), getattr(other, name))
     assert one.sources.keys() == other.sources.keys() == {"horizon"}
     assert_same(one.sources["horizon"], other.sources["horizon"])
+
+
+def test_the_centre_of_a_surface_is_that_of_its_box():
+    """One without triangles takes the centre of the one before it."""
+    corners = np.array([[0, 0, 5], [4, 0, 5], [0, 2, 5], [10, 10, 0], [10, 10, 6], [16, 10, 0]])
+    triangles, owner = np.arange(6).reshape(2, 3), np.array([0, 2])
+    scene = SimpleNamespace(
+        vertices=corners, triangles=triangles, triangle_surface=owner, surfaces=range(3)
+    )
+    assert find_centres(scene).tolist() == [[2, 1], [2, 1], [13, 10]]
 
 
 @pytest.mark.slow
