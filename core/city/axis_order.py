@@ -93,18 +93,23 @@ def order_axes(middle, crs, hints, content=None):
 
 def _narrow(middle, system, hints, content):
     """The evidence for an order of coordinates, step by step: tuples of its name, and of the orders
-    that it leaves: one, both where it does not decide, or none where it tells nothing.
+    that it leaves among what earlier steps left: one, both where it does not decide, or none where
+    it tells nothing. The caller stops at the first that leaves one.
+
+    `middle` is a point of the file; `system` its crs, its plane, and the order of the registry.
     """
     (crs, plane, registered), left = system, list(ORDERS)
     places = {axes: _place_of(middle, plane, axes) for axes in ORDERS}
 
     def keep(test):
         """The orders that pass a test, or all of them where none does."""
+        # A test that neither order passes tells nothing: all that were left stay.
         return [axes for axes in left if test(*places[axes])] or left
 
     # Coordinates outside the area of use in one order alone have the other one.
     yield "area of use", (left := keep(lambda *place: _is_within(place, plane.area_of_use)))
-    # The envelope of the file names its axes, or lies in another system or order.
+    # The envelope of the file names its axes, or lies in another system or order. By its axes alone
+    # later steps are not narrowed.
     if content is not None:
         yield (
             "envelope",

@@ -108,7 +108,8 @@ def _choose_pitch(racks, axes, latitude):
     # The sun of the winter solstice, by the obliquity of the ecliptic, 23.44°.
     zenith = math.radians(abs(latitude) + 23.44)
     _, up_slope, out = axes @ [0.0, -math.copysign(math.sin(zenith), latitude), math.cos(zenith)]
-    # At high latitudes a sun below 10° above the row's horizon sets no spacing at noon.
+    # A sun lower than 10° above the row's horizon is taken as 10°: the shadow of a row is at most
+    # 5.7 times its height.
     shadow = max(0.0, -up_slope) / max(out, -up_slope * math.tan(math.radians(10.0)), 1e-9)
     return max(
         least, _width_of_row(racks) + racks.depth * math.sin(math.radians(racks.tilt)) * shadow

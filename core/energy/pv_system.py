@@ -166,7 +166,7 @@ def build_system(request):
         If a usable share or the file of what is left out is invalid, or no module or inverter
         matches the name.
     """
-    # Shares that are left to modules, by kind of surface.
+    # Usable shares, by kind of surface, are only checked; the system gets them as given.
     for kind, share in request.usable.items():
         if kind not in KINDS:
             raise InputError("--usable", f"{kind!r} carries no modules", f"give {', '.join(KINDS)}")
@@ -187,8 +187,11 @@ def build_system(request):
         overhangs=request.overhangs == "count",
         usable=dict(request.usable),
         leave_out=read_left_out(request.leave_out) if request.leave_out else {},
+        # Rules of layout: size of modules, storeys, bands of windows, and whether modules stand in
+        # rows.
         layout=_choose_layout(request, module),
         **{
+            # All other settings are taken over unchanged.
             name: getattr(request, name)
             for name in (
                 "mounting",

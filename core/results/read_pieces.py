@@ -135,6 +135,7 @@ def read_pieces(folder, frame):
                     file["surface_id"][first : first + len(faces)],
                     faces["surface_id"].tolist(),
                 )
+                # A Piece has its shapes in the frame.
                 yield _read_shapes(file, faces, first, site, frame)
                 first += len(faces)
             if first != file["surface_id"].shape[0]:

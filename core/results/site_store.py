@@ -34,8 +34,8 @@ class Store:
         )
 
     def add_piece(self, piece, number, folder):
-        """Keep the surfaces of a piece of the folder of some number, each with its building; return
-        what was kept.
+        """Keep the surfaces of a piece of the folder of some number, by square; return the
+        surfaces of buildings with shapes, as a piece whose column `building` is the number of each building.
 
         Buildings without shapes are left out; surfaces without, such as racks, stay with their
         building.
@@ -45,7 +45,7 @@ class Store:
         InputError
             Another folder has one of its buildings.
         """
-        # Where each building is: the square that the middle of its corners lies in.
+        # Where each building is: the square that the mean of all corners of its surfaces lies in.
         names, building = np.unique(
             piece.faces["building_id"].to_numpy(object).astype(str), return_inverse=True
         )
@@ -57,6 +57,7 @@ class Store:
         )
         squares = np.floor(sums / np.maximum(count, 1)[:, None] / SIDE).astype(int).tolist()
         # Buildings get numbers; one that another folder has already cannot be told apart.
+        # A building that an earlier piece of this folder brought keeps its number and square.
         add = "INSERT OR IGNORE INTO building (name, folder, x, y) VALUES (?, ?, ?, ?)"
         rows_of_squares = [(name, number, *squares[k]) for k, name in enumerate(names) if count[k]]
         self.base.executemany(add, rows_of_squares)

@@ -244,13 +244,14 @@ def add_mix(world, weights):
     ----------
     world : World
     weights : dict of str to float
-        Of `parse_mix`.
+        Of `parse_mix`: they add up to 1.
 
     Returns
     -------
     World
         A group that one of the environments lacks is missing in the mix; counts and areas of the
-        others are sums over the environments.
+        others are sums over the environments. The mix's standard error is the root of the sum of
+        (weight × error)², as errors of environments are independent.
     """
     # Shares of the members; a group counts only where all of them have it.
     members = [world.environments.index(name) for name in weights]
@@ -262,7 +263,8 @@ def add_mix(world, weights):
         )
 
     whole = (world.group_count[members] > 0).all(axis=0)
-    # The error of the gain is of the hours without reflections: mean of both, then their ratio.
+    # gain_error is a share of the hours without reflections: it becomes hours, these are joined as
+    # all errors are, and divided by the mix's mean hours without reflections.
     plain = world.without_reflections[..., 0].astype(float)
     hours, plain = (
         _join_errors(world.gain_error * plain, share, members)[:, -1:],

@@ -17,8 +17,8 @@ class MainPanel(Panel, bpy.types.Panel):
     bl_idname, bl_label = "CITYPV_PT_main", "CityPV"
 
     def draw(self, context):
-        """Show the running step, the file of the city and the button that computes all, then what
-        its results lack, and totals per year.
+        """Show the running step, the file of the city and the button that computes all, then
+        totals per year, what its results lack, and the cities to switch between.
         """
         # Libraries that are missing or fail to load are told first.
         for failure in FAILURES:
@@ -43,6 +43,7 @@ class MainPanel(Panel, bpy.types.Panel):
             self.draw_told(
                 self.layout, f"Results are of before the last edit: {edit}; {cure}", "ERROR"
             )
+        # Totals per year, and whether the computation was interrupted.
         self.draw_table(city, "citypv_totals", ("Per year", "kWp", "MWh", "h"))
         self.draw_told(self.layout, city.get("citypv_interrupted"), "INFO")
         # Light that is gone can be traced again, and an edited city of a .blend that was opened.
@@ -50,6 +51,7 @@ class MainPanel(Panel, bpy.types.Panel):
         self.draw_told(self.layout, missing, "ERROR")
         if missing or (edit and Session.is_from_file(city)):
             self.layout.operator("citypv.retrace", icon="FILE_REFRESH")
+        # Several cities: a button each, to switch to it.
         _draw_cities(self.layout, context)
 
 
