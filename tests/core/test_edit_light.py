@@ -278,6 +278,23 @@ def test_single_suns_of_a_large_city_follow_the_change(base_of, name, monkeypatc
         assert area @ apart < 0.05 * (area @ sums[1])
 
 
+@pytest.mark.slow
+def test_a_guess_goes_when_every_sun_is_solved(base_of, monkeypatch):
+    """Also from surfaces that the edit does not reach: the second one changes nothing."""
+    monkeypatch.setattr("citypv.core.light.change_suns.SMALL", 0)
+    monkeypatch.setattr("citypv.core.light.change_suns.GUESSED", np.inf)
+    city, base = base_of("houses")
+    after = edit_city(city, CityChange(raised={"b2": 4.0}, removed=["b0"]))
+    change = change_scene(base, city, after, base.request)
+    guessed, full = trace_change(base, change), trace_wholly(base, change)
+    monkeypatch.setattr("citypv.core.light.change_suns.GUESSED", -1.0)
+    solved = trace_change(guessed, change_scene(guessed, after, after, base.request))
+    expected = full.transfer.direct_reflected
+    apart = [np.abs(one.transfer.direct_reflected - expected).max() for one in (guessed, solved)]
+    assert apart[0] > 10 * apart[1]
+    assert apart[1] < 1e-4 * expected.max()
+
+
 def test_buildings_are_taken_moved_raised_and_named_apart():
     city = make_city([*box("a", 0, 0, 4, 4, 1, 7), *box("b", 9, 0, 4, 4, 2, 5)])
     new = make_city(box("a", 0, 0, 1, 1, 0, 1))
