@@ -52,8 +52,8 @@ def _keep(losses, hours, light, steps, kept):
     d is the share of the light in full sun that is left in the shade. `losses` (suns, parts - 1,
     surfaces) count, in units of `step`, the power that is lost at d = 1/parts, 2/parts …, as a
     share of that in full sun; times whole / received it is a share of what the surface receives.
-    `steps` are `parts` and `step`; further parameters as of `kept_by_strings`. Surfaces without a
-    loss at the middle d keep what stands in `kept`.
+    `steps` are `parts` and `step`; further parameters as of `kept_by_strings`. `kept`, (h, n), is
+    changed only at hours and surfaces with a loss.
     """
     (match, weight, sunward), (direct, diffuse, projection), (parts, step) = hours, light, steps
     some = np.zeros(kept.shape[1], np.uint8)
@@ -61,7 +61,8 @@ def _keep(losses, hours, light, steps, kept):
         # An hour without light from the sun's place keeps what stands in `kept`.
         if sunward[hour] <= 0:
             continue
-        # Most strings are lit or dark as a whole: at no sun of the hour they have a loss.
+        # Most strings are lit or dark as a whole. Surfaces without a loss at the middle d under any
+        # sun of the hour are skipped, as are surfaces that face away from it.
         for surface in range(kept.shape[1]):
             some[surface] = 0
         for own in range(match.shape[1]):

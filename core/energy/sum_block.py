@@ -73,7 +73,8 @@ class Block:
         light = views = np.zeros((0, len(rows)))
         # Of each traced source what comes straight from it, and what the city reflects of it. A
         # source darker than the dome takes away no more than the dome's light that the surface
-        # sees.
+        # sees. Each stands there twice, without this limit for hours in which it is brighter, and
+        # with it for the others.
         if sky is not None and sky.sources:
             traced = [transfer.sources[name] for name in sky.sources]
             view = np.stack([light.view_factor[rows] for light in traced])
@@ -122,7 +123,7 @@ class BlockSums:
 
 
 def sum_block(block, hours, model):
-    """Process all hours for one block.
+    """Sum up light and power of the surfaces of a block over all hours.
 
     Parameters
     ----------
@@ -138,7 +139,8 @@ def sum_block(block, hours, model):
     """
     count, groups = block.normal.shape[1], block.group_weight.shape[1]
     dtype = block.normal.dtype
-    # Hours are weighed in two ways: each sunny hour by 1, and by its light from the sun's place.
+    # Hours are weighed in two ways: by 1 where the sun stands at least 2° high and above the
+    # terrain, and by their light from the sun's place.
     weights = np.concatenate([hours.sunny * hours.open, hours.sunward], axis=1)
     direct_sums = np.zeros((2, count))
     dc, lost, by_month, by_year = (

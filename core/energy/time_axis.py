@@ -87,7 +87,8 @@ def lay_on_axis(times, interval, zone):
         )
     axis, first, second, part = ([] for _ in range(4))
     for whole, length in pieces:
-        # The interval of the axis begins within one of the weather, and ends in the next.
+        # The interval of the axis begins within one of the weather, and ends in the next. Where the
+        # weather has none at that time, the same time a year later or earlier is taken.
         one = _rows_at(starts, step, whole, length)
         # elapsed  of the weather's interval when the axis' one begins [ns]; what lacks comes from
         # the next.
@@ -97,8 +98,7 @@ def lay_on_axis(times, interval, zone):
         #          ├───┤ elapsed
         elapsed = np.where(one >= 0, (whole - starts[one]) % step, 0)
         other = np.where(elapsed == 0, one, _rows_at(starts, step, whole + step - elapsed, length))
-        # An interval of the axis is left out where the weather lacks one of its two parts, then and
-        # a year later and earlier.
+        # An interval of the axis is left out where one of its two parts is in none of these years.
         kept = (one >= 0) & (other >= 0)
         axis.append(whole[kept])
         first.append(one[kept])

@@ -30,7 +30,8 @@ def vary_windows(transfer, energy, system, *, bands=(1.0, 1.8)):
         `window_band` [m], `kwp`, `mwh_per_year` of all eligible surfaces, and their change in
         `percent`; empty where modules do not lie in rows, or no facade has such windows.
     """
-    # Facades with room for modules; without rows, windows or energy there is nothing to vary.
+    # Eligible facades that carry modules, or on which none fits with the run's windows; without
+    # rows, windows or energy there is nothing to vary.
     rules = system.layout
     walls = (energy.kind == "facade") & energy.eligible & np.isin(energy.reason, ("", "narrow"))
     if energy.layout is None or not rules.window_band or not walls.any():

@@ -182,8 +182,11 @@ def _continue_gather(context, old):
 
 
 def _trace_rows(old, context, change, scene, progress):
-    """What the rays of the edited city met: Edit."""
-    # Rows to trace anew: what is new, near the change, or asks for more rays than it had.
+    """What the rays of the edited city met, traced anew where the edit changes it and else taken
+    from `old`, the TracedCity before: Edit.
+    """
+    # Patches to trace anew: what is new, near the change, or asks for more or fewer rays than it
+    # had.
     patches, first, states = context.patches, change.first, context.ray_scene.states
     before = [old.states[min(state, len(old.states) - 1)].traced for state in range(states)]
     count, sent = len(patches), before[0].samples
@@ -191,7 +194,7 @@ def _trace_rows(old, context, change, scene, progress):
     todo = change.near.copy()
     todo[first:] = True
     todo[:first] |= samples[:first] != sent
-    # All other rows are asked whether one of their rays ends elsewhere now.
+    # All others that sent rays are asked whether one of these ends elsewhere now.
     rest = np.flatnonzero(~todo[:first] & (sent > 0) & ~before[0].covered.all(axis=1))
     reached = find_changed_rows(old.context, context.ray_scene, patches, (rest, sent[rest]), change)
     progress(STAGE, 1, 3, "steps")
@@ -293,7 +296,8 @@ def _look_again(edit, suns, change):
     patches, first = context.patches, change.first
     task = prepare_suns(context, traced, suns)
     watch, known = task.watch, old.task.watch
-    # Bits of what is new or is covered otherwise hold no longer.
+    # Bits hold no longer where a patch is new, where other cells of it are covered or left out, or
+    # where it needs shadow rays now and did not before, or the other way round.
     anew = np.ones(len(patches), bool)
     anew[:first] = (traced[0].covered[:first] != old.states[0].traced.covered).any(axis=1)
     anew[:first] |= context.left_out[:first] != old.context.left_out

@@ -172,8 +172,8 @@ def find_shadowed(watch, rows, directions, change):
         # First by balls and boxes: which suns may stand behind something that changed.
         behind = np.zeros((len(rows[part]), len(directions)), bool)
         _find_suns_behind(tuple(ball[part] for ball in balls), towards, change.boxes, behind)
-        # Then by rays from the shadow points against what changed: only suns that it hides are
-        # asked.
+        # Then by rays from the shadow points against what changed: only suns that it hides from at
+        # least one point are looked at again.
         asked = np.flatnonzero(behind.any(axis=1))
         for start in range(0, len(asked), 1 << 10):
             some = asked[start : start + (1 << 10)]

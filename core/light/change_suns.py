@@ -166,8 +166,10 @@ def _visible_share(edit, state):
 
 
 def _first_reflections(edit, state):
-    """Reflected light of surfaces with the first reflection of the change: (n, s) float32."""
-    # Without reflections nothing is to be changed but the size.
+    """Reflected light of surfaces before the edit, plus what the first reflection gains and loses
+    by it under each sun: (n, s) float32.
+    """
+    # Without reflections the old light is returned, with rows for new surfaces.
     old, context, task, before = edit.before, edit.context, edit.task, edit.state_before(state)
     to_surface, todo, traced = context.patch_to_surface, edit.anew, edit.traced[state]
     reflected_light = _grow(before.direct.reflected, to_surface.shape[0])
@@ -336,8 +338,9 @@ def _add_further(edit, state):
         share = np.divide(lack, totals, out=np.zeros(len(lack)), where=totals > 0)
         return np.maximum(reflected + (share[:, None] * patterns).astype(np.float32), 0), lack
 
-    # What rows that are gone or traced anew passed on before is taken away; what they pass on now
-    # is added, and the sum is brought to the whole.
+    # What rows that are gone or traced anew passed on before is taken away, and a guess brings the
+    # sum to the whole. Then, twice, what rows traced anew pass on under this light is added instead
+    # of a part of the guess, and a smaller guess completes it; the last one gives the share.
     lost, old = edit.lost_rows(), before.direct.reflected
     own = before.traced, before.lights, before.direct
     first[: len(old)] -= _pass_on(

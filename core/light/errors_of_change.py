@@ -78,7 +78,9 @@ def _difference_of_state(cities, rows, state):
     Parameters
     ----------
     cities : tuple of two TracedCity
+        Before and after the edit.
     rows : (2, r) int
+        Surfaces that both have, by their place in either.
     state : int
     """
     # Patches that send the same rays in both, and the row of the surface that each lies on.

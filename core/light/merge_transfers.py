@@ -58,9 +58,10 @@ def merge_rounds(total, other):
     Raises
     ------
     InputError
-        They are of different scenes or suns.
+        They are of different scenes or suns, or of different estimators.
     """
-    # Only two runs of one city under the same suns can be merged.
+    # Only two runs of one city under the same suns can be merged, and not one by photons with one
+    # by hemisphere rays.
     same = total.surfaces.surface_id == other.surfaces.surface_id
     same = same and np.array_equal(total.suns.direction, other.suns.direction)
     if not same or (total.error_parts is None) != (other.error_parts is None):

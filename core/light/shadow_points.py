@@ -91,6 +91,7 @@ def find_points(
     counted = np.full((count, -(-point_count // WORD)), (1 << WORD) - 1, np.uint16)
 
     def find(rows):
+        """Write to the arrays above what is known of the points of some patches, (r,) int."""
         # Points in covered cells; open are all but those whose cell has only covered neighbours.
         # Elements, parts of a patch whose light is kept apart, that are covered as a whole.
         places = _places_of_points(patches.key[rows], patches.points_before[rows], point_count)

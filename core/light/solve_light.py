@@ -109,7 +109,7 @@ def solve_light(
             to_surface.shape[0], _bound_all(context, first.light, far_ground)
         )
     # Mean of the surface, and its own noise; rays that all agree still have the noise of one of
-    # them.
+    # them. A discretisation error that is small beside the mean counts as 0.
     light_of_surfaces.mean = to_surface @ by_replicate.mean(axis=1, dtype=float)
     own = to_surface.power(2) @ (points + variance_of_mean(by_replicate))
     if look is not None:

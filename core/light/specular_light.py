@@ -159,7 +159,7 @@ def _trace_specular(prepared, context, traced, state=0):
         source.name: source.radiance * part
         for source, part in zip(plan.sources, parts, strict=True)
     }
-    # The mean over replicates is kept beside them.
+    # Light that comes from patches is kept by replicate, and as the mean over replicates.
     mean = sparse.hstack([sparse.eye_array(count)] * REPLICATES).tocsr() / REPLICATES
     of_patches = matrix[:, : len(patches)].tocsr()
     return _SpecularLight(

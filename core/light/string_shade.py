@@ -167,7 +167,7 @@ def middles_of_blocks(layout):
 
 def table_of_strings(context, watch):
     """Points that stand for the blocks of strings: the nearest one of the same surface that lies in
-    the open.
+    the open and at which light counts.
 
     Parameters
     ----------

@@ -67,7 +67,8 @@ def outline_taken(scene, covered, cramped, shares, *, most=0.5):
     Returns
     -------
     array, (n, k) of shapely geometries or None
-        In the axes of `plane_axes` of each normal, from the scene's origin [m].
+        None where nothing or more than `most` is taken. In the axes of `plane_axes` of each normal,
+        from the scene's origin [m].
     """
     parts = np.full(shares.shape, None, object)
     wanted = (shares > 0) & (shares <= most)

@@ -110,6 +110,8 @@ def prepare_gather(prepared, request, progress):
     # element.
     resolved = len(patches) * elements**2 * HEMISPHERE_REPLICATES <= LARGEST_KEY + 1
     resolved = resolved and request.samples >= FEWEST_RAYS * elements
+    # All else follows from the prepared scene, the plan and the request. Reflections are 0 where
+    # their number is chosen later, too.
     return GatherContext(
         ray_scene=prepared.build_tree(request).plan.ray_scene,
         patches=patches,

@@ -275,7 +275,8 @@ def _trace_direct(run, lit, suns, far, ground_albedo, *, patch_to_surface, folde
     beyond_first = far.whole.mean(axis=0) - np.minimum(far.first.mean(axis=0), 1)
     done = 0
     try:
-        # A sun at a time: direct light as a share of the unshaded, and the rest as reflected.
+        # A sun at a time: direct light as a share of the unshaded, at most 1, and the rest as
+        # reflected, with what noise brings above the unshaded.
         for index, light in enumerate(lit):
             towards = suns.direction[index : index + 1].astype(np.float32)
             unshaded = patch_to_surface @ projection_in_front(run.target.patches.normal, towards)[

@@ -79,7 +79,8 @@ def _trace_part(city, chosen, covered, sequence):
     """
     patches, dark = city.patches, covered.all(axis=1)
     rows, covered, lost = chosen[~dark], covered[~dark], chosen[dark]
-    # Rays of all patches that are not covered as a whole, and what they meet.
+    # Rays of all patches that are not covered as a whole, and what they meet; the others are only
+    # listed in the result.
     origins, directions, start_cells = hemisphere_rays(patches, rows, sequence)
     hits, fates = _follow_rays(city, covered, (origins, directions, start_cells))
     # Beside covered cells each ray decides whether it starts in the open. Further sources, such as
@@ -296,7 +297,8 @@ def _tally_rays(fate, start_cells, near_cover, cells, *, most_steps=32767):
     )
     every, below, opened = (part.sum(axis=1) for part in (every, downwards, started))
     open_share = np.divide(opened, every, out=np.ones_like(every), where=every > 0)
-    # Where too few rays start in each cell, the patch is taken as a whole.
+    # A cell in which no ray starts counts as open. Where too few rays start in each cell, the
+    # visible sky is by the patch as a whole.
     resolved = ((rays >= FEWEST_RAYS * cells) & (every > 0))[:, None]
     free, started = (
         np.where(resolved, part, part.sum(axis=2, keepdims=True)) for part in (free, started)

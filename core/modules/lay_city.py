@@ -182,7 +182,10 @@ def _angle_of_longest_edge(outlines, rows, right, upward):
 
 
 def _lay_polygons(surfaces, outlines, polygons, rules, hidden):
-    """ModuleLayout of polygons, whose `surface` is the number of the polygon."""
+    """ModuleLayout of polygons, whose `surface` is the number of the polygon.
+
+    `hidden`, (n,), is the share of each surface that a neighbour covers or stands close before.
+    """
     first, planes = polygons.first, polygons.planes
     kind = np.asarray(surfaces.kind)[first]
     walls = np.flatnonzero(kind == "facade")
@@ -197,7 +200,8 @@ def _lay_polygons(surfaces, outlines, polygons, rules, hidden):
     floor, rise = np.full(len(first), np.nan), planes.upward[:, 2]
     floor[walls] = (lowest[building[first[walls]]] - planes.origin[walls, 2]) / rise[walls]
     # Bands of windows are kept free on walls, but not on buildings whose windows are drawn, nor
-    # where a neighbour hides more than a tenth of the wall, or it is lower than a storey.
+    # where a neighbour hides more than a tenth of the wall, it is lower than a storey, or the rules
+    # have no bands for it.
     thematic = np.asarray(surfaces.thematic, str)
     drawn = np.isin(building, np.unique(building[np.isin(thematic, WINDOWS)]))[first]
     area = np.asarray(surfaces.area)[polygons.rows]

@@ -149,7 +149,7 @@ def _choose_rows(strips, starts, size, distances):
 
 @njit(nogil=True, cache=True)
 def _list_starts(strips, height, gap):
-    """Where rows may begin, ascending: at eighths of their height from the bottom and from the top
+    """Where rows may begin, ascending: at eighths of row and gap from the bottom and from the top
     of a polygon, and up to four above and below each blocked box; none where a row is too high.
     """
     edges, boxes, (first_edge, last_edge, first_box, last_box) = strips[0], strips[1], strips[2]
@@ -163,7 +163,7 @@ def _list_starts(strips, height, gap):
     highest, pitch = top - height, height + gap
     if not highest + SLACK >= bottom:
         return np.empty(0)
-    # Candidates up from the bottom and down from the top, an eighth of a row apart.
+    # Candidates up from the bottom and down from the top, an eighth of a row and its gap apart.
     eighths = int((highest - bottom + SLACK) / pitch * 8) + 1
     starts = np.empty(2 * eighths + 8 * (last_box - first_box))
     for number in range(eighths):

@@ -208,7 +208,9 @@ def _judge_cells(ray_scene, patches, places, shifts, keys):
     ahead = ray_scene.trace_places(origins, patches.normal[own])
     touching = np.zeros(len(inside), bool)
     touching[doubtful] = _find_touching(patches, own, ahead)
-    # Otherwise rays go on from the fronts that they met, and their ends decide.
+    # A cell that is not called inside, and from which a ray reached the sky, is outside. From all
+    # other cells that touch nothing rays go on from the fronts that they met, and their ends
+    # decide.
     asked = inside | (doubtful & ~touching)
     going = np.flatnonzero((met.fate == Fate.FRONT) & asked[point])
     side = np.where(met.behind[going], np.float32(-1), np.float32(1))

@@ -129,7 +129,8 @@ def _add_implicit(element, place, content):
     """Append the polygons of an implicit geometry, transformed to world coordinates; one that
     refers to a shape elsewhere waits in `content.instances` until the file is read.
     """
-    # Where the shape is to stand: a reference point and a matrix of 4 × 4, both sound numbers.
+    # Where the shape is to stand: a reference point and a matrix of 4 × 4, both sound numbers. An
+    # element without a matrix gets the identity.
     name = name_element(element) or f"line {element.sourceline}"
     point, matrix = (
         next(element.iterfind("{*}referencePoint//{*}pos"), None),
@@ -334,7 +335,8 @@ def resolve_references(content):
     index = {
         polygon.surface_id: polygon for polygon in reversed(content.polygons) if polygon.surface_id
     }
-    # A reference adds class, turn or a level to its polygon, within its own building.
+    # A reference to a polygon, or to a group of polygons, of its own building adds a level of
+    # detail, a class where there is none, and as part of a solid a turn.
     for link, reference in content.references:
         file, _, target = link.rpartition("#")
         # A reference to what the file does not hold is reported.

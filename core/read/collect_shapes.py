@@ -228,7 +228,8 @@ class Templates:
             if number not in self._drawn:
                 self._drawn[number] = self._draw(number, owner, shapes)
             drawn, fault = self._drawn[number]
-        # Each instance counts towards a limit, and takes building and class of its owner.
+        # Polygons of all instances count towards a limit, beyond which the file is refused
+        # (InputError). They take the building of their owner, and its class where they have none.
         if not fault:
             self._count += len(drawn)
             if self._count > MOST_PLACED:

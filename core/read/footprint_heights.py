@@ -140,14 +140,14 @@ def _measure_tops(flat_map, known, given, hints, content):
     top, source = np.full(len(flat_map), np.nan), np.full(len(flat_map), "", object)
     above_sea, grounded = np.zeros(len(flat_map), bool), np.isfinite(ground).any()
     # Attributes in order, each with its unit, and whether it is above the sea: the first value
-    # counts.
+    # counts that makes a top above 0 and at most 1500 m.
     for name, unit, high in (
         [given] if given else _list_attributes(flat_map.columns, ground, content)
     ):
         values = _column_lengths(flat_map.columns[name])
         own = _in_metres(values, unit or _unit_of(name, values[0], floors, hints, content))
-        # Heights above the sea where no ground is known: these alone are returned, and a terrain is
-        # needed.
+        # Heights above the sea where no ground is known: these alone are returned, and without a
+        # terrain they are refused.
         if high and not grounded:
             if not hints.terrain:
                 raise InputError(
@@ -345,8 +345,10 @@ def _unit_of(name, values, floors, hints, content):
     metres = plane_of(content.crs)[1] if content.crs else 1.0
     own = next((unit for unit in ("ft", "us-ft") if abs(metres - UNITS[unit]) < 1e-6), "m")
     if values is not None:
-        # A floor is 2 to 6 m high, 7 to 20 feet. Ten buildings at least must have both numbers;
-        # without, or with floors that fit nothing, the unit of the system holds.
+        # The median height of a floor tells centimetres (150 to 650), feet (7.5 to 20) or metres
+        # (up to 6.5). Ten buildings at least must have both numbers; without, or with floors that
+        # fit nothing, the unit of the system holds. Centimetres are noted, and feet that only the
+        # floors or only the system tells.
         both = (values > 0) & (floors > 0)
         if both.sum() >= 10:
             storey = float(np.median(values[both] / floors[both]))

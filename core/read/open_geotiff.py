@@ -155,7 +155,8 @@ def open_geotiff(path, file):
     if min(counts) < across * down:
         raise ValueError(f"{min(counts)} of {across * down} strips or tiles")
 
-    # A window of cells, put together from the strips or tiles that it meets.
+    # A window of cells, put together from the strips or tiles that it meets; NaN where the number
+    # means none, else number times scale plus offset.
     def read_cells(first, last, west, east):
         values = np.empty((last - first, east - west))
         for row, column in product(

@@ -130,7 +130,8 @@ def _list_files(paths):
         inside = sorted(
             file for file in Path(path).iterdir() if file.is_file() and suffix_of(file) in SUFFIXES
         )
-        # Not every JSON is of a city, and XML beside a map only describes it.
+        # JSON is taken where it is CityJSON, GeoJSON or of OpenStreetMap; XML beside a map only
+        # describes it.
         inside = [
             file
             for file in inside
