@@ -43,8 +43,8 @@ def check_goal(scene, weather, request, log):
     prepared = prepare_scene(scene, request, weather=weather).build_tree(request)
     city = predict_city(CityYear(scene, prepared, weather, request), (request.suns,), log.progress)
     errors = city.predict_errors(request)
-    # Rounds lower what rays and points leave, but not what the suns do. A target below 0.8 of that
-    # is refused: it is itself an estimate.
+    # Rounds lower what rays and points leave, but not what the suns do. That part of the predicted
+    # error is an estimate: a target is refused only if it lies below 0.8 of it.
     of_suns = errors.at_share(without=[source for source in SOURCES if source != "suns"])
     if request.target_error is not None and CERTAIN * of_suns > request.target_error:
         cure = "hourly" if request.suns == "days:52" else "days:52"
@@ -57,7 +57,8 @@ def check_goal(scene, weather, request, log):
     # Without a time budget there is nothing more to refuse.
     if request.time_budget is None:
         return
-    # The first round, with electricity before and after it, must end within the time.
+    # The time that is spent so far, the first round, and electricity before and after it must
+    # together fit into the budget.
     tracing, _, writing = city.predict_seconds(request)
     # A second for the rest of writing, as in `run.rounds`.
     first = tracing + writing + city.checking + 2 * city.pilot.electricity + 1.0

@@ -52,7 +52,8 @@ class _CostCurve:
 
     def describe(self):
         """The list as lines of text."""
-        # A table for the terminal: of each prediction its settings, seconds of the run and of
+        # First the number of patches, and the seconds of the pilot and of all that is not tracing.
+        # Then a table for the terminal: of each prediction its settings, seconds of the run and of
         # tracing, errors that half and 95 % of the area do not exceed, their largest source, and
         # light left out.
         lines = [

@@ -99,7 +99,7 @@ def budget_groups(transfer, weather, energy, cut):
     # For information: what Perez's sky changes on unshaded planes that face as the groups do.
     sky_model, budgets = change_unshaded(weather, facing, transfer.ground_albedo), {}
     # Each source as a share of the group's mean hours; None where it was not measured, or where the
-    # group has no hours to compare it with.
+    # group has no hours to compare it with. Suns and far ground have one share for the whole city.
     for name, members, change in zip(energy.groups, parts, sky_model.tolist(), strict=True):
         weight = area[members] / max(energy.counted_area[members].sum(), 1e-12)
         hours = float(weight @ energy.full_load_hours[members])
@@ -194,7 +194,8 @@ def budget_errors(transfer, energy, weather):
     - `bounces`: upper bound of what reflections beyond the last one could add; by photons to all
       light, else to the
       eligible surfaces' hours, and of each group in `groups`.
-    - `string_shade`: what strings of modules lose in shade, of the energy of single modules.
+    - `string_shade`: what strings of modules lose in shade, of the energy of single modules; not
+      set here, but by the summary.
     - `patches`: discretisation error of reflected light, from light uneven within the cells of
       patches; one third of
       the measured effect of light that is uneven between the cells.

@@ -38,7 +38,8 @@ def measure_effects(inputs, progress=silent):
     a city.
 
     The share is (with - without) / with of the full load hours. Seconds are what the effect adds to
-    a run with the settings asked for. Effects that switching does not change get neither.
+    a run with the settings asked for. Effects that switching does not change get neither. All three
+    are written into the effects of the plan, by which the city was prepared.
 
     Parameters
     ----------

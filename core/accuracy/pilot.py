@@ -126,9 +126,8 @@ def trace_few(inputs, setting, suns, progress=silent, *, part=None):
     if part is not None:
         patches = replace(ready.patches, receives=ready.patches.receives & part)
         ready = replace(ready, patches=patches)
-    with threadpool_limits(
-        1, "blas"
-    ):  # whose threads wait busily, which would count as processor time
+    # Linear algebra gets one thread: more would wait busily, which counts as processor time.
+    with threadpool_limits(1, "blas"):
         transfer = trace_hybrid(inputs.scene, suns, request, progress, prepared=ready)
     # Processor time in two parts: what grows with the suns, and the rest without the plan.
     record = transfer.record

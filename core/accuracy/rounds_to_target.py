@@ -71,7 +71,8 @@ def refine(run, errors, goal, trace_round, tell, *, seconds_per_line=2.0):
     each = sum(run.transfer.record.seconds.values())  # [s] of a round of size 1
     while True:
         # The size of the next round follows from the errors, the goal and the seconds of the last.
-        # Stop if the goal is reached, or if time or memory does not allow this round.
+        # Stop if the goal is reached or cannot be reached by rounds, or if time or memory does not
+        # allow this round.
         stop = decide_stop(errors_now, goal)
         if not stop:
             size = size_of_round(errors_now, goal, each)

@@ -55,7 +55,8 @@ def measure_ways(inputs, transfer, ways, progress=silent, *, patches=500):
         (patch by patch) and its `rms_standard_error`, and how many `patches`.
     """
     # If the run has every hour's suns already, or no surface is eligible, the error is nothing.
-    # Else the truth are suns of four times the days, or every hour's.
+    # Else the truth are suns of four times the days where all choices are whole days and there are
+    # enough of them in the year, or every hour's.
     scene, prepared, weather, request = inputs
     every, surfaces = {suns.sampling: suns for suns in ways}, transfer.surfaces
     if every.keys() == {"hourly"} or not surfaces.eligible.any():
@@ -71,9 +72,8 @@ def measure_ways(inputs, transfer, ways, progress=silent, *, patches=500):
         choose_sky(request, transfer),
         usable_threads(request.threads),
     )
-    with threadpool_limits(
-        1, "blas"
-    ):  # its number is one of the process, so that no thread may set it alone
+    # Linear algebra gets one thread, set here for the whole process: no thread can set it alone.
+    with threadpool_limits(1, "blas"):
         light = map_in_order(
             lambda one: compute_energy(one, weather, system, threads, sky=sky), few, threads
         )

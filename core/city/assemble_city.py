@@ -59,6 +59,7 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
         part_count=sum(content.part_count for content in contents),
         notes=[note for content in contents for note in content.notes],
     )
+    # Buildings that an earlier file has point by point are dropped, and names made unique.
     _tell_buildings_apart(contents, report)
     report.building_count = sum(len(content.buildings) for content in contents)
     met = Counter(
@@ -72,7 +73,8 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
     # Levels of detail are chosen, polygons mended, strays left out, and faces turned outwards.
     chosen = choose_levels(contents, lod, report)
     report_share(0.2)
-    # The chosen polygons as one City, each with its place in its file for messages.
+    # The chosen polygons as one City, and whether each was drawn as a surface, solid or
+    # multisurface: of a building that is drawn in two of these ways one is kept.
     city, sources = _flatten(contents, chosen, crs, report)
     report_share(0.35)
     city = repair_polygons(city, sources, report)
@@ -111,10 +113,13 @@ def _join_colours(contents, report):
 
 def _tell_buildings_apart(contents, report):
     """Leave out a building that is identical, point by point, to an earlier one, as of a
-    neighbouring tile; others of one name in a file get a number."""
+    neighbouring tile; others of one name in a file get a number.
+
+    Contents are changed in place, and the report tells both.
+    """
     seen = set()
     # Buildings of a file in order: the polygons of each, and a number that stands for all its
-    # points.
+    # points and levels of detail.
     for content in contents:
         drawn, kept, taken, used = defaultdict(list), {}, dict.fromkeys(content.buildings, 1), set()
         for polygon in content.polygons:
@@ -146,7 +151,9 @@ def _tell_buildings_apart(contents, report):
 
 
 def _flatten(contents, chosen, crs, report):
-    """City of the polygons to keep, and the geometry that each belongs to."""
+    """City of the chosen polygons, (file, polygon) each, and the kind of geometry that each of them
+    belongs to: list of str, surface, solid or multisurface.
+    """
     first, buildings = {}, []
     # Names of all buildings, one list for all files; those without a name are numbered.
     for content in contents:
@@ -184,7 +191,7 @@ def _flatten(contents, chosen, crs, report):
         part=[str(polygon.part or "") for polygon in polygons],
         attributes=attributes,
     )
-    # What was mended is told by the ids of the surfaces.
+    # The report names the surfaces whose rings were cleaned, and those that were reversed.
     for reason, indices in changed.items():
         report.repair(reason, [city.surface_id[i] for i in indices])
     flipped = "flipped, as specified by its OrientableSurface"
@@ -210,7 +217,8 @@ def _name_surfaces(polygons, building, report):
 
 
 def _orient(city, report):
-    """Turn over polygons that face into their building, and tell it in the report.
+    """Turn over polygons of the city, in place, that face into their building, and tell it in the
+    report.
 
     The shape of a shell tells what faces inwards; rays from both sides may spare a surface, and
     decide on loose ones; what remains doubtful stays as drawn. Roofs that face down and ground that

@@ -107,6 +107,9 @@ def _narrow(middle, system, hints, content):
         return [axes for axes in left if test(*places[axes])] or left
 
     # Coordinates outside the area of use in one order alone have the other one.
+    # Tests follow one another, each on the orders that those before it left; a test that no order
+    # passes leaves them all. What an envelope says of its own axes, and what roofs say, changes
+    # nothing for the tests after it.
     yield "area of use", (left := keep(lambda *place: _is_within(place, plane.area_of_use)))
     # The envelope of the file names its axes, or lies in another system or order. By its axes alone
     # later steps are not narrowed.

@@ -94,6 +94,8 @@ def _spread(foot_points, feet, terrain, near):
     (p,) float64 [m], and notes on gaps near the buildings, which are filled; ground points in gaps
     further away are left out.
 
+    The feet's own places come first. `near` is the Lattice around the buildings.
+
     Raises
     ------
     InputError
@@ -142,10 +144,10 @@ def _spread(foot_points, feet, terrain, near):
             f"{feet_in:,} of them "
             "at walls; heights there are interpolated, or those of the nearest point."
         )
+    # Feet further than 5 m from any terrain keep their own height, less the median by which feet
+    # stand above the terrain elsewhere.
     open_feet = np.flatnonzero(np.isnan(heights[at_feet]))
-    if len(
-        open_feet
-    ):  # the feet's own heights, less the median by which feet stand above the terrain elsewhere
+    if len(open_feet):
         heights[open_feet] = foot_points[open_feet, 2] - np.nanmedian(
             foot_points[:, 2] - heights[at_feet]
         )
@@ -153,8 +155,10 @@ def _spread(foot_points, feet, terrain, near):
         notes.append(
             f"{count} are more than {NEAR:g} m from the terrain: they follow the buildings' feet."
         )
+    # All other gaps are filled linearly between known points, beyond their convex hull by the
+    # nearest height.
     gap = np.isnan(heights)
-    if gap.any():  # linear between all others; beyond their convex hull the nearest height
+    if gap.any():
         known = np.column_stack([places, heights])[~gap]
         between = drop_on_triangles(known[triangulate_plan(known[:, :2])], places[gap])
         nearest = cKDTree(known[:, :2]).query(places[gap])[1]
@@ -166,7 +170,8 @@ def _refine(vertices, terrain, foot_places, *, most_points=60_000):
     """Greedy refinement: in each triangle add the terrain point with the largest error, until all
     are in tolerance, there would be more than `most_points`, or after eight rounds.
 
-    Returns the vertices, and the triangles between them, by Delaunay in plan.
+    It begins with ground points, (v, 3) float64 [m]. Returns all vertices, and the triangles
+    between them, by Delaunay in plan.
     """
     # Ground of so many points is not refined.
     if len(vertices) >= most_points:
@@ -210,7 +215,8 @@ def _join(feet, ground, longest):
     """Walls carried down to lower ground: vertices (v, 3) float64 [m] and triangles (t, 3) of these
     extensions, the surfaces carried down, those partly below the ground, (k,) int, and notes.
     """
-    # Each piece of a foot is held against the ground at five places along it.
+    # Each piece of a foot, no longer than `longest`, is held against the ground's triangles at five
+    # places along it; beyond them it counts as lying on the ground.
     edge, (start, end) = _split_once(feet, longest)
     shares = np.array([0.0, 0.25, 0.5, 0.75, 1.0])[:, None, None]
     between = (1 - shares) * start + shares * end

@@ -89,7 +89,8 @@ def choose_levels(contents, wanted, report):
 
 
 def _choose_in_file(content, wanted, report, passed_over):
-    """Polygons of one file to keep, each with the one level of detail that is taken.
+    """Polygons of one file to keep, each with the one level of detail that is taken, of those that
+    `wanted` allows: "2" all 2.x, "2.2" this one, None any.
 
     Levels that were passed over, for one after them that has more of the shape, are added to
     `passed_over`: (preferred, taken) -> names of parts; what is left out to the report.
@@ -247,8 +248,8 @@ def _find_redrawn(together, units, levels, taken):
         # Nothing stands before it in another level, or it has no plan: it stays.
         if not others or not own.plan.area:
             continue
-        # Drawn again if most of its plan is covered by parts of other levels, and most of its
-        # height too, where it has any.
+        # Drawn again if most of its plan is covered by parts before it that have another level and
+        # stay, and most of its height too, where it has any.
         covered = (
             own.plan.intersection(shapely.union_all([other.plan for other in others])).area
             > 0.5 * own.plan.area

@@ -226,6 +226,8 @@ def _cross_leaf(corners, costs, ray, added):
     """Optical depth that the crossings of the triangles of a leaf add: per metre up to those where
     the ray leaves a crown, less that up to those where it enters one, and per crossing. Without
     branches: all are tested together.
+
+    `added`, (LEAF,) float64, is written: what each triangle adds, of the first state.
     """
     (per_metre, per_crossing), ((x, y, z), (first, second, last), shear, reach) = costs, ray
     origin = (x, y, z)

@@ -47,6 +47,7 @@ def measure_edge_distance(scene):
     rows = np.flatnonzero(built & looks & np.isfinite(middles).all(axis=1))
     middles, directions = middles[rows], surfaces.normal[rows, :2]
     directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    # The built area: roofs in plan, with streets and squares between them, and without holes.
     area = _built_area(scene, built)
     shapely.prepare(area)
     # Rays start a little inside, as the facades at the rim lie on the outline themselves.

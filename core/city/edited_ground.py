@@ -28,6 +28,9 @@ def cut_ground(scene, first, gone, patch_size):
     """The scene with a hole in the ground under new footprints, and ground where those that are
     gone lay.
 
+    Triangles from number `first` on are new; the triangles `gone`, (g,) int, go. Ground that a
+    hole touches stays in the scene, beside its cut pieces, until the caller removes it.
+
     Returns
     -------
     Scene

@@ -279,7 +279,7 @@ def _order_rows(scene, alive, count, after):
 
 def _find_twins(scene, order, after, solids, sectors):
     """Judge again, near the change, which surfaces are drawn twice; eligible ones and the report
-    follow.
+    of the scene follow, in place. `solids`, (k, 3, 3) [m], are the triangles that went or came.
     """
     boxes = boxes_around(solids)
     local = replace(after, points=scene.site.from_files(after.points))

@@ -233,7 +233,8 @@ def _draw_outlines(table, names, report):
     small = (shapely.area(shapes) <= GEOMETRY.area) | ~shapely.is_valid(shapes)
     report.skip("outline without an area", [names[row] for row in owner[small]], 0.0)
     shapes = shapes[~small]
-    # A strip whose area is less than 5 cm times its edge is thinner than 10 cm.
+    # A strip whose area is less than 5 cm times its edge is thinner than 10 cm: it is noted, and
+    # kept as drawn.
     thin = shapely.area(shapes) < 0.05 * shapely.length(shapes)
     report.note(
         "outlines are thinner than 10 cm; read as drawn",
@@ -373,7 +374,8 @@ def _draw_blocks(shapes, outline, heights):
     number, count = np.arange(len(start)), np.diff(first)[owner]
     before = first[owner]
     solid = np.empty((6 * len(start), 3))
-    # The ground faces down: its rings run the other way round.
+    # The ground faces down: its rings run the other way round. Above the ground it is classified as
+    # a ceiling.
     starts = starts_of(sizes)
     mirrored = np.repeat(starts[:-1] + starts[1:] - 1, sizes) - number
     floor, eaves, ground = low[owner], high[owner], number + 5 * before

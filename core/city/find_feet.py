@@ -49,8 +49,8 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     Returns
     -------
     Feet
-        The edges that stand on the ground, with the footprints that have one; footprints that have
-        none are told as hanging.
+        The edges that stand on the ground, each with its polygon, its largest rise and its direction
+        outwards, and the footprints that have one; footprints that have none are told as hanging.
     """
     # Edges of all rings, with the polygon that each belongs to, and footprints in plan.
     polygon_of_ring = np.repeat(np.arange(len(city)), np.diff(city.polygon_start))
@@ -92,7 +92,8 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     # building, least for bare walls, no more than the object is high.
     lowest = np.full(building_of.max(initial=-1) + 1, np.inf)
     np.minimum.at(lowest, building_of[footprint], low[footprint])
-    # Footprints up to 1.5 m above a building's lowest one count as lowest, too.
+    # Footprints up to 1.5 m above a building's lowest one count as lowest, too, but not floors that
+    # hang between walls of other buildings.
     may_stand_high = low <= lowest[building_of] + 1.5
     lines, top = (
         shapely.linestrings(np.stack([start[edge, :2], end[edge, :2]], axis=1)),

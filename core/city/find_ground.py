@@ -50,8 +50,9 @@ def find_ground(scene):
     upward, inside = upward_areas(vertices, triangles), np.zeros(len(vertices), bool)
     inside[triangles[own]] = True
     whole = np.ptp(vertices[inside, :2], axis=0).prod()
-    # Meshes without classes. What has an underside is a slab; houses joined with ground have one
-    # where they stand.
+    # Candidates are meshes without classes that face up with more than twice the area with which
+    # they face down. What has an underside is a slab; houses joined with ground have one where they
+    # stand.
     classes = np.append(np.asarray(scene.surfaces.thematic, str) != "", True)[surface]
     rising, sinking = (
         np.bincount(building[own], np.maximum(sign * upward[own], 0)) for sign in (1, -1)
@@ -165,8 +166,8 @@ def find_hanging(scene, floating):
     )
     if not len(rows):
         return hanging
-    # Footprints without a foot on the ground, what may carry them, and the height of their
-    # building.
+    # Footprints without a foot on the ground, what may carry them (all that faces up), and the
+    # height of their building.
     corners = np.asarray(scene.vertices, float)[scene.triangles[rows]]
     upward = upward_areas(scene.vertices, scene.triangles)
     carriers, whole = scene.triangles[upward > 0], RayScene(scene.vertices, scene.triangles)
@@ -188,7 +189,8 @@ def find_hanging(scene, floating):
         # Barycentric places of ray origins: seldom above an edge, hardly ever two of three.
         place = np.einsum("c,rcx->rx", np.roll((0.55, 0.27, 0.18), turn), corners)
         # Light from below: nothing that carries is near under the place, and it is not inside
-        # anything; two of three places decide.
+        # anything: the first face under it is no footprint and does not face down. Two of three
+        # places decide.
         clear = (
             place[:, 2] - height_below(scene.vertices, carriers, place, place[:, 2] + slack) > near
         )

@@ -69,6 +69,7 @@ def judge_shapes(shapes, rows, sheet, report_share, *, enclosed=0.4):
     ----------
     shapes : _Shapes
     rows : (r,) int
+        Triangles of these surfaces, all that have area.
     sheet : (t,) bool
         Set to True where a triangle of these surfaces is a sheet; all else stays.
     report_share : callable

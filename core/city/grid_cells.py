@@ -92,7 +92,7 @@ def _cut(rings, axes, grid_size):
     # Pieces below a square millimetre are rounding errors, and dropped.
     parts = parts[(shapely.get_type_id(parts) == 3) & (shapely.area(parts) > GEOMETRY.area)]
     pieces = []
-    # Back from the plane into space.
+    # Back from the plane into space: pieces are flat, at the mean height of all corners over it.
     for part in map(orient, parts):
         rings = [np.asarray(ring.coords)[:-1, :2] for ring in (part.exterior, *part.interiors)]
         pieces.append(

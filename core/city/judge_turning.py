@@ -146,6 +146,7 @@ def _trace_both_sides(shape, shell, tested, wanted, *, rays=64):
     """What so many rays from each triangle, on both sides of the tested polygons, meet: _Views, as
     shares of the rays of each polygon, weighted by the area of its triangles.
     """
+    # `shell` is the number of the shell of each polygon, `wanted` whether it is a candidate.
     # Triangles of all polygons near the origin, rounded to micrometres, so that the noise of large
     # coordinates has no effect.
     places = np.round(shape[0] - shape[0].min(axis=0), 6)

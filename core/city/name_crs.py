@@ -181,7 +181,7 @@ def _candidates(text, easting):
     """Names for PROJ that a spelling in a file may mean, the likeliest first: iterator of str."""
     lowered = text.lower()
     # Swiss files often name the datum only; the size of coordinates tells LV03 (6 digits) from LV95
-    # (7).
+    # (7). Where no coordinate is known, "CH1903" means LV03, all other names mean LV95.
     if text.upper() in ("CH1903", "CH1903+", "LV03", "LV95"):
         seven_digits = easting is not None and abs(easting) > 1e6
         yield (

@@ -46,8 +46,9 @@ def number_sheets(vertices, triangles, upward, mesh):
 
 
 def _number_pieces(vertices, triangles, upward, mesh):
-    """Piece of each triangle of meshes that also hold walls, (t,); -1 where walls hang from it, or
-    it is no such.
+    """Pieces of meshes that also hold walls: upward triangles that hang together, as the number of
+    the piece of each triangle, (t,) int. It is -1 for triangles that do not face up, and for pieces
+    with walls that hang from a tenth of their rim or more, such as roofs.
     """
     count = len(triangles)
     if not count:

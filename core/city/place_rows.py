@@ -111,6 +111,7 @@ def _choose_pitch(racks, axes, latitude):
     # A sun lower than 10° above the row's horizon is taken as 10°: the shadow of a row is at most
     # 5.7 times its height.
     shadow = max(0.0, -up_slope) / max(out, -up_slope * math.tan(math.radians(10.0)), 1e-9)
+    # Rows never come closer than a row and a gap need, however short the shadow.
     return max(
         least, _width_of_row(racks) + racks.depth * math.sin(math.radians(racks.tilt)) * shadow
     )

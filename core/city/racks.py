@@ -248,8 +248,9 @@ def orient_racks(tilt, azimuth, sectors):
 
 
 def _stand_slabs(scene, fronts, rows, patch_size, back_albedo):
-    """The scene with the slabs of rows. Fronts become surfaces; undersides and edges belong to
-    none, `rack_of_back` names their row, and they are closure, without light, if black.
+    """The scene with slabs behind `fronts`, (k, 4, 3) [m], whose Surfaces are `rows`. Fronts become
+    surfaces; undersides and edges belong to none, `rack_of_back` names their row, and they are
+    closure, without light, if black.
     """
     # A slab: the front, and the same behind it by the thickness, as eight corners.
     count = len(fronts)

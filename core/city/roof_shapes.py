@@ -35,7 +35,7 @@ def draw_shaped(outline, low, high, roof):
     Returns
     -------
     list of (str, list of (k, 3) float64 [m]), or None
-        None where the roof is higher than the building, or does not fit the outline.
+        None where the roof has no height, is higher than the building, or does not fit the outline.
     """
     if not 0 < roof.height <= high - low + 1e-9:
         return None

@@ -28,9 +28,10 @@ def find_unobstructed(patches, vertices, *, normal_steps=1e6):
     vertices = check_array("vertices", vertices, ("v", 3), row="vertex")
     if not len(patches):
         return np.zeros(0, bool)
+    # Only corners of the convex hull can be furthest; all count where they lie in one plane.
     try:
         outermost = vertices[ConvexHull(vertices).vertices]
-    except QhullError:  # all points lie in one plane
+    except QhullError:
         outermost = vertices
     # One number for each normal, since rows are sorted much more slowly; opposite normals have
     # opposite numbers.

@@ -110,7 +110,8 @@ class _HourErrors:
 
 def errors_of_energy(transfer, weather, energy):
     """Parts of the errors of the full load hours that an Energy has of a Transfer and a weather:
-    HourErrors, of each surface in [h] or, as variance, [h²].
+    HourErrors, of each surface in [h] or, as variance, [h²]: own noise and its part from shadow
+    points, light that others pass on, discretisation, and the choice of suns.
     """
     # per_poa  hours that a surface yields per irradiance on its plane in the year [h per kWh/m²].
     full_load_hours, poa, sky = (
