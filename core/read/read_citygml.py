@@ -48,8 +48,8 @@ def read_citygml(path, report_share=silent):
 
 
 def _read_declared(path, declared, report_share):
-    # All polygons, trees and terrain of one file, in which some prefixes may have to be declared.
-    # Refused unless the root, or a declaration early in the file, is of a CityGML namespace.
+    # All polygons, trees and terrain of one file, as a FileContent. Each prefix in `declared`,
+    # which the file uses without declaring it, is declared while it is read.
     root, namespaces = read_root(path, declared)
     if CITYGML not in " ".join([root, *filter(None, namespaces.values())]) and not _is_named_later(
         path
@@ -86,7 +86,8 @@ def _read_declared(path, declared, report_share):
             known = {"Building", *PLANTS, *(RELIEFS if content.relief.count() > before else ())}
             before = content.relief.count()
             _read_member(element, content, known, (extended, others))
-    # What was taken from extensions and what was left out is told; nothing to trace is an error.
+    # What was taken from extensions and what was left out is told; a file with neither buildings
+    # nor trees is refused, with what it holds instead.
     for name, count in sorted(extended.items()):
         content.notes.append(f"{count} {name} (of an extension) read as buildings.")
     for name, count in sorted(others.items()):

@@ -83,6 +83,7 @@ def read_cityjson(path, report_share=silent):
                 f"line {line}: a CityJSONFeature before the header",
                 "put the header object, of type CityJSON, on the first line",
             )
+        # Buildings, trees and terrain of this text are added to the content.
         reading.add(value, line, report_share if kind == "CityJSON" else silent)
     # Notes are written, and a file without usable buildings or trees is refused; then demolished
     # buildings go, and each tree gets the polygons of its best level.
@@ -136,8 +137,9 @@ class _Reading:
 
     def add(self, text, line, report_share=silent):
         """Add the buildings, trees and terrain of one JSON text to the content of the file."""
-        # Vertices of this text, by its own transform if it has one, else by the header's; a note
-        # tells of its own one, and of vertices that are no integers though there is a transform.
+        # Refused where CityObjects is no JSON object. Then the vertices of this text, by its own
+        # transform if it has one, else by the header's; a note tells of its own one, and of
+        # vertices that are no integers though there is a transform.
         objects = text.get("CityObjects", {})
         if not isinstance(objects, dict):
             raise InputError(
@@ -159,6 +161,7 @@ class _Reading:
             self.content.skip(
                 "city object whose name is used again later in the file", clean_name(name)
             )
+        # All objects of the text are added with these vertices.
         self._add_objects(
             objects,
             Shapes(self.content, vertices, self.templates, self.remarks),
@@ -176,7 +179,9 @@ class _Reading:
             content.skip(GONE, clean_name(name))
         buildings = [name for name, (top, _) in families.items() if top == name]
         parts = [name for name in families if objects[name]["type"] == "BuildingPart"]
-        # What is no building is counted, members without a parent are buildings themselves.
+        # An object without a type is reported as left out. Objects that are no buildings are
+        # counted by type; so are buildings of extensions, which are read. Parts and installations
+        # without a parent are read as buildings, with a remark.
         for name, kind in kinds.items():
             if kind == "no object":
                 content.skip("city object is not a JSON object or has no type", clean_name(name))

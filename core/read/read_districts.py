@@ -64,6 +64,7 @@ def read_districts(text, site, points):
         The file cannot be read, has no such column, leaves a district without a name, tells no
         place on Earth, has no district at the city, or two that overlap.
     """
+    # Polygons of the file, and the name of the district that each belongs to.
     path, column = _split_column(text)
     content = _read_map(path, column)
     flat_map = content.flat_map
@@ -77,8 +78,9 @@ def read_districts(text, site, points):
             f"names {(named or ['no coordinate reference system'])[0]}",
             "save it with one, such as GeoJSON in degrees",
         )
-    # Polygons in the city's plane; None for those that miss the city's bounding box. Formats of
-    # maps have longitude or easting first, whatever the registry says.
+    # Polygons in the city's plane; None for those that miss the city's bounding box. Refused where
+    # all of them miss it. Formats of maps have longitude or easting first, whatever the registry
+    # says.
     shapes = _shapes_at_city(flat_map.polygons(), crs, site, points)
     near = [row for row, shape in enumerate(shapes) if shape is not None]
     if not near:
@@ -89,7 +91,7 @@ def read_districts(text, site, points):
             f"{site.longitude:.4f}°): its polygons lie around {x:.6g} east, {y:.6g} north of {crs}",
             "give districts of this city, with their reference system and easting first",
         )
-    # One shape for each name.
+    # One shape for each name, the union of its polygons.
     named = {}
     for row in near:
         named.setdefault(names[flat_map.owner[row]], []).append(shapes[row])

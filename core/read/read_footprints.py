@@ -145,7 +145,8 @@ def _name_features(flat_map):
 
 
 def _sort_features(columns, count, content, ids):
-    """Which features are buildings or parts, (f,) bool, and which are parts, (f,) bool."""
+    """Which features are read, buildings or parts above the ground, (f,) bool, and which are parts,
+    (f,) bool."""
 
     def column(*texts):
         known = names.find_names(columns, texts)
@@ -174,8 +175,8 @@ def _sort_features(columns, count, content, ids):
                 else []
             )
             kept &= tagged | part
-    # What lies under the ground casts no shadow, and is left out: a negative layer, or a word that
-    # says so.
+    # What lies under the ground casts no shadow, and is left out and reported: a negative layer, or
+    # a word that says so.
     below = np.zeros(count, bool)
     for text in ("layer", "zindex"):
         values = column(text)
@@ -223,7 +224,9 @@ def _link_parts(flat):
 
 
 def _link_by_place(number, features):
-    """Parts that name no building belong to the outline in which they lie."""
+    """Link parts that name no building to the outline in which they lie: their file and row go to
+    `features.outline`, the name of the building to `features.building`.
+    """
     # Loose parts have no outline yet; whole outlines are no parts, or are tagged as buildings.
     loose = (
         features.kept
@@ -249,7 +252,8 @@ def _link_by_place(number, features):
                 (float(shapely.area(shapes[around_it])), int(owner[around_it]))
             )
     sizes = np.bincount(owner, shapely.area(shapes), features.count)
-    # The smallest of them is the part's building.
+    # Only the smallest of them may be the part's building. It is not where it is clearly smaller
+    # than the part, or is itself linked to another outline: then the part stays without one.
     for part, found in around.items():
         # An outline clearly smaller than the part is not around it; an outline that lies in another
         # takes no parts.
@@ -257,7 +261,7 @@ def _link_by_place(number, features):
         if area >= 0.99 * sizes[part] and row not in features.outline:
             features.outline[part] = (number, row)
             features.building[part] = features.names[row]
-    # What is tagged as a building and lies in no other is one, whatever else it is called.
+    # A part that is tagged as a building, too, and was linked to no other is its own outline.
     for row in np.flatnonzero(loose & whole):
         if int(row) not in features.outline:
             features.outline[int(row)] = (number, int(row))
@@ -292,7 +296,7 @@ def _outlines_with_parts(features, flat):
 
 
 def _fill_heights(features, hints):
-    """Heights of outlines without any: the user's, or they are left out if they are few."""
+    """Give outlines without a height the user's, or leave them out if they are few, in place."""
     top, path = features.heights.top, features.content.path
     missing = np.flatnonzero(features.kept & np.isnan(top))
     if not len(missing):
@@ -328,9 +332,14 @@ def _fill_heights(features, hints):
 
 
 def _make_footprints(features, flat):
-    """Footprints of the features that are left in one file; `flat` has every file's."""
+    """Footprints of the features that are left in one file.
+
+    `flat` has the features of every file: the outline of a part may stand in another. Refused
+    where no feature is left.
+    """
     heights, flat_map = features.heights, features.map
-    # What begins above its own top is no solid; tops above sea level are not compared with bottoms.
+    # What begins above its own top is no solid: it is left out and reported. Tops above sea level
+    # are not compared with bottoms.
     upside = features.kept & ~((heights.top > heights.bottom) | heights.above_sea)
     for row in np.flatnonzero(upside):
         features.content.skip(
@@ -349,7 +358,9 @@ def _make_footprints(features, flat):
     parts = [_name_part(features, row) for row in rows.tolist()]
     roofs = _read_roofs(features)
     _note_attribution(features)
-    # The attributes of a part's outline come last; that outline may stand in another file.
+    # Beside the polygons and rings stand each feature's building, part, heights, roof and
+    # attributes. The attributes of a part's outline come last; that outline may stand in another
+    # file.
     return Footprints(
         flat_map.points[np.repeat(rings, sizes)],
         np.concatenate([[0], np.cumsum(sizes[rings])]),

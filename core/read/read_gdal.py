@@ -93,7 +93,8 @@ def read_geoparquet(path, report_share=silent):
     with InputError.parsing(path, "cannot be read as Parquet", CUT):
         file = parquet.ParquetFile(path)
         about = json.loads((file.schema_arrow.metadata or {}).get(b"geo", b"{}"))
-    # GeoParquet names the column of geometries, their encoding and their system; only WKB is read.
+    # GeoParquet names the column of geometries, their encoding and their system. A file without
+    # that column, or with another encoding than WKB, is refused.
     name = about.get("primary_column", "geometry") if isinstance(about, dict) else "geometry"
     own = about.get("columns", {}).get(name, {}) if isinstance(about, dict) else {}
     if name not in file.schema_arrow.names:
@@ -115,5 +116,6 @@ def read_geoparquet(path, report_share=silent):
         str(one) if isinstance(one, str) else ""
         for one in columns.get("id", [None] * len(geometries))
     ]
+    # Outlines with their ids and all columns as attributes.
     content.flat_map = map_of_wkb(geometries, ids, columns, content)
     return content

@@ -38,7 +38,7 @@ def read_geojson(path, report_share=silent):
     content = FileContent(Path(path))
     features, number = FeatureList(content), 0
     # One collection, or features or bare geometries one a line; anything else is refused. Each
-    # polygon is added to the map.
+    # polygon is added to the map, with its feature's attributes.
     for value, line in iterate_json(path, content.notes, report_share):
         kind = value.get("type") if isinstance(value, dict) else None
         if kind == "FeatureCollection":

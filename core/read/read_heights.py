@@ -118,14 +118,16 @@ def read_heights(path, place, reach):
         # The raster is read up to 4 km around the place, then out to `reach`, each time with a limited
         # number of posts a side, so that the first is finer where posts must be averaged.
         for distance in (4000.0, reach):
-            # The circle around the place, and the place itself as the last point.
+            # Points of the circle around the place, and the place itself as the last: the rectangle
+            # around them is read, in two pieces where a map of the globe begins and ends.
             ends = pyproj.Geod(ellps="WGS84").fwd(
                 ones * place[1], ones * place[0], bearing, ones * distance
             )
             points = np.append(np.column_stack(ends[:2]), [place[::-1]], axis=0)
             windows = windows_around(raster, transform_crs(points, GLOBE, raster.crs, path))
             read_grids = [_read_grid(raster, window, middle) for window, middle in windows]
-            # Where nothing is averaged the far grid is as fine as the near one, and replaces it.
+            # Where nothing is averaged the far grids are as fine as the near ones, and replace
+            # them.
             whole = distance == reach and all(
                 max(window[2:]) <= MOST_POSTS for window, _ in windows
             )

@@ -167,13 +167,14 @@ def _is_building(tags):
 
 
 def _draw(elements, content):
-    """Outlines of all buildings and parts: FlatMap."""
+    """Outlines of all buildings and parts among the elements of OpenStreetMap: FlatMap."""
     # Places of nodes, sorted by id.
     ids, places = elements.find_places()
     features, incomplete = FeatureList(content), []
 
     def line_of(number):
         """Places along a way, (k, 2); None where one is not in the file."""
+        # Ways of Overpass may bring their places; others name nodes.
         nodes, _ = elements.ways.get(number, ([], {}))
         if isinstance(nodes, list) and nodes:
             return np.array(nodes)
@@ -193,7 +194,7 @@ def _draw(elements, content):
         outlines = [f"{kind}/{ref}" for kind, ref, role in members if role == "outline"]
         if tags.get("type") == "building" and outlines:
             links |= {f"{kind}/{ref}": outlines[0] for kind, ref, role in members if role == "part"}
-    # Multipolygons draw buildings with holes.
+    # Multipolygons draw buildings with holes; one whose rings are not all there is incomplete.
     for number, members, tags in elements.relations:
         if tags.get("type") == "multipolygon":
             # Tags of the multipolygon, or in old data of its only outer way; others are no
@@ -221,7 +222,7 @@ def _draw(elements, content):
             continue
         shape = {"type": "Polygon", "coordinates": [line.tolist()]}
         features.add(shape, _with_link(tags, links, name), name, name)
-    # What is cut off at the edge of the download is left out and told.
+    # Buildings that are not closed, or cut off at the edge of the download, are left out and told.
     for name in incomplete:
         content.skip("building that is not closed, or of which the file has a part only", name)
     return features.finish()

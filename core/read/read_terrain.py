@@ -50,7 +50,7 @@ def read_terrain(path, city, unit="m", up="z"):
     """
     open_input(path).close()
     suffix = suffix_of(path)
-    # By its suffix: a raster of heights, a relief, or a mesh.
+    # By its suffix: a raster of heights, a relief, or a mesh; any other is refused.
     low, high = city.points.min(axis=0)[:2], city.points.max(axis=0)[:2]
     terrain = Terrain(str(path))
     # In each case a missing reference system, of the terrain or of the city, is noted.
@@ -81,7 +81,7 @@ def read_terrain(path, city, unit="m", up="z"):
             "not a known terrain format",
             f"give one of {', '.join((*RASTERS, *RELIEFS, '.obj'))}",
         )
-    # Some of it must lie at the city.
+    # Some of it must lie at the city: terrain whose bounding box misses the buildings' is refused.
     points = np.concatenate([np.empty((0, 3)), *(layer.points for layer in terrain.layers)])
     if not len(points):
         raise InputError(path, "has no heights at the city", "give terrain that covers the city")
