@@ -179,9 +179,9 @@ class _Reading:
             content.skip(GONE, clean_name(name))
         buildings = [name for name, (top, _) in families.items() if top == name]
         parts = [name for name in families if objects[name]["type"] == "BuildingPart"]
-        # An object without a type is reported as left out. Objects that are no buildings are
-        # counted by type; so are buildings of extensions, which are read. Parts and installations
-        # without a parent are read as buildings, with a remark.
+        # An object without a type is reported as left out. Objects other than buildings, trees and
+        # terrain are counted by type; so are buildings of extensions, which are read. Parts and
+        # installations without a parent are read as buildings, with a remark.
         for name, kind in kinds.items():
             if kind == "no object":
                 content.skip("city object is not a JSON object or has no type", clean_name(name))

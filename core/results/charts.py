@@ -96,7 +96,9 @@ def draw_histograms(faces):
 
 
 def _draw_histogram(kind, edges, area, mounted, *, width=480, height=230, left=8, bottom=32):
-    """Bars of one kind as SVG, with its mean as a dashed line; sizes in units of the drawing."""
+    """HTML figure of one kind of surface: its area by classes of full load hours as bars, its mean
+    as a dashed line, and a caption; sizes in units of the drawing.
+    """
     mean = np.average(mounted["full_load_hours"], weights=mounted["area"])
     across = (width - 2 * left) / edges[-1]
     top, tall = 8, height - bottom - 8
@@ -109,7 +111,7 @@ def _draw_histogram(kind, edges, area, mounted, *, width=480, height=230, left=8
             f'y="{top + tall - size:.1f}" width="{max((high - low) * across - 1, 0.5):.1f}" '
             f'height="{size:.1f}"><title>{escape(_words_of_bar(low, high, value))}</title></rect>'
         )
-    # The mean by area, then an axis with three numbers.
+    # The mean, weighted by area, then an axis with three numbers: 0, half, and the upper edge.
     middle = left + mean * across
     parts.append(
         f'<line class="mean" x1="{middle:.1f}" x2="{middle:.1f}" y1="{top}" y2="{top + tall}"/>'

@@ -34,7 +34,8 @@ def list_objects(city, index, taken):
         Name -> city object; a name that is taken gets a free number behind it.
     """
     objects, taken, start = {}, dict.fromkeys(taken, 1), 0
-    # A tree with the shapes that its file gives; rings without the corner that closes them.
+    # A tree with the shapes that its file gives; rings without the corner that closes them, and
+    # backwards where the polygon had been flipped.
     for tree in city.trees:
         surfaces = []
         for polygon in tree.polygons:

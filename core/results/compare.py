@@ -78,19 +78,21 @@ def compare(before, after, folder, *, language="en", overwrite=False):
 
 
 def describe_comparison(comparison):
-    """Sums as lines of text."""
+    """A Comparison as lines of text: list of str. Both names and the weather come first."""
     lines = [
         f"{comparison.summary['before']} → {comparison.summary['after']}, "
         f"{comparison.summary['weather']}"
     ]
-    # Energy before and its change, for each kind of building that occurs, and for all.
+    # Change of energy and energy before, for all, and for buildings that stay, change, are new or
+    # are gone, if there are any.
     for state, words in STATES.items():
         sums = comparison.summary["sums"][state]
         if sums["buildings"]:
             change = show_number(sums["mwh_change"], 1, plus=True)
             change += f" ± {sums['mwh_change_standard_error']:.1f} MWh a year"
             lines.append(f"  {words}: {change} ({sums['mwh_before']:,.1f} before)")
-    # The three neighbours that lose most, and the three that gain most, beyond two standard errors.
+    # Of the buildings that stay, the three that lose most and the three that gain most, beyond two
+    # standard errors.
     buildings = comparison.buildings
     # what is written as 0.00 is not named
     least = (2 * buildings["mwh_change_standard_error"]).clip(lower=0.005)
@@ -154,8 +156,8 @@ def _note_light(comparison):
 
 
 def _compose_page(comparison):
-    """The page: sums, the later state in 3D, maps, and the buildings whose change is beyond two
-    standard errors.
+    """The page in HTML: sums, the later state in 3D, maps, and the buildings whose change is
+    beyond two standard errors.
     """
     # Sums of what was built, stays and went; then the buildings that changed for certain, from loss
     # to gain.
@@ -166,7 +168,7 @@ def _compose_page(comparison):
         if (one := summary["sums"][state])["buildings"]
     ]
     sure = buildings[buildings["mwh_change"].abs() > 2 * buildings["mwh_change_standard_error"]]
-    # The page's table has 200 rows at most.
+    # The page's table has at most 200 rows, with the largest changes.
     listed = sure.reindex(sure["mwh_change"].abs().sort_values(ascending=False).index[:200])
     listed = listed.sort_values("mwh_change")
     # "–" of what was not there.

@@ -80,12 +80,14 @@ def compare_folders(before, after):
     # Both runs, and pairs of their surfaces with equal shapes.
     before, after = read_results(before), read_results(after)
     layouts = [layout_of(one.summary) for one in (before, after)]
-    # Where only one has modules in rows, both get modules on every square metre that counts.
+    # Where only one has modules in rows, both get modules on every square metre that counts. Then
+    # runs with other hours, weather or modules are refused.
     for one in (before, after) if len({*layouts}) > 1 else ():
         one.faces = _cover_area(one)
     _check_comparable(before, after)
     # Settings of light that may differ; where one is a variant of the other, its file has the
-    # errors of the difference, and perhaps the base in the light of the variant.
+    # errors of the difference, and perhaps the base in the light of the variant, which then takes
+    # the place of the base's own yields.
     traced = [(one.summary.get("traced") or {}).get("request") or {} for one in (before, after)]
     names = {name for name, *_ in declared_settings("light", "effects")}
     variant = after.summary.get("variant") or {}

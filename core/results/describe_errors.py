@@ -117,7 +117,8 @@ def summarise_errors(summary):
     the suns do.
     """
     budget = summary["error_budget"]
-    # See benchmarks/results/climate.md, stations that do not contradict themselves.
+    # The built-in climate has an error of its own, other weather the error of records. See
+    # benchmarks/results/climate.md, stations that do not contradict themselves.
     of_climate = (
         "The error of the weather is much larger: with the built-in climate unshaded walls "
         "are off by 7 % (north) to 17 % (east) at 12 stations (root mean square), and 5 to "
@@ -142,6 +143,7 @@ def summarise_errors(summary):
             single=percent(typical),
         )
     ]
+    # What reflections that were left out would add follows, if there is any.
     if bounces := budget.get("bounces"):
         most = percent(bounces)
         words.append(say("Reflections that were left out would add at most {most}.", most=most))

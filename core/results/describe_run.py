@@ -197,7 +197,9 @@ def describe_windows(summary):
     whole, settings = summary["totals"], summary["settings"]
     every, usable = whole.get("every_square_metre"), settings["usable"].get("facade")
     sentences = []
-    # Without rows of modules nothing varies with windows; the share of facades is told anyway.
+    # Without rows a sentence says that modules cover all, as nothing varies with windows. With rows
+    # it is their number and what every square metre would give, and how energy changes with each
+    # other height of windows, if some were tried. The share of facades follows, if it is set.
     if every is None or whole.get("layout") != "rows":
         sentences.append(say("Modules cover every square metre that counts, windows included."))
     else:
@@ -292,7 +294,8 @@ def describe_left_out(summary):
                 count=_count_surfaces(dark["count"]),
             )
         )
-    # Level of detail, and buildings that the files name but do not draw.
+    # What blocks without roofs and heights that nobody measured mean for the sums, then buildings
+    # that the files name but do not draw.
     lines += describe_detail(report)
     missing = sum(
         len(ids) for why, ids in (report.get("skipped") or {}).items() if why.startswith(SHAPELESS)

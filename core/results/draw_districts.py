@@ -55,7 +55,9 @@ def _bounds(shapes):
 
 
 def _draw_district(row, drawn, colour):
-    """SVG of a district: its shape, and its name and energy where both fit; "" without an area."""
+    """SVG of a district, by its row of sums, its shape in units of the drawing, and its colour: the
+    shape, and name and energy where both fit; "" without an area.
+    """
     polygons = [part for part in shapely.get_parts(drawn) if part.geom_type == "Polygon"]
     if not polygons:
         return ""
@@ -70,7 +72,7 @@ def _draw_district(row, drawn, colour):
         f'<path d="{path}" fill="#{colour}" fill-rule="evenodd" stroke="#fff" stroke-width="1.5">'
         f"<title>{escape(hint)}</title></path>"
     ]
-    # The widest place for letters is the largest circle that fits in.
+    # The widest place for letters is the largest circle that fits in its largest polygon.
     circle = shapely.maximum_inscribed_circle(max(polygons, key=lambda part: part.area))
     (x, y), radius = circle.coords[0], circle.length
     if 2 * radius >= 7 * max(len(row["name"]), len(energy)):  # letters are 7 units wide

@@ -160,7 +160,7 @@ def _lock_folder(place, folder):
     InputError
         Another process has it, or it holds something else.
     """
-    # A folder with something in it but no lock is none of ours.
+    # A folder with something in it but no lock is none of ours, and is refused.
     busy = InputError(
         folder, "another run is writing to it", "wait for it to end, or choose another --out"
     )
@@ -187,7 +187,8 @@ def _lock_folder(place, folder):
             raise busy from error
         if not (place / LOCK).exists():  # whoever had it has just finished
             raise busy
-        # Results that a run had set aside, when it was ended between two renamings, are put back.
+        # Results that a run had set aside, when it was ended between two renamings, are put back if
+        # the folder of results is missing. All else in the temporary folder is deleted.
         if (place / OLD).exists() and not folder.exists():
             (place / OLD).rename(folder)
         _empty(place)

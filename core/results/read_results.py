@@ -184,7 +184,8 @@ def read_summary(path):
             for name, keys in sections.items()
             for key in keys
         }
-        # Entries that are missing or null are named, then a place without numbers.
+        # The error names entries that are missing or null; without any, a latitude or longitude
+        # that is no number.
         missing = [".".join(names) for names, value in told.items() if value is None]
         site = {} if missing else summary["input"]["site"]
         missing = missing or [

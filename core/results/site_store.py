@@ -34,8 +34,8 @@ class Store:
         )
 
     def add_piece(self, piece, number, folder):
-        """Keep the surfaces of a piece of the folder of some number, by square; return the
-        surfaces of buildings with shapes, as a piece whose column `building` is the number of each building.
+        """Store the surfaces of a piece of result folder `number`, by square; return the surfaces of
+        buildings with shapes, as a piece whose column `building` numbers buildings from 0.
 
         Buildings without shapes are left out; surfaces without, such as racks, stay with their
         building.
@@ -56,8 +56,9 @@ class Store:
             axis=1,
         )
         squares = np.floor(sums / np.maximum(count, 1)[:, None] / SIDE).astype(int).tolist()
-        # Buildings get numbers; one that another folder has already cannot be told apart.
-        # A building that an earlier piece of this folder brought keeps its number and square.
+        # New buildings with shapes get a number and their square; those that an earlier piece
+        # brought keep theirs. One that another folder has already cannot be told apart, and is
+        # refused.
         add = "INSERT OR IGNORE INTO building (name, folder, x, y) VALUES (?, ?, ?, ?)"
         rows_of_squares = [(name, number, *squares[k]) for k, name in enumerate(names) if count[k]]
         self.base.executemany(add, rows_of_squares)

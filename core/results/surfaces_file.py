@@ -46,7 +46,8 @@ def write_surfaces(path, transfer, energy, buildings=None):
         ),
         MONTHLY: (("surface", "month"), hours, meaning, PACKED),
     } | describe_fields({"outlines": transfer.outlines})
-    # Modules with their edges, which are nearly all the same and so packed small.
+    # Where modules are laid out in rows, each with its surface, corner and edges, which are nearly
+    # all the same and so packed small.
     if energy.layout is not None:
         words = {"surface": "surface that carries the module", "corner": "its lower left corner"}
         words |= {"along": "its edge along the row", "up": "its edge up the slope"}
@@ -57,7 +58,8 @@ def write_surfaces(path, transfer, energy, buildings=None):
             told = {"long_name": long_name} | ({} if whole else {"units": "m"})
             kept = values.astype(np.int32 if whole else np.float32)
             variables[f"module_{name}"] = axes, kept, told, PACKED
-    # Power of buildings to about four digits, which is packed to half of its size.
+    # If given, mean power of buildings by hour of the day and month, to about four digits, which is
+    # packed to half of its size.
     if buildings is not None:
         names, power, zone = buildings
         rounded = (power.view(np.uint32) + np.uint32(0x400) & np.uint32(0xFFFFF800)).view(

@@ -255,7 +255,7 @@ def _compose_mosaic(low, side, pixel, sums, look):
     """Bytes of the tile: a square for each pixel, of the area of its roofs."""
     # A square in the middle of each pixel, as large as the area of its roofs, at their mean height.
     # Columns of `sums`: area of roofs, it times their height and the ground's, area that counts,
-    # and values times that area.
+    # and that area times energy, hours, error, sky and months.
     line, column = np.divmod(pixel, PIXELS)
     step = side / PIXELS
     middle = np.stack([low[0] + (column + 0.5) * step, low[1] + (line + 0.5) * step], axis=1)
@@ -266,7 +266,8 @@ def _compose_mosaic(low, side, pixel, sums, look):
     corners = np.concatenate(
         [flat, np.broadcast_to(heights[:, None, :1], (*flat.shape[:2], 1))], axis=2
     )
-    # Two triangles each; values are means of what lies in the pixel.
+    # Two triangles each; values are means over the area that counts in the pixel, but power: mean
+    # energy over mean hours, rounded as all columns.
     first = 4 * np.arange(len(pixel))[:, None]
     triangles = np.concatenate([first + np.array(half) for half in ((0, 1, 2), (0, 2, 3))])
     with np.errstate(invalid="ignore", divide="ignore"):

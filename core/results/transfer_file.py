@@ -357,8 +357,8 @@ class _Stored(NamedTuple):
 
 
 def _read_group(path, group):
-    """Transfer of a group of a file, None for all of it, with its state without leaves and the
-    light before an edit.
+    """Transfer in a group of a file (None: at its top), with its state without leaves and the
+    light before an edit, where the file has them.
     """
     # Variables and attributes of the group, and of the state without leaves where there is one.
     with InputError.parsing(path, "cannot be read as NetCDF", GIVE_TRANSFER):

@@ -92,7 +92,7 @@ def sum_surfaces(transfer, energy, weather, label, count, *, monthly=False):
     monthly : bool
         As in `write_buildings`.
     """
-    # kwp  of surfaces, that full load hours are of.
+    # kwp  of surfaces [kWp]: times their full load hours it is their energy.
     kwp = energy.kwp_of_hours(np.asarray(transfer.surfaces.area, float))
     eligible = energy.eligible & (kwp > 0)
     # Surfaces of the whole, then of facades, pitched roofs and flat roofs: a kind that the whole
@@ -106,6 +106,7 @@ def sum_surfaces(transfer, energy, weather, label, count, *, monthly=False):
         # of none it has integers
         return np.bincount(label[chosen], values[chosen], count).astype(float)
 
+    # Numbers of all surfaces, of eligible ones and of modules, and the area that counts.
     every = np.ones(len(label), bool)
     table = {
         "surfaces": add(every, every).astype(int),

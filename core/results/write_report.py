@@ -130,7 +130,7 @@ def compose_city(results, change=None, *, origin=""):
 
 
 def _compose_body(results, view, tables, sums):
-    """All sections of the page: how much, how sure and where, before any table.
+    """All sections of the page, as HTML: how much, how sure and where, before any table.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def _compose_body(results, view, tables, sums):
         Of `compose_sums`.
     """
     summary = results.summary
-    # The plans are pictures, only where a drawing library is installed.
+    # The plans are pictures, only where a drawing library is installed; else a sentence says so.
     no_pictures = (
         "There are no plans of the city here, as matplotlib is not installed where this page was "
         "written. After pip install matplotlib, citypv plot of the command line draws them."
@@ -258,8 +258,8 @@ def list_warnings(summary):
 
 
 def compose_totals(summary):
-    """What all suitable surfaces together would give, what windows take, and what carries no
-    modules.
+    """Section of HTML: what all suitable surfaces together would give, what windows take, and what
+    carries no modules.
     """
     # Columns of the table, with energy before losses where losses count; rows are all, then each
     # kind.
@@ -309,7 +309,9 @@ def compose_totals(summary):
 
 
 def _compose_groups(results):
-    """The groups with their hours and errors, year by year where there are several."""
+    """Sections of HTML: the groups with their hours and errors, year by year where there are
+    several, and charts of months, hours of the day, and area.
+    """
     # A row for each group of a year.
     groups = results.groups[results.groups["period"] == "annual"]
     head = [say("Surfaces"), say("facing"), say("Number"), say("Area [m²]")]

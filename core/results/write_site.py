@@ -304,7 +304,7 @@ def _write_tiles(work, store, frame, *, look, private):
             ]
             return join_squares(tiles, (level, x, y), parts, look, top=level == top)
         # A square at the lowest level: its surfaces from the store, with columns as the map wants
-        # them.
+        # them. Ids are left out of a private map.
         piece = join_pieces(store.pieces((int(x + low[0]), int(y + low[1]))))
         for shapes in (piece.shapes, piece.modules):
             shapes.corners -= origin
@@ -418,7 +418,8 @@ def _write_page(work, summary, title, attribution, sums, *, host):
 
     Below the map stand what the numbers rest on, and how far they hold.
     """
-    # Scripts stand beside the page, as it may load nothing from elsewhere.
+    # Scripts stand beside the page, as it may load nothing from elsewhere; the basemap's only where
+    # a host is given.
     names = [name for name in SCRIPTS if host or name != "basemap.js"]
     for name in names:
         shutil.copyfile(WEB / name, work / "page" / name)

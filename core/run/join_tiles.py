@@ -91,7 +91,7 @@ def _join_records(records, plan, request, figures):
     TraceRecord
         Rays and seconds are summed over the tiles, of shares of light the largest is taken,
         discretisation errors are averaged over the eligible area, and the error of sun sampling is
-        taken from the tile with most of it.
+        taken from the one tile that measured it.
     """
     # Sums, largest values, and sums by key of what the tiles told.
     area = np.array([figure["area"] for figure in figures])

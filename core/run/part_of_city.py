@@ -110,8 +110,8 @@ def keep_patches(scene, prepared, members, reported=()):
     """
     every = np.arange(len(members))
     rows = np.flatnonzero(members == every)
-    # Crowns and mirrors need the very triangles that are hit; mirrors that are switched off are
-    # black.
+    # Crowns and mirrors need the very triangles that are hit, and so do mirrors that are switched
+    # off, which are black. Then, or where hardly a row would be saved, the whole city is returned.
     plan, specular = prepared.plan, prepared.plan["specular"]
     by_triangles = plan.foliage is not None or specular.on or specular.bound is None
     if len(rows) + BACKS >= len(every) or by_triangles:
@@ -142,7 +142,8 @@ def keep_patches(scene, prepared, members, reported=()):
         **unknown,
     )
     materials = [prepared.materials[k] for k in [*surfaces, -1]]
-    # Rays still meet the whole city; a hit is told as the row that stands for it.
+    # Rays still meet the whole city; a hit is told as the row that stands for it, in its own place
+    # or as a back.
     whole = prepared.plan.ray_scene, prepared.patches, taken
     ray_scene = _RaysOfPart(_rows_of_hits(prepared.patches, rows, members), whole)
     of_patches = {

@@ -53,7 +53,7 @@ def refine_run(run, log, progress, folder):
             errors = split_errors(one, weather, energy)
         return errors
 
-    # The stages of every round would be many lines.
+    # On a terminal the stages of a round pass by without a line each, which would be many.
     progress.progress = TerminalProgress(log.stream, lasting=False) if log.stream else log.progress
     target = request.target_error
     # A target that no number of rays reaches is told, with the option that would help.

@@ -59,17 +59,17 @@ def print_output(text):
 
 
 def report_outcome(log, folder, energy, totals, report=None):
-    """Report the groups' full load hours, the totals (of summary.json) and the folder of the
-    results.
+    """Write to the log the groups' full load hours, the totals (of summary.json) and the folder of
+    the results.
 
-    An ImportReport, where there is one, tells the buildings that have none.
+    An ImportReport, where there is one, tells buildings without a shape.
     """
     from ..city.choose_levels import SHAPELESS
     from ..energy.counted_area import LEFT_OUT
     from ..results.describe_run import describe_detail, describe_strings
     from ..results.read_results import kind_title
 
-    # Hours of each group, and its size.
+    # Hours of each group, and its size; a line says if there is none.
     interval = energy.interval.total_seconds() / 3600  # [h]
     hours = energy.capacity_factor.sum(axis=0) * interval / energy.years  # (groups,) [h]
     groups = zip(energy.groups, hours, energy.group_count, energy.group_area, strict=True)
@@ -83,7 +83,7 @@ def report_outcome(log, folder, energy, totals, report=None):
             "  no surface carries modules: groups.csv is empty; faces.csv has the hours of "
             "every surface"
         )
-    # Nominal power and energy of all, then of each kind.
+    # Hours, surfaces, nominal power and energy of all, then of each kind that has modules.
     for kind, one in {"all": totals, **totals["kinds"]}.items():
         if one["kwp"] > 0:
             name = kind if kind == "all" else kind_title(kind).lower()
@@ -107,6 +107,7 @@ def report_outcome(log, folder, energy, totals, report=None):
             f"  without modules: {count_of(one['count'], 'surface')}, {one['area']:,.0f} m²: "
             f"{LEFT_OUT[key]}"
         )
+    # What strings of modules lose in shade.
     log.write(f"  {describe_strings(totals)}")
     if (dark := totals["dark"])["count"]:
         log.write(

@@ -104,6 +104,8 @@ def check_cluster(word, *, most_workers=1024):
     ------
     InputError
     """
+    # Without a cluster there is nothing to check. The word must be known, with 1 to `most_workers`
+    # workers, then Dask installed; a local cluster passes with these.
     if word == SERIAL:
         return SERIAL, 1
     local = re.fullmatch(r"local:(\d{1,9})", word)
@@ -120,7 +122,7 @@ def check_cluster(word, *, most_workers=1024):
         raise InputError(f"--cluster {word}", "needs Dask", "type: pip install distributed")
     if local:
         return "local", int(local[1])
-    # A scheduler must answer at its address.
+    # A scheduler must answer at its address within some seconds.
     protocol, host, port = address.groups()
     try:
         with socket.create_connection(

@@ -191,7 +191,8 @@ def trace_city(scene, weather, request, log, folder=None, *, prepared, editable=
     InputError
         A city that cannot be edited shall be.
     """
-    # Rounds need enough shadow points, and keep what their rays meet.
+    # For rounds too few shadow points are raised, which the log says; and they keep what their rays
+    # meet.
     with Interruption(log.progress, log.stream) as interruption:
         if request.wants_rounds:
             if request.shadow_samples < CELLS:

@@ -167,6 +167,7 @@ def make_scene(city, request, report_share=silent):
                 "its city is in another reference system",
                 "leave out --site-of",
             )
+    # Refused, too, if a latitude is given beside other results.
     if request.site_of and request.latitude is not None:
         raise InputError("--site-of", "names a place, as does --latitude", "give one of them")
     # The scene, with racks on its roofs, and the distance of facades from the edge of the city.

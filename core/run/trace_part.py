@@ -92,7 +92,8 @@ def trace_part(run_path, part_path, result_path, threads):
     )
     rules = build_system(request).layout
     prepared = replace(prepared, plan=plan, rules=rules).build_tree(request)
-    # Surroundings far from the tile are thinned once it is known how much they matter.
+    # How much light the cut of the tile may get wrong is measured by rays; then surroundings far
+    # from the tile are thinned.
     halo = _measure_halo(prepared, request.seed, part, run.city)
     few = thin_surroundings(scene, prepared, part.own)
     triangles = len(scene.triangles), int(scene.own.sum())

@@ -170,7 +170,8 @@ def _told_of(path):
 
 
 def make_tasks(scene, squares, inputs, folder, lists):
-    """Cut tiles, write their parts to disk, and yield the tasks that trace them.
+    """Cut tiles, write their parts to disk, and yield the tasks that trace them: paths of Run, Part
+    and result, and the number of threads.
 
     Parameters
     ----------
@@ -214,7 +215,8 @@ def make_tasks(scene, squares, inputs, folder, lists):
         data = pickle.dumps(
             Part(part, own, materials, inner, complete, index == fullest), protocol=5
         )
-        # A result is named by the hash of all that it depends on, so that one that exists can stay.
+        # A result is named by the hash of all that it depends on, so that one that exists can stay,
+        # and its tile gives no task.
         key = hashlib.sha256(run_key + data).hexdigest()[:24]
         result = folder / f"{name}_{key}.nc"
         # Kept without `around`, which has a byte for each piece of the whole city.
