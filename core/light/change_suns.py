@@ -339,8 +339,8 @@ def _add_further(edit, state):
         return np.maximum(reflected + (share[:, None] * patterns).astype(np.float32), 0), lack
 
     # What rows that are gone or traced anew passed on before is taken away, and a guess brings the
-    # sum to the whole. Then, twice, what rows traced anew pass on under this light is added instead
-    # of a part of the guess, and a smaller guess completes it; the last one gives the share.
+    # sum to the whole. Then, twice, the guess is taken out again, what rows traced anew pass on
+    # under this light is put in, and a new guess completes the sum; the last one gives the share.
     lost, old = edit.lost_rows(), before.direct.reflected
     own = before.traced, before.lights, before.direct
     first[: len(old)] -= _pass_on(

@@ -90,6 +90,8 @@ def follow_photons(target, source, numbers, per_replicate, max_bounces):
     Returns
     -------
     Light
+        Weights of photons on each surface in each replicate, at their first and at later hits, with
+        their energy balance.
     """
     # Photons by number, in the replicate that each belongs to.
     number = np.arange(numbers.start, numbers.stop)

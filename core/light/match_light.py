@@ -68,7 +68,7 @@ def with_reflections(base, bounces, progress=silent):
     ]
     direct = solve_known_suns(context, traced, task, hooks)
     for light, state in zip(direct, old.states, strict=True):
-        light.string_loss = state.direct.string_loss  # of shadows alone
+        light.string_loss = state.direct.string_loss  # depends on shadows alone
     context.layout = old.context.layout
     clock.lap("suns")
     task, record = replace(task, bits=None), old.transfer.record

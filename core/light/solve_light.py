@@ -68,6 +68,8 @@ def solve_light(
     Returns
     -------
     Light
+        Means of surfaces with their errors, light of patches by each replicate, and what further
+        reflections would bring at most.
     """
     # by_replicate  light that arrives at patches by the rays of each replicate; first light to
     # begin with.

@@ -235,7 +235,7 @@ def _find_nearest(middles, bounds, positions, usable, nearest):
         Points of patches.
     usable : (c, k) bool
     nearest : (m, b) int64
-        Written.
+        -1 before; written where there is a point.
     """
     count = positions.shape[1]
     # A sphere around the points of each patch: patches further away than the best point are passed.

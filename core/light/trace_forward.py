@@ -291,7 +291,8 @@ def _trace_direct(run, lit, suns, far, ground_albedo, *, patch_to_surface, folde
             light.photon = np.where(unshaded > 0, light.photon, 0)
             direct.annual.add(light, suns.weight[index])
             done = index + 1
-    # Interrupted: whole days that are done are kept.
+    # Interrupted: whole days that are done are kept; before the first one nothing can be used, and
+    # the interruption is passed on.
     except CancelledError:
         direct.kept = max((end for end in suns.end_of_days if end <= done), default=0)
         if not direct.kept:

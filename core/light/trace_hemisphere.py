@@ -308,7 +308,7 @@ def _tally_rays(fate, start_cells, near_cover, cells, *, most_steps=32767):
     total = np.maximum(started.sum(axis=1, keepdims=True), 1)
     mean = free.sum(axis=1, keepdims=True) / total
     steps = np.rint((free - mean * started) * HEMISPHERE_REPLICATES / total / STEP)
-    # `most_steps`: of 16-bit numbers.
+    # Deviations are kept as 16-bit numbers of steps, and cut off at `most_steps`.
     deviation = np.ascontiguousarray(
         np.clip(steps, -most_steps, most_steps).astype(np.int16).swapaxes(1, 2)
     )

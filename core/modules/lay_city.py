@@ -125,7 +125,7 @@ def _draw_polygons(surfaces, outlines, rows, taken):
     # Outlines in these axes, without skylights and other openings.
     cells = draw_outlines(shape, rows, np.zeros((len(rows), 3)), axes[of_row])
     _cut_openings(surfaces, shape, rows, axes[of_row], cells)
-    # Less what is covered or has no room.
+    # Less what is covered or has no room, where this is given.
     if taken is not None:
         for number in [place for place, row in enumerate(rows) if taken[row] is not None]:
             (c,), (s,) = cos[of_row[number]], sin[of_row[number]]

@@ -283,7 +283,7 @@ def _unpack_lzw(packed, unpacked):
         # A code that stands for nothing yet: the bytes are damaged.
         if code >= known or (before < 0 and code > END):
             return -1
-        # The sequence of the code is copied from where it came last.
+        # The sequence of the code is copied from where it came last, as far as there is room.
         count = length[code] if code > END else 1
         first = start[code]
         for number in range(min(count, len(unpacked) - place)):
@@ -357,7 +357,7 @@ def unpack_segment(packed, compression, predictor, shape, kind):
         raise ValueError(f"a strip or tile has {len(data)} of {size} bytes")
     data = np.frombuffer(data, np.uint8, size)
     # Predictor 3: differences of floats, Adobe's technical note 3; 2: differences, TIFF 6.0,
-    # section 14.
+    # section 14. Without either the bytes are the values.
     if predictor == 3:
         # The highest bytes of a row come first, then the next ones; each byte is the difference
         # from the one before.

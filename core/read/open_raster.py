@@ -100,7 +100,7 @@ def _read_ascii_grid(path):
     def read_cells(top, bottom, left, right):
         return heights[top:bottom, left:right].copy()
 
-    # The system stands in a file of the same name beside it.
+    # The system stands in a file of the same name beside it; without this it is unknown.
     plain = Path(path).with_suffix("") if Path(path).suffix.lower() == ".gz" else Path(path)
     beside = next(
         (file for file in map(plain.with_suffix, (".prj", ".PRJ")) if file.is_file()), None
