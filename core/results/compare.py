@@ -35,13 +35,6 @@ HEAD = (
 )
 
 
-PAYING = {  # of what an edit brings below or above the least hours
-    "no_longer": "Would no longer pay, below {least_hours:g} h, and counts with the modules of "
-    "before ({mwh_before:,.1f} MWh a year): {told}",
-    "newly": "Would pay now, from {least_hours:g} h, and does not count: {told}",
-}
-
-
 def compare(before, after, folder, *, language="en", overwrite=False):
     """Compare two result folders, and write surfaces.csv, buildings.csv, summary.json and
     report.html.
@@ -114,7 +107,13 @@ def describe_comparison(comparison):
 def _note_paying(comparison):
     """Name what an edit brings below or above the least hours: list of str."""
     paying, notes = comparison.summary.get("paying"), []
-    for name, words in PAYING.items() if paying else ():
+    # Of what an edit brings below or above the least hours.
+    sentences = {
+        "no_longer": "Would no longer pay, below {least_hours:g} h, and counts with the modules of "
+        "before ({mwh_before:,.1f} MWh a year): {told}",
+        "newly": "Would pay now, from {least_hours:g} h, and does not count: {told}",
+    }
+    for name, words in sentences.items() if paying else ():
         if names := paying[name]["surfaces"]:
             told = say_count(len(names), "{count:,} surface", "{count:,} surfaces")
             told = f"{told}: {list_some(names, 5)}"
