@@ -262,8 +262,9 @@ def _angles_of_text(path, text):
                 f"{path}:{number}", "has more or fewer columns than the lines before", GIVE_ANGLES
             )
         rows += [values] if values else []
-    # Which format, by the header and the number of columns: of PVGIS, two of angles, or elevations
-    # alone that are spread evenly round the circle.
+    # Which format, by the header and the number of columns: PVGIS' own, two of angles, or
+    # elevations alone (one column or one row) that are spread evenly round the circle. Else the
+    # text is refused.
     columns = np.array(rows).T
     # PVGIS counts azimuths from south. Of two columns the azimuth is the first, unless the header
     # names the elevation first.

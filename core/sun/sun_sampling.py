@@ -149,8 +149,9 @@ def match_suns(
     """Which traced suns represent each interval of a time axis.
 
     Hourly and typical days: the nearest sun, which of hourly ones is the interval's own on the
-    traced axis. Days: the suns of the days before and after, weighted. Sky grid: the three
-    directions around the sun, weighted. Year and place may differ from where and when was traced.
+    traced axis. Days of the year: up to 16 suns of the four days around it in the season,
+    weighted, or the nearest sun where it is closer. Sky grid: the three directions around the sun,
+    weighted. Year and place may differ from where and when was traced.
 
     Parameters
     ----------
@@ -197,8 +198,9 @@ def match_suns(
             "none was traced, but the sun is above 2° on this time axis",
             "trace again for this year and place",
         )
-    # Weights by the way in which the suns were chosen: three directions of a grid, two days, or the
-    # nearest sun.
+    # Weights by the way in which the suns were chosen: three directions of a grid, suns of the days
+    # around in the season, or the nearest sun. Intervals count whose sun is at 2° or higher, or
+    # reaches `lowest`.
     up = sunny | (90.0 - sun["apparent_zenith"].to_numpy() >= lowest)
     direction = sun_direction(sun["apparent_zenith"][up], sun["solar_azimuth"][up])
     if suns.sampling.startswith("sky-grid"):

@@ -163,7 +163,7 @@ class Suns:
             # Steps of the golden ratio over the line; a day has the rank of the first step into it.
             line = np.argsort(place, kind="stable")
             end = np.cumsum(share[line] if share.any() else np.ones(len(line)))
-            # 64 steps a day; suns that are never visited come last.
+            # As many steps as 64 times the number of days; days that are never visited come last.
             steps = (0.5 + GOLDEN * np.arange(64 * len(line))) % 1 * end[-1]
             visited = np.minimum(np.searchsorted(end, steps, side="right"), len(line) - 1)
             rank = np.empty(len(line), int)

@@ -115,7 +115,8 @@ def address_of(question):
             "timezone": "GMT",
         }
         base = OPEN_METEO_URL
-    # ERA5 of the Copernicus store has one address for all places.
+    # ERA5 has one address for all places, at the Climate Data Store that the user's configuration
+    # names, or at its usual one.
     else:
         process = "processes/reanalysis-era5-single-levels-timeseries/execution"
         return f"{_read_cds_configuration()[0]}/retrieve/v1/{process}"

@@ -323,8 +323,9 @@ def check_irradiance(year, source):
         # The solar constant [Wm⁻²].
         pvlib.irradiance.get_extra_radiation(middle.day_of_year, 1361.0)
     )
-    # No more than a share of the sun's light outside the atmosphere, by a power of its height (Long
-    # and Shi).
+    # GHI and DHI, against the highest sun of the interval: no more than a factor times the sun's
+    # light outside the atmosphere, by a power of its height (Long and Shi). The year's sum and
+    # overcast skies, further below, go by the sun in the middle.
     ghi, outside, day = data["ghi"].to_numpy(), normal * cos_zenith, highest > 0
     # Physically possible limits of BSRN, a S cos(z)^b + c: factor a, exponent b, offset c.
     limits = {"ghi": (1.5, 1.2, 100.0), "dhi": (0.95, 1.2, 50.0)}

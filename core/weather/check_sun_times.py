@@ -248,14 +248,16 @@ def check_shift(times, source):
         times.closure_shift,
     )
     daylight = times.daylight_shift
-    # A year without light tells nothing.
+    # A year without light tells nothing and passes.
     if daylight is None:
         return
     own = _describe_shift(daylight)
     # Where three columns close to within 1 % of GHI, the times are right, with one exception.
     if residual is not None and residual <= 0.01:
-        # Three columns close with the sun that one of them was computed with, which need not be the
-        # sun of the light.
+        # The exception: the three columns close with the sun that one of them was computed with,
+        # which need not be the sun of the light. Where they need no shift, but clear days and the
+        # middle of the clearest ones ask for one, the year is refused; the times that fit GHI are
+        # suggested, without DNI.
         if times.of_another_sun and abs(shift) < CLOSURE_SHIFT and _clear_days_agree(times):
             problem = (
                 f"GHI fits the sun {own}, DNI the sun {_describe_shift(shift)}: DNI seems to be "
@@ -268,8 +270,9 @@ def check_shift(times, source):
     # Six hours away from the sun of the daylight most direct light falls into the night, and GHI =
     # DHI closes.
     closes = residual is not None and abs(shift - daylight) < 360
-    # A shift that reconciles the three columns is suggested where GHI's daylight asks for it too;
-    # otherwise DNI has wrong times and is left out.
+    # A shift of 10 minutes or more that brings the three columns a fifth closer, to below 8 %,
+    # means wrong times: it is suggested where GHI's daylight asks for it too. Otherwise DNI has
+    # wrong times, and GHI's shift without DNI is suggested.
     if closes and abs(shift) >= CLOSURE_SHIFT and shifted < min(GAIN * residual, WORST_RESIDUAL):
         problem = (
             f"GHI differs from DHI + DNI cos z by {100 * residual:.1f} % of GHI, by "
@@ -287,7 +290,8 @@ def check_shift(times, source):
             "dni",
         )
     # Otherwise the daylight decides where fewer than three columns are given, or they stay apart by
-    # more than 8 %: beyond 90 minutes the place or the time zone may be wrong.
+    # more than 8 %, and clear days fit the sun better with a shift: beyond 90 minutes the place or
+    # the time zone may be wrong. All other years pass.
     if (residual is None or residual > WORST_RESIDUAL) and times.of_another_sun:
         problem = f"its irradiance fits the sun {own} than its time stamps"
         raise TimesError(

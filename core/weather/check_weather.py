@@ -110,6 +110,7 @@ def _check_time_axis(times, source):
     pandas.Timedelta
         Length of the intervals.
     """
+    # Fewer than two stamps have no interval, and are refused.
     if len(times) < 2:
         raise InputError(
             source, f"{len(times)} time stamps", "give at least one full year of hourly weather"
@@ -281,8 +282,8 @@ def check_years(record, interval, position):
     usual = climate_of_place(record.latitude, record.longitude)
     for year, rows in cut_years(record, interval).items():
         source = f"{record.source} (year {year})"
-        # Each year by itself, with the Sun's position: limits of single values and sums, then
-        # times.
+        # Each year by itself, with the Sun's position. First light below zero by day, columns of
+        # zeros and sums since a time of day are refused, then summer time and shifted times.
         complete = add_sun(
             replace(record, data=record.data.iloc[rows]), interval, position=position.iloc[rows]
         )
@@ -290,7 +291,7 @@ def check_years(record, interval, position):
         check_given(given.iloc[rows], complete, source)
         check_sums(complete, source)
         times = measure_sun_times(given.iloc[rows], interval, record.latitude, position.iloc[rows])
-        # Before the shift that would fit on average: none mends summer time.
+        # Summer time is looked for before the shift that would fit on average: none mends it.
         days = cut_days(complete)
         times.clear_shift = middle_of_clear_days(days)
         # Beyond 90 minutes light lies in other hours than the sun, and its middle tells nothing.
@@ -302,11 +303,15 @@ def check_years(record, interval, position):
         if share is not None:
             notes += check_against_climate(complete, share, usual, source)
         times.share_of_climate = share
+        # Then values beyond physical limits.
         check_irradiance(complete, source)
-        # DHI and DNI that follow from GHI alone come from a model, which passes.
+        # GHI in place of DHI, and a horizontal part in place of DNI, are refused, unless both
+        # follow from GHI alone by a model.
         if len(raw.columns) > 1:
             check_diffuse(complete, source)
             check_direct(complete, source)
+        # Last, columns that contradict each other, faults of temperature and of single days, and
+        # hours with more DNI than outside the atmosphere are refused or, where few or small, noted.
         check_closure(times, source)
         times.unlikely = notes + check_faults(complete, days, source)
         times.unlikely += _check_extraterrestrial(given, complete, source)

@@ -152,7 +152,10 @@ def model_source(places, name, request, off_land="blank"):
     # The climate from LEAST_LATITUDE northwards, on land or where `off_land` asks for it; elsewhere
     # the clear sky if `name` or `off_land` says so, else nothing.
     def read(chunk):
-        # Weather of each place of a portion, and whether it is climate, clear sky or nothing.
+        """Weather of each place of a portion, with CLIMATE, CLEAR or NOTHING: list of tuples.
+
+        `chunk` are numbers of places; the weather is None where there is nothing.
+        """
         at = [(places.latitude[one], places.longitude[one]) for one in chunk]
         suns = [sun_of_place(sun, *place) for place in at]
         asked = enumerate(at if name == "climate" else [])
@@ -238,7 +241,10 @@ def grid_source(grid, places, picked, request, years=None):
     # A few neighbouring places at a time: one read of the file, then each place by itself. The sun
     # is computed once for all, and turned to each place.
     def read(chunk):
-        # Weather of each place of a portion, and whether the files have it.
+        """Weather of each place of a portion, with FILES or NOTHING: list of tuples.
+
+        `chunk` are numbers of places on one parallel; the weather is None where the files have none.
+        """
         row = chunk[0] // width
         # Values of neighbouring places on one parallel, in the years that are kept.
         block = read_block(grid, rows[[row]], columns[[one % width for one in chunk]]).isel(
@@ -267,9 +273,8 @@ def grid_source(grid, places, picked, request, years=None):
                 checked.append(one)
                 try:
                     check_years(record, interval, own)
-                except (
-                    InputError
-                ) as error:  # times and places of a grid cannot be changed by options
+                # A cure by an option is replaced, since none changes times and places of a grid.
+                except InputError as error:
                     look_at = (
                         "check latitudes and longitudes, and that times are UTC and end the "
                         "interval of each sum, as in ERA5"

@@ -28,8 +28,8 @@ def read_dwd(path, place=None):
 
     Hour 1 ends at 1:00 of UTC+1. G_Bh and G_Dh are the direct and the diffuse part on a horizontal
     plane. The header has latitude and longitude in either order, distinguished by what is possible
-    in Germany. Hours missing at the end of the year are filled with the values of the last one, if
-    the sun is below the horizon; a note reports it.
+    in Germany. Up to three hours missing at the end of the year are filled with the values of the
+    last one, if that has no light; a note reports it.
 
     Parameters
     ----------
@@ -41,6 +41,7 @@ def read_dwd(path, place=None):
     Returns
     -------
     Record
+        ghi and dhi [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹] and pressure [Pa].
     """
     path = Path(path)
     # Head with the names of columns, then rows of numbers.
@@ -57,7 +58,7 @@ def read_dwd(path, place=None):
             f"row {first + 1} is of hour {hours[first]}",
             "give every hour of the year in order",
         )
-    # The year from head or name; a few hours may be missing at its end, in the night.
+    # The year from a line of the head, else from the file's name; without one the file is refused.
     year = next(
         (
             found

@@ -39,7 +39,8 @@ HEADER_LINES = 8
 
 
 def read_epw(path):
-    """Read an EPW file of a station.
+    """Read an EPW file of a station: Record of GHI, DHI and DNI [Wm⁻²], air temperature [°C], wind
+    speed [ms⁻¹] and pressure [Pa].
 
     Hour 1 covers 0:00 to 1:00 of local standard time, and pvlib's index is the start of that hour.
     A typical year is put into one calendar year. Temperature, wind and pressure hold for the

@@ -285,7 +285,8 @@ def _open_file(path, file, stack):
         return None
     dataset = name_axes(path, dataset[list(names.values())], GIVE_ERA5)
     steps, scales = np.diff(dataset["time"].to_numpy()), {}
-    # A file may hold one stamp, or one hour of each day; ERA5 has every hour.
+    # The interval is the commonest step, but an hour at most: a file may hold one stamp, or one
+    # hour of each day, and ERA5 has every hour.
     interval = min(pd.Series(steps).mode().iloc[0], HOUR) if len(steps) else HOUR
     for ours, name in names.items():
         default = (

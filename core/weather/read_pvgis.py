@@ -93,7 +93,7 @@ def _read_typical(path, text, file_format):
         header = next(line for line in lines if line.startswith("time(UTC)"))
         with InputError.parsing(path, "cannot be read as pvgis-csv", DAMAGED):
             cells = pd.read_csv(io.StringIO("\n".join([header, *rows])), dtype=str)
-    # As JSON.
+    # As JSON: the hours, and the place from its inputs; hours without a time are refused.
     else:
         tree = json.loads(text)
         with InputError.parsing(path, "cannot be read as pvgis-json", DAMAGED):

@@ -52,7 +52,7 @@ def take_columns(path, table, names, missing=None):
 
 
 def read_tmy3(path):
-    """Read a TMY3 csv of a station, or a year of another source in this format.
+    """Read a TMY3 csv of a station, or a year of another source in this format: Record.
 
     Stamps are at the end of the interval, in local standard time. Months come from different years
     and are put into one calendar year. Files saved by other programs may quote their whole first
@@ -71,6 +71,7 @@ def read_tmy3(path):
     zone, latitude, longitude, altitude = map(float, place)
     # Some sources end a name with two brackets.
     table.columns = [re.sub(r"\)+$", ")", str(name).strip()) for name in table.columns]
+    # Without columns of date and time the file is refused.
     missing = [name for name in (DATE, TIME) if name not in table]
     if missing:
         raise InputError(path, f"has no column {missing[0]}", DAMAGED)
@@ -118,8 +119,8 @@ def _read_starts(path, table):
 
 
 def read_psm(path):
-    """Read a PSM csv in SAM's format: two header lines, the column names, one row for each
-    interval.
+    """Read a PSM csv in SAM's format, two header lines, the column names, one row for each interval:
+    Record.
 
     Values are instantaneous at their stamps (satellite images; at half past in hourly files): the
     interval is centred on the stamp. A typical year (TMY) is put into one calendar year. Files of
@@ -148,10 +149,12 @@ def read_psm(path):
         with InputError.parsing(path, "cannot be read as psm", DAMAGED):
             table = pd.read_csv(file, header=None, dtype=str).iloc[:, : len(names)]
     table = table.set_axis(names[: table.shape[1]], axis=1)
+    # Rows that are too short to hold their stamps are refused.
     missing = [name for name in STAMP if name not in table]
     if missing:
         raise InputError(path, f"its rows have no {', '.join(missing)}", DAMAGED)
-    # Columns by our names, in which -990 and less are missing; pressure in pascals.
+    # Columns by our names, in which -990 and less are missing; pressure in pascals, by the unit in
+    # the head: an unknown unit is refused.
     data = take_columns(path, table, PSM, -990.0)
     if "pressure" in data:
         unit = place.get("Pressure Units", "mbar").strip().lower()
@@ -160,7 +163,8 @@ def read_psm(path):
                 path, f"its pressure is in {unit!r}", f"give it in {', '.join(PASCALS)}"
             )
         data["pressure"] *= PASCALS[unit]
-    # Stamps in the time zone of the head; intervals around them.
+    # Stamps in the time zone of the head; months of different years become one calendar year;
+    # intervals lie around the stamps.
     parts = pd.DataFrame({name: read_numbers(path, table[name]) for name in STAMP})
     data.index = pd.DatetimeIndex(pd.to_datetime(parts)).tz_localize(
         int(3600 * float(place["Time Zone"]))

@@ -52,8 +52,8 @@ def _draw_world_months(dataset):
     Returns
     -------
     matplotlib.figure.Figure or None
-        None where there are fewer than two latitudes with weather on the northern hemisphere, or
-        none of the groups.
+        None where the northern hemisphere has fewer than two latitudes or no value, or where there
+        is none of the groups.
     """
     # The first traced environment, along the meridian nearest to the wanted one, in the north.
     environment = choose_environment(dataset)

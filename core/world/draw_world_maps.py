@@ -280,7 +280,8 @@ def draw_world_gain(dataset):
     profile.set(xlabel="Gain, mean along the parallel [%]", xlim=(0, None), title="Facades")
     mark_latitudes(profile)
     profile.legend(fontsize=8, loc="best")
-    # The map's colours end where 2 % of the places lie above.
+    # The map is of facades towards the equator, or of the first group of an environment without
+    # them; its colours end where 2 % of the places lie above.
     values, title = map_of(find_gain(dataset), choose_environment(dataset))
     top = np.ceil(np.nanpercentile(values, 98) / 5) * 5
     mesh = _draw_map(axes, values, cmap=colour_scale("cividis"), vmin=0, vmax=max(top, 5))

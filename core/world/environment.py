@@ -166,7 +166,7 @@ def unshaded_transfer(ground_albedo=0.25):
         direct_annual_standard_error=zero,
         sources={
             name: SourceLight(view, view, zero) for name, view in views.items()
-        },  # beyond, the ground is dark
+        },  # the ground reflects nothing of them
     )
 
 
@@ -212,10 +212,11 @@ def read_environments(texts, system, sky="isotropic", most=None):
             transfers.append((name, str(file), read_transfer(file)))
         else:
             raise InputError(file, "there is no such file", cure)
-    # The sky: the best model that all Transfers were traced for.
+    # The sky that is asked for; "auto" is the best model that all Transfers were traced for.
     if sky == "auto":
         sky = model_traced(set.intersection(*(set(one.sources) for *_, one in transfers)))
     environments = [build_environment(*transfer, system, sky) for transfer in transfers]
+    # Where a number is given, surfaces are merged until each environment has no more.
     if most:
         environments = [merge_surfaces(environment, most) for environment in environments]
     # Names tell environments apart in the file.

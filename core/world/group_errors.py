@@ -61,6 +61,10 @@ def find_group_errors(transfer, environment, rows, traced=()):
     Returns
     -------
     GroupErrors
+        For each group the variances of own light, the deviations of light that others pass on, the
+        discretisation, and how bright what hides the sky is; besides, the error of the choice of
+        suns, and the mean relative irradiance by the sun in each direction, by the dome, the traced
+        sources and the far ground.
     """
     # Weights of surfaces in their group, per surface as a whole.
     parts = transfer.known_parts
@@ -90,7 +94,7 @@ def find_group_errors(transfer, environment, rows, traced=()):
     return GroupErrors(
         own=_mean_of_groups(np.stack(own) * of_whole, first, of_whole),
         points=_mean_of_groups(points * of_whole, first, of_whole),
-        # What rays meet that miss the sky, over the sky.
+        # Mean light from what rays meet that miss the sky, over the sky's: at most 0.9.
         brightness=np.clip((diffuse - sky) / np.maximum(1 - sky, 1e-9), 0, 0.9),
         direct_passed_on=_mean_of_groups(parts.direct_passed_on[rows].T, first, of_whole).T,
         diffuse_passed_on=_mean_of_groups(parts.diffuse_passed_on[rows].T, first, of_whole).T,
@@ -157,6 +161,8 @@ def carry_to_place(errors, hours, sunlight, full_load_hours, plain):
     own_direct = errors.own[0] - (1 - gain**2) * errors.points
     split = join_own(direct[0], -share * diffuse[0], own_direct, *errors.own[1:3])
     reflected = common[0] + split + (gain * suns[0]) ** 2
+    # All variances together give the error of the hours; the gain's is the error of the reflected
+    # hours, over the hours without reflections.
     return np.sqrt(own + common + fewer + suns**2), np.sqrt(reflected) / np.where(
         plain > 0, plain, np.nan
     )
@@ -264,7 +270,8 @@ def add_mix(world, weights):
 
     whole = (world.group_count[members] > 0).all(axis=0)
     # gain_error is a share of the hours without reflections: it becomes hours, these are joined as
-    # all errors are, and divided by the mix's mean hours without reflections.
+    # all errors are, and divided by the mix's mean hours without reflections. A mix's error is the
+    # root of the squares by squared shares, as environments are independent.
     plain = world.without_reflections[..., 0].astype(float)
     hours, plain = (
         _join_errors(world.gain_error * plain, share, members)[:, -1:],

@@ -41,7 +41,8 @@ def merge_surfaces(environment, most):
     ]
     # The normal counts beside them, twice as much as the mean light.
     features = np.concatenate([*light, 2.0 * block.normal.T], axis=1)
-    # Halved by these numbers until there are as many pieces as wanted, none of two groups.
+    # Pieces are split in two at the mean of the feature that differs most in them, until there are
+    # as many as wanted; none has surfaces of two groups.
     pieces = _split_surfaces(features, weight, environment.first, most)
     group = np.array(
         [np.searchsorted(environment.first, rows[0], side="right") - 1 for rows in pieces]
@@ -124,7 +125,7 @@ def _merge_block(block, weight, pieces, direction, *, grazing=0.05):
             projection, grazing
         )
         seen.append(np.where(projection > grazing, exact, visible @ share))
-    # What is linear is a mean by weight.
+    # What is linear is a mean by weight; sources and weights of groups are left empty in the block.
     linear = ("normal", "diffuse", "far_ground", "sky", "iam", "reflected", "lit_share")
     means = {
         name: _mean_of_pieces(getattr(block, name), weight, pieces).astype(np.float32)

@@ -59,8 +59,8 @@ def sum_groups(environment, hours, sunlight, model):
 
 @njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
 def _loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
-    """Fill `found`, (h, 2 g), hour by hour; see `sum_groups`. Inner loops are plain, so that they
-    are vectorised.
+    """Fill `found`, (h, 2 g), hour by hour: power of g groups with all light, then of the g without
+    reflections; see `sum_groups`. Inner loops are plain, so that they are vectorised.
     """
     # Power of each group at each hour: with all light, and without what is reflected.
     index, weight, sun, level = suns
@@ -106,7 +106,8 @@ def _loop(suns, place, seen, surfaces, tables, groups, found):  # noqa: PLR0917
                 caught_low[i] += bright * view[i] * passed[i]
                 scattered[i] += bright * back[i]
         # Light on a surface in its surroundings: from the dome, reflected, from the far ground, and
-        # of sources in the sky; then through its glass, and to power by groups.
+        # of sources in the sky; then through its glass, to power by a table of efficiency at the
+        # cell's temperature, and summed by groups, weighed by area.
         ground, hot, cold, passing = level[hour], heating[hour, 0], heating[hour, 1], spectral[hour]
         for i in range(count):
             straight = dome * sky[i]

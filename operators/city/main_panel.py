@@ -26,7 +26,8 @@ class MainPanel(Panel, bpy.types.Panel):
         head = self.layout.column()
         column, settings, city = self.start(context)
         if Step.current is not None and Step.current.title != "Solar city":
-            # Here too: the place below the step's own button may be out of sight.
+            # A step that runs, other than the button's own, shows its progress at the top too,
+            # since the place below its button may be out of sight.
             self.draw_bar(head, f"{Step.current.title} {{}}")
         # Without a city and a step it says what to do first.
         elif Step.current is None and not city:
@@ -47,6 +48,7 @@ class MainPanel(Panel, bpy.types.Panel):
         self.draw_table(city, "citypv_totals", ("Per year", "kWp", "MWh", "h"))
         self.draw_told(self.layout, city.get("citypv_interrupted"), "INFO")
         # Light that is gone can be traced again, and an edited city of a .blend that was opened.
+        # The other cities of the file come last.
         missing = describe_missing(city)
         self.draw_told(self.layout, missing, "ERROR")
         if missing or (edit and Session.is_from_file(city)):

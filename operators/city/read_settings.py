@@ -42,7 +42,7 @@ STEPS = {  # step -> settings of the panel that it depends on; files keep their 
 
 def read_settings(settings):
     """Read the panel's settings, `scene.citypv`: core.settings.request.Request; answers of services
-    will be kept beside it.
+    will be kept beside the .blend file, or in Blender's temporary folder without one.
     """
     # Settings of the panel in the words of a Request: threads, suns, place.
     note_folder()
@@ -82,6 +82,8 @@ def read_settings(settings):
         albedo_file = _read_path(
             settings, "albedo_file", "Albedo", "an albedo file, or another source of albedo"
         )
+    # The other settings are taken over by their names; the number of threads is the scene's, else
+    # the preferences', else what leaves the window responsive.
     return Request(
         **read_properties(settings),
         lod=None if settings.lod == "BEST" else settings.lod,

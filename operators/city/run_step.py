@@ -166,7 +166,9 @@ class Step:
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
-        """Show progress, and what was found so far, until the work is done or cancelled."""
+        """Show progress, and what was found so far, until the work is done or cancelled; return
+        what Blender is to do with the event.
+        """
         # Esc cancels; all events but the timer's go on to Blender.
         if event.type == "ESC" and event.value == "PRESS":
             self._job.cancel()

@@ -99,10 +99,11 @@ def note_edits(city, *, own=True):
     beside = set(list_beside(city, taken))
     _note_beside(city, beside)
     members = list_members(city, taken)
-    # In edit mode nothing is final.
+    # In edit mode nothing is final, and nothing more is noted until it ends.
     if any(item.mode == "EDIT" for item in filter(None, (city, city.get(Key.GROUND), *members))):
         return
-    # Its own mesh and ground first, then all objects that make it up.
+    # Its own mesh and ground first, where they may have changed; then all objects that make it up:
+    # where their design is another than the results', the city counts as edited.
     if own:
         _note_own(city)
     seen, place = list_seen(city, members), _place_of(city)
@@ -179,7 +180,7 @@ def note_changed(city, touched, before, now):
     bool
         Whether that was enough.
     """
-    # A city that is not seen has no edits.
+    # A city that is not seen has no edits, and what is known of its parts is forgotten.
     if not is_seen(city):
         _parts.pop(city.session_uid, None)
         return True
@@ -222,7 +223,8 @@ def _note_arranged(city, parts, before, now):
 
     Returns whether that was enough; False: the city has to be looked at as a whole.
     """
-    # Objects that are told differently than before, or are gone.
+    # Objects that are described differently than before, or are gone; without any there is nothing
+    # to note.
     changed = {uid for uid, told in now.items() if before.get(uid) != told}
     there, place = {uid: bpy.data.objects.get(now[uid][0]) for uid in changed}, _place_of(city)
     changed |= before.keys() - now.keys()

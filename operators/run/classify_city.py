@@ -110,7 +110,8 @@ def show_kinds(context, before, session, findings, seen=None):
     # New meshes of the scene stand where the old ones stood, though its origin may have moved.
     scene, (old, old_ground) = session.scene, before.find_city(context.scene)
     item, ground = build_meshes(scene)
-    # not edited meanwhile
+    # Whether the old city is still as it was when it was read: then its design is taken anew, else
+    # it is the design at the reading, so that the edit since is noted.
     same = seen is not None and city_design.describe_design(old, seen.lineage) == seen.design
     uncolour_user_meshes(old)
     earlier = scene.site if seen is None else seen.site

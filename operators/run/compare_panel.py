@@ -56,8 +56,8 @@ def _draw_variants(layout, scene, shown):
 
 
 def _draw_comparison(panel, city, seeing, *, per_page=12):
-    """Show who gains and who loses: sums, roofs and facades apart, then the buildings, sorted as
-    chosen; nothing without a comparison.
+    """Show who gains and who loses: sums of the buildings that are as before, changed, new or gone,
+    then a page of buildings, sorted as chosen; nothing without a comparison.
     """
     tables = read_comparison(city.get(Key.COMPARED, ""))
     if not tables["sums"]:

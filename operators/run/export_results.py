@@ -108,7 +108,8 @@ class ExportResults(OfEnergy, Step, bpy.types.Operator):
             raise InputError(
                 city.name, "it is compared with nothing", "edit it, or keep a result as before"
             )
-        # Beside the .blend file, else in the temporary folder.
+        # The path that was given, else a file beside the .blend file, or in the temporary folder
+        # where that was never saved.
         folder = (
             Path(bpy.data.filepath).parent
             if bpy.data.filepath

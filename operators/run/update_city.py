@@ -96,7 +96,7 @@ class UpdateCity(OfCity, Step, bpy.types.Operator):
                     found.put((draft, seen, estimate_hours(session, scene, light)))
 
             scene, edited = trace_edit(base, traced, city, progress=progress, preview=preview)
-            # Weighed with the weather, and kept with all that belongs to it.
+            # The edited city becomes a Session with its findings, and is weighed with the weather.
             solved = edited.before if before.base is base else None
             edited = replace(edited, before=None)
             transfer = replace(edited.transfer, facts=tell_facts(city))

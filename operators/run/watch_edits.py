@@ -54,8 +54,9 @@ def _follow_edits(scene, graph):
     names, before = _arranged.get(scene.session_uid, ([], {}))
     cities = [bpy.data.objects.get(name) for name in names]
     if cities and all(cities):
-        # Where an object comes, goes, is hidden, renamed or selected, the scene or more than a
-        # place and a shape is updated. It is not told which, and selecting changes nothing.
+        # Where Blender tells of changed places and shapes only, the arrangement is as before. Else
+        # an object may have come, gone or been hidden, renamed or only selected, which is not told
+        # apart: the arrangement is read again.
         told = not graph.id_type_updated("SCENE") and len(updates) == len(graph.updates)
         now = before if told else _arrange(scene, cities)
         came = [bpy.data.objects.get(now[uid][0], {}) for uid in now.keys() - before.keys()]

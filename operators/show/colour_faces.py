@@ -121,9 +121,8 @@ def colour_faces(city, ground, attribute, ends=None, colour_map="viridis"):
             if attribute == CHANGE + "full_load_hours"
             else None
         )
-        if (
-            errors is not None
-        ):  # below two of them a change is grey; what differs by nothing is no noise
+        # A change of hours below two of its standard errors is grey; no change at all is no noise.
+        if errors is not None:
             values = np.where((values != 0) & (np.abs(values) < 2 * errors), np.nan, values)
         changed = np.nan_to_num(values) != 0
         if ends is None and changed.any():

@@ -48,7 +48,7 @@ def colour_user_meshes(city, *, shown=3):
             if Key.DRAWN_AS not in item:
                 item[Key.DRAWN_AS], item.display_type = item.display_type, "WIRE"
                 item[Key.LEFT_OUT], item.hide_render = item.hide_render, True
-    # The copy shows all other faces, or is hidden if none is left.
+    # The copy, which is the city's own mesh, shows all other faces, or is hidden if none is left.
     _mask_faces(city, own)
     if source_objects.is_in_place(city):
         city.hide_render = bool(own.all())

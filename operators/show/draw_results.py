@@ -57,7 +57,8 @@ def draw_results(folder, scene, transfer, energy, note, *, pictures):
     faces = Faces(city, ground)
     faces.write_classes(scene.surfaces)
     faces.write_results(transfer, energy)
-    # A scene without full load hours (only ground) still gets a picture.
+    # A scene without full load hours (only ground) still gets a picture, of its relative diffuse
+    # irradiance.
     known = np.isfinite(energy.full_load_hours).any()
     scale = colour_faces(city, ground, "full_load_hours" if known else "diffuse_relative")
     # Colours as they are, camera and legend.

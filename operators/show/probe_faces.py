@@ -168,6 +168,8 @@ def describe_surfaces(session, rows):
         for key, words in REASONS.items()
         if key in reasons
     ]
+    # Then hours, irradiation, modules, power, why others carry none, energy, and what 50 and 90 %
+    # of the years exceed, where these are known.
     return [
         *lines,
         "Full load hours|–" if hours is None else f"Full load hours|{hours:,.0f}{error} h per year",
