@@ -221,6 +221,8 @@ def predict_costs(scene, weather, request, reading=0.0, progress=silent):
     Returns
     -------
     CostCurve
+        The list of predictions, seconds of the pilot, how many patches there are, and seconds that
+        every run takes besides tracing and writing.
     """
     # The scene is prepared and the pilot traced once; every line of the list is predicted from it.
     started = time.perf_counter()
@@ -241,7 +243,7 @@ def predict_costs(scene, weather, request, reading=0.0, progress=silent):
         )
     )
     city = predict_city(CityYear(scene, prepared, weather, request), ways, progress)
-    # Seconds of every run besides tracing.
+    # Seconds of every run besides tracing and writing: reading, preparing, checks, electricity.
     fixed = reading + preparing + city.checking + city.pilot.electricity
     run = city.pilot.run
     # The share of reflected light falls by the same factor each time.

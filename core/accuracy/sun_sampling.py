@@ -54,7 +54,8 @@ def measure_ways(inputs, transfer, ways, progress=silent, *, patches=500):
         `bias_standard_error`, `of_groups` (rms of the means of kinds and orientations), `rms`
         (patch by patch) and its `rms_standard_error`, and how many `patches`.
     """
-    # If the run has every hour's suns already, or no surface is eligible, the error is nothing.
+    # If every hour's suns are the only choice, or no surface is eligible, nothing is traced: all
+    # errors are 0, on 0 patches.
     # Else the truth are suns of four times the days where all choices are whole days and there are
     # enough of them in the year, or every hour's.
     scene, prepared, weather, request = inputs

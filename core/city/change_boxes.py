@@ -15,8 +15,8 @@ def touch_boxes(scene, boxes, within):
 
 
 def boxes_around(corners, side=10.0):
-    """Boxes around triangles, (k, 3, 3): those in each square of the plan, the nearest joined until
-    there are few.
+    """Boxes around triangles, (k, 3, 3): those in each square of `side` metres of the plan, the
+    nearest joined until there are few.
 
     Returns
     -------

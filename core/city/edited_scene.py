@@ -93,7 +93,8 @@ def edit_scene(scene, rows, before, after, request):
         options = SceneOptions(grid_size=request.grid_size, sectors=request.sectors, site=site)
         added = build_scene(part, ground="none", patch_size=request.patch_size, options=options)
         edited = _append_scene(edited, added)
-    # The ground has holes where new things stand, and closes where old ones stood.
+    # The ground has holes where new things stand, and closes where old ones stood. New footprints
+    # above it get light from below if they hang.
     gone = np.flatnonzero(np.isin(owner_of_triangles(scene), gone_rows))
     edited, hidden = cut_ground(edited, first, gone, request.patch_size)
     gone = np.concatenate([gone, hidden])
@@ -109,12 +110,14 @@ def edit_scene(scene, rows, before, after, request):
     crowns = _change_trees(edited, before, after)
     solids = np.concatenate([scene.corners_of(gone), edited.corners_of(np.s_[first:])])
     alive = np.setdiff1d(rows, gone_rows)
-    # Faces that stay are judged again within a step of a change, or within --clearance.
+    # Within a step of a change, or within --clearance, it is judged again which faces are sheets:
+    # without thickness, lit from both sides.
     within = max(GEOMETRY.step, request.clearance)
     asked = np.zeros(len(edited.surfaces) + 1, bool)
     asked[owner_of_triangles(edited)[touch_boxes(edited, boxes_around(solids), within)]] = True
     edited, turned = _judge_sheets(edited, asked[:-1], first)  # the ground's -1 took the last one
-    # Sheets that turned count as changed; then twins are looked for among what remains.
+    # Backs of faces that are no sheets any more count as gone; then twins are looked for among what
+    # remains.
     gone, solids = (
         np.concatenate([gone, turned]),
         np.concatenate([solids, scene.corners_of(turned)]),

@@ -62,8 +62,8 @@ def join_contents(contents, lod=None, unit="m", *, orient="auto", progress=silen
     hints = hints or PlaceHints()
     crs = _common_crs(contents, hints.like)
     _join_trees(contents)
-    # Files without a system: their unit is given, or judged by size. With one: true metres in a
-    # plane.
+    # Files without a system: their unit is given, or judged by size. With one: the order of their
+    # axes is found, and a plane in true metres.
     grid = Grid()
     if unit == "auto":
         unit, notes = judge_unit(contents) if crs is None else ("m", [])

@@ -142,7 +142,8 @@ def place_rows(racks, frame, free):
     -------
     array, (k, 4, 3) float64 [m]
         Corners of the fronts, counter-clockwise seen from the front, the lower edge first. Of a
-        pair the row that faces the wanted azimuth comes before the other.
+        pair the row that faces the wanted azimuth comes before the other. None, k = 0, where the
+        free area has no room for a row.
     """
     # How many rows fit at this pitch, front to front.
     width = _width_of_row(racks)

@@ -102,6 +102,9 @@ def _frame(outline, roof):
 def _divide(outline, shape, middle, half, axes):
     """Fields of a roof, each a shapely.Polygon, and its slope: share of the roof's height at the
     middle, and its change [1/m] along the two axes. None where the shape does not fit.
+
+    `axes` are the directions of the ridge and square to it, `middle` and `half` the middle of the
+    outline and half its size along them [m].
     """
     length, width = half
     # Somewhat larger than the outline, so that no corner is lost to rounding.

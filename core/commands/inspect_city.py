@@ -119,8 +119,8 @@ def _group_areas(names, area, chosen=None):
 
 
 def describe_city(found):
-    """The description as lines of text."""
-    # Where it lies, and which levels of detail were found and used.
+    """The description of a city, as of `inspect_city`, as lines of text: list of str."""
+    # First words for some lines: the place, levels of detail found and used, what the files tell.
     report, site = found["report"], found["site"]
     place = "unknown: given neither in the files nor by options"
     if site["latitude"] is not None and site["longitude"] is not None:
@@ -131,7 +131,7 @@ def describe_city(found):
         for key in ("lods_met", "lods_chosen")
     )
     told = ", ".join(f"{name} of {count:,}" for name, count in found["told"].items() if count)
-    # Files, sizes, place; then counts and areas by kind, class and eligibility.
+    # The lines: files, sizes, place; then counts and areas by kind, class and eligibility.
     lines = [
         *(f"file         {path}" for path in report["files"]),
         f"buildings    {report['building_count']:,}, parts {report['part_count']:,}",

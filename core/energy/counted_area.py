@@ -116,7 +116,8 @@ def find_counted_area(transfer, system, *, steepest_underside=165.0):
     large = np.full(len(area), SMALLEST_ELIGIBLE_AREA), np.where(kind == "facade", 90.0, tilt)
     facing = classify(*large, surfaces.surface_azimuth, thematic, system.sectors)[2]
     usable = system.share_usable(replace(surfaces, kind=kind))
-    # Area that is open, area that counts, and modules on it.
+    # Area that is open, and area that counts: the open part of what carries modules, or all of it
+    # where hidden walls count.
     open_area = area * (1.0 - taken)
     counted_area = np.where(carries, area if whole else open_area, 0.0)
     module, layout = system.module, None
