@@ -17,8 +17,8 @@ SOURCES = (HORIZON,)
 
 
 def split(weather, *, small_tilt=1.0):
-    """Light of the sky in each interval of a weather: SkyParts [Wm⁻²], the dome, the part around the
-    sun (normal to the sun and on level ground), and the horizon band.
+    """Light of the sky in each interval of a weather: SkyParts [Wm⁻²], the dome, the part around
+    the sun (normal to the sun and on level ground), and the horizon band.
 
     The coefficients are "allsitescomposite1990" of pvlib; with the sun below the horizon, where the
     model is not defined, the sky is isotropic.

@@ -178,8 +178,8 @@ def _ask(question, altitude):
     }
     try:
         data, place, columns = ask[question.asked.service.key](question)
-    # Failures become messages: a refusal by our own checks; no connection, no answer in time, or the
-    # service's own refusal; an answer that is no weather.
+    # Failures become messages: a refusal by our own checks; no connection, no answer in time, or
+    # the service's own refusal; an answer that is no weather.
     except InputError as error:
         raise InputError(option, f"{where}: {error.problem}", error.cure) from error
     except (
@@ -277,7 +277,7 @@ def _ask_era5(question):
     Returns the table by our names, None for the altitude, and the names of its columns there.
     """
     url, key = _read_cds_configuration()
-    # Without a key nothing is asked.
+    # Without a key the user is told how to get one, and nothing is asked.
     if not key:
         cure = (
             "put url: and key: of your account at the Climate Data Store into .cdsapirc in your "

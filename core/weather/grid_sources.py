@@ -225,8 +225,8 @@ def grid_source(grid, places, picked, request, years=None):
     """
     rows, columns = picked
     width = len(columns)
-    # The first place up to 60° of latitude, or at the lowest one, stands for all in the check against
-    # the sun.
+    # The first place up to 60° of latitude, or at the lowest one, stands for all in the check
+    # against the sun.
     suns, checked, nearest = [], [], max(60.0, np.abs(places.latitude).min())
     # Stamps of all files; only the years asked for are kept, and one that no file has is refused.
     stamps = pd.DatetimeIndex(
@@ -243,7 +243,7 @@ def grid_source(grid, places, picked, request, years=None):
     def read(chunk):
         """Weather of each place of a portion, with FILES or NOTHING: list of tuples.
 
-        `chunk` are numbers of places on one parallel; the weather is None where the files have none.
+        `chunk` are numbers of places on one parallel; the weather is None where files have none.
         """
         row = chunk[0] // width
         # Values of neighbouring places on one parallel, in the years that are kept.
@@ -268,8 +268,8 @@ def grid_source(grid, places, picked, request, years=None):
             suns[:] = suns or [geocentric_sun(record.data.index, interval)]  # once for all places
             own = sun_of_place(suns[0], *place)
             if not checked and abs(latitude) <= nearest:
-                # One place stands for the files, as the check takes longer than a place: its sums and
-                # times are held against the sun.
+                # One place stands for the files, as the check takes longer than a place: its sums
+                # and times are held against the sun.
                 checked.append(one)
                 try:
                     check_years(record, interval, own)

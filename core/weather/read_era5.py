@@ -93,6 +93,7 @@ def read_era5(paths, latitude, longitude, altitude, point):
         ghi [Wm⁻²], temp_air [°C], wind_speed [ms⁻¹] and, if available, dhi [Wm⁻²] and pressure
         [Pa].
     """
+    # Another word than nearest or bilinear is refused.
     if point not in ("nearest", "bilinear"):
         raise InputError("--weather-point", f"{point!r} is unknown", "give nearest or bilinear")
     # Grid points around the place and their weights, along rows and columns.

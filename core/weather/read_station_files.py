@@ -119,8 +119,8 @@ def _read_starts(path, table):
 
 
 def read_psm(path):
-    """Read a PSM csv in SAM's format, two header lines, the column names, one row for each interval:
-    Record.
+    """Read a PSM csv in SAM's format: Record. The file has two header lines, the column names, and
+    one row for each interval.
 
     Values are instantaneous at their stamps (satellite images; at half past in hourly files): the
     interval is centred on the stamp. A typical year (TMY) is put into one calendar year. Files of

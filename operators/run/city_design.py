@@ -190,7 +190,8 @@ def note_changed(city, touched, before, now):
     parts, own = _parts.get(city.session_uid), {city, city.get(Key.GROUND)} & set(objects)
     if parts is None or (own and not is_in_place(city)):
         return False
-    # What is known of its parts must be of the results that it has now.
+    # What is known of its parts must be of the results that it has now, else it is looked at as a
+    # whole.
     known, results = _at_results.get(city.session_uid, ("", None))
     if parts.results is not None and (parts.results is not results or known != city[Key.DESIGN]):
         return False
