@@ -50,6 +50,7 @@ def read_citygml(path, report_share=silent):
 def _read_declared(path, declared, report_share):
     # All polygons, trees and terrain of one file, as a FileContent. Each prefix in `declared`,
     # which the file uses without declaring it, is declared while it is read.
+    # Refused unless the root, or a declaration early in the file, is of a CityGML namespace.
     root, namespaces = read_root(path, declared)
     if CITYGML not in " ".join([root, *filter(None, namespaces.values())]) and not _is_named_later(
         path

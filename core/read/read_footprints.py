@@ -146,7 +146,8 @@ def _name_features(flat_map):
 
 def _sort_features(columns, count, content, ids):
     """Which features are read, buildings or parts above the ground, (f,) bool, and which are parts,
-    (f,) bool."""
+    (f,) bool.
+    """
 
     def column(*texts):
         known = names.find_names(columns, texts)
@@ -252,11 +253,10 @@ def _link_by_place(number, features):
                 (float(shapely.area(shapes[around_it])), int(owner[around_it]))
             )
     sizes = np.bincount(owner, shapely.area(shapes), features.count)
-    # Only the smallest of them may be the part's building. It is not where it is clearly smaller
-    # than the part, or is itself linked to another outline: then the part stays without one.
+    # Only the smallest of them may be the part's building; where that one does not count, the part
+    # stays without one.
     for part, found in around.items():
-        # An outline clearly smaller than the part is not around it; an outline that lies in another
-        # takes no parts.
+        # No outline around the part counts that is clearly smaller, or lies in another itself.
         area, row = min(found)
         if area >= 0.99 * sizes[part] and row not in features.outline:
             features.outline[part] = (number, row)

@@ -77,7 +77,7 @@ def compare_folders(before, after):
         has no outlines.
     """
     folders, known, again = (before, after), None, None
-    # Both runs, and pairs of their surfaces with equal shapes.
+    # Both runs are read.
     before, after = read_results(before), read_results(after)
     layouts = [layout_of(one.summary) for one in (before, after)]
     # Where only one has modules in rows, both get modules on every square metre that counts. Then
@@ -99,7 +99,8 @@ def compare_folders(before, after):
         before.faces = before.faces.assign(
             **_read_by_id(folders[1], BEFORE, BEFORE_COLUMNS, before)
         )
-    # Yields of each surface in both on the modules of before, then sums of buildings and of all.
+    # Surfaces of both with equal shapes are paired. Yields of each surface in both on the modules
+    # of before, then sums of buildings and of all.
     change = compare_states(_state_of(before), _state_of(after), known)
     table, crossed = change.surfaces, change.crossed
     summary = {

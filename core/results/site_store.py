@@ -34,8 +34,8 @@ class Store:
         )
 
     def add_piece(self, piece, number, folder):
-        """Store the surfaces of a piece of result folder `number`, by square; return the surfaces of
-        buildings with shapes, as a piece whose column `building` numbers buildings from 0.
+        """Store the surfaces of a piece of result folder `number`, by square; return the surfaces
+        of buildings with shapes, as a piece whose column `building` numbers buildings from 0.
 
         Buildings without shapes are left out; surfaces without, such as racks, stay with their
         building.

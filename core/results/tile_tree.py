@@ -252,7 +252,7 @@ def join_squares(folder, place, parts, look, top=False):
 
 
 def _compose_mosaic(low, side, pixel, sums, look):
-    """Bytes of the tile: a square for each pixel, of the area of its roofs."""
+    """Bytes of the tile: a square for each pixel, of the area of its roofs, above the ground."""
     # A square in the middle of each pixel, as large as the area of its roofs, at their mean height.
     # Columns of `sums`: area of roofs, it times their height and the ground's, area that counts,
     # and that area times energy, hours, error, sky and months.

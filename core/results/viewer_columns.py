@@ -181,7 +181,8 @@ def list_layers(values, mounted):
     Each has the name of its values, title, unit, colours, their lowest and highest value and, if a
     month, the lowest and highest of all months. What is unknown of all surfaces is left out.
     """
-    # Titles and units as in the tables; limits of colours from what carries modules, by area.
+    # Titles and units as in the tables; limits of colours from what carries modules, by area, but
+    # of energy by number.
     titles = {column.name: (column.title, column.legend_unit) for column in COLUMNS if column.title}
     rows = mounted.index.to_numpy()
     area = values["counted"][rows]

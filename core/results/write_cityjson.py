@@ -36,12 +36,13 @@ def write_cityjson(path, run, progress=silent, *, further_decimals=6):
     """Write a city with its results.
 
     Every building, and every part of one, is a city object with a MultiSurface; each of its
-    polygons has a semantic surface of its own. The type of that is the polygon's thematic class;
+    polygons has a semantic surface of its own. The surface's type is the polygon's thematic class;
     where it has none, its kind tells: WallSurface for facades, GroundSurface for ground and floors
     on it, OuterCeilingSurface for what else faces down, RoofSurface for the rest. Trees, and the
-    terrain of the files, are objects of their own. Coordinates stand as in the files. Its ``id`` is
-    the ``surface_id`` of faces.csv, its attributes bear the names of that table behind ``citypv_``,
-    and ``citypv_full_load_hours_by_month`` holds twelve values. What is unknown is left out.
+    terrain of the files, are objects of their own. Coordinates stand as in the files. The ``id`` of
+    a semantic surface is the ``surface_id`` of faces.csv, its attributes bear the names of columns
+    there behind ``citypv_``, and ``citypv_full_load_hours_by_month`` holds twelve values. What is
+    unknown is left out.
     Buildings and parts keep the attributes and addresses of their files. A format that knows no
     levels of detail is written as level 2, the outer shell of level 4 as level 3.
 

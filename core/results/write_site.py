@@ -304,7 +304,8 @@ def _write_tiles(work, store, frame, *, look, private):
             ]
             return join_squares(tiles, (level, x, y), parts, look, top=level == top)
         # A square at the lowest level: its surfaces from the store, with columns as the map wants
-        # them. Ids are left out of a private map.
+        # them; what is told of its buildings goes back to the store. Ids are left out of a private
+        # map.
         piece = join_pieces(store.pieces((int(x + low[0]), int(y + low[1]))))
         for shapes in (piece.shapes, piece.modules):
             shapes.corners -= origin
@@ -317,6 +318,7 @@ def _write_tiles(work, store, frame, *, look, private):
             }
         return write_square(tiles, (x, y), piece, columns, look)
 
+    # The tree in one file, with the place of the map's frame on Earth.
     whole = write_below(top, 0, 0)
     write_tileset(tiles / "tileset.json", whole.tile | {"transform": frame.ravel().tolist()})
     return frame, bound(np.reshape(boxes, (-1, 3)))

@@ -115,7 +115,7 @@ def measure_edge(transfer, energy):
 
 
 def _describe_input(transfer, energy, scene):
-    """Files, place and counts."""
+    """Place, counts and areas of a city; with a scene its report, findings and ground, too: dict."""
     # Counts and areas by kind.
     kinds = (
         pd.Series(transfer.surfaces.area, dtype=float)

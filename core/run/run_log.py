@@ -99,7 +99,8 @@ def report_outcome(log, folder, energy, totals, report=None):
             f"  {totals['module_count']:,.0f} modules in rows; on every square metre (--layout "
             f"area) {every['kwp']:,.0f} kWp, {every['mwh_per_year']:,.0f} MWh a year"
         )
-    # What carries no modules, and why; what counts though it is dark; buildings without any shape.
+    # What carries no modules, and why; what counts though it is dark; what blocks without roofs
+    # mean for the sums; buildings without any shape, by name.
     for key, one in totals["without_modules"].items():
         if not one["count"] and one["area"] < 1:
             continue

@@ -269,7 +269,8 @@ def recompute(transfer_path, folder, request, *, overwrite=False, log=None):
                 f"use {', '.join(ELECTRIC)}",
             )
     with whole_folder(folder, overwrite) as work:
-        # Surfaces may count otherwise now; notes tell what the file does not know.
+        # Names of buildings go if the run is private. Surfaces may count otherwise now, by other
+        # sectors, which the log says; notes tell what the file does not know.
         stored = read_transfer(transfer_path)
         check_facades(stored.surfaces, request.facades)
         if request.private and stored.facts:

@@ -89,7 +89,8 @@ def make_variant(base_folder, folder, change, *, output=None, log=None):
         # traced.
         city = edit_city(kept.city, _read_change(change, kept), kept.scene.site.convergence)
         request = replace(kept.request, private=kept.request.private or change.private)
-        # Addresses and names from the files go where the base or the change asks for that.
+        # Addresses and names from the files are left out where the base or the change asks for
+        # that.
         city = without_names(city) if request.private else city
         if change.albedo_of:
             path = _write_albedos(Path(place), request.albedo_file, city, change.albedo_of)
@@ -105,8 +106,8 @@ def make_variant(base_folder, folder, change, *, output=None, log=None):
         transfer = replace(edited.transfer, record=replace(edited.transfer.record, **changes))
         told = {"base_crc32": mark_of(base_folder)} | ({"note": gone} if gone else {})
         if edited.before is not None:
-            # What the edit changes is told against the base with as much light as the edited city
-            # asks for.
+            # The base was solved again, with as much light as the edited city asks for: what the
+            # edit changes is told against this, and the log says so.
             light, kept_record = edited.before.transfer, base.transfer.record
             record = replace(
                 light.record, request=kept_record.request, sun_sampling=kept_record.sun_sampling
