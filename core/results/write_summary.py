@@ -115,7 +115,7 @@ def measure_edge(transfer, energy):
 
 
 def _describe_input(transfer, energy, scene):
-    """Place, counts and areas of a city; with a scene its report, findings and ground, too: dict."""
+    """Place, counts and areas of a city; with a scene also report, findings and ground: dict."""
     # Counts and areas by kind.
     kinds = (
         pd.Series(transfer.surfaces.area, dtype=float)
