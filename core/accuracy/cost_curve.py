@@ -281,5 +281,6 @@ def predict_costs(scene, weather, request, reading=0.0, progress=silent):
     listed += [predict(f"--max-bounces {count}", max_bounces=count) for count in range(6)]
     if request.patch_size:
         listed += [predict(f"--patch-size {size:g}", patch_size=size) for size in (20.0, 10.0, 5.0)]
+    # Last, the run as asked for, but traced in 4 and in 16 rounds.
     listed += [predict(f"{rounds} rounds", rounds=rounds) for rounds in (4, 16)]
     return _CostCurve(listed, time.perf_counter() - started, len(prepared.patches), fixed)

@@ -105,17 +105,17 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     may_stand_high[rows[_hang_between_walls(shapes, low[rows], building_of[rows], lines, top)]] = (
         False
     )
-    # An edge further above a neighbouring foot than a storey, or of a wall without a footprint than
-    # a step, does not stand on the ground; the lowest footprint of a building may stand on an
-    # embankment, 6 m above.
+    # The step: how far an edge may rise above a foot right beside it. It is a storey, or 6 m for the
+    # lowest footprints of a building, as on an embankment, but no more than the object is high; of
+    # a wall without a footprint it is `GEOMETRY.step`.
     step = np.where(may_stand_high, 6.0, GEOMETRY.storey)[polygon_of_point[edge]]
     step = np.minimum(step, np.maximum(height[building[edge]], GEOMETRY.step))
     step[~on_footprint[edge]] = GEOMETRY.step
-    # Ground between two feet rises by 0.5 m per metre at most; a thin object is no sign of ground
-    # steeper than 0.1.
+    # The slope: how much further it may rise per metre to that foot, as ground rises by 0.5 at most;
+    # a thin object is no sign of ground steeper than 0.1.
     slope = np.where(thin[building[edge]], 0.1, 0.5)
-    # What does not rise too steeply above the feet around stands; footprints without any such edge
-    # hang.
+    # An edge stands if neither end rises above another foot by more than the step plus slope times
+    # distance; footprints without any such edge hang.
     stands = find_standing(start[edge], end[edge], step, slope)
     edge, step = edge[stands], step[stands]
     standing = np.isin(np.flatnonzero(footprint), polygon_of_point[edge])

@@ -92,7 +92,7 @@ def judge_shapes(shapes, rows, sheet, report_share, *, enclosed=0.4):
     begin, each, many = 0.35, 0.125, 64
     tell = partial(report_part, report_share, 0, begin)
     backs, _ = _count_ends(shapes, rows, -1, 8, hops=0, report_share=tell)
-    # Where three quarters of eight rays hit backs, the face is clearly inside.
+    # Where three quarters of eight rays from its back hit backs, a surface is clearly inside.
     rows = rows[mean(rows, backs / 8) < 0.75]
     # What stands close in front of another face is its cladding, and belongs to it.
     rows = rows[mean(rows, _look_straight(shapes, rows, -1, GEOMETRY.cladding)) < 0.5]
