@@ -138,8 +138,12 @@ def test_the_extension_installs_enables_updates_and_leaves_nothing_behind(tmp_pa
     tables = ("weather/climate_grid", "world/coast_lines")
     data = {f"core/{name}.{ending}" for name in tables for ending in ("npz", "LICENSES.txt")}
     berlin = "ATTRIBUTION.md", "berlin_3910_5817.gml", "era5_berlin_2017.nc"
-    page = ("page.html", "page.css", "viewer.html", "viewer.css", "three.LICENSES.txt")
-    page += tuple(f"{name}.js" for name in ("viewer", "supply", "report", "map", "three", "tiles"))
+    page = ("page.html", "page.css", "viewer_tables.html", "three.LICENSES.txt", "de.json")
+    page += tuple(
+        f"{name}.{ending}" for name in ("viewer", "building") for ending in ("html", "css")
+    )
+    scripts = ("viewer", "supply", "report", "map", "three", "tiles", "building", "basemap")
+    page += tuple(f"{name}.js" for name in scripts)
     data |= {f"core/results/web/{name}" for name in page}
     data |= {"core/rays/loops.txt", *(f"examples/berlin/{name}" for name in berlin)}
     assert {name for name in names if "/" in name and not name.endswith((".py", "/"))} == data
