@@ -14,10 +14,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..rays.random_numbers import mix
-from ..rays.sample_points import DIGITS, HEMISPHERE_REPLICATES, grid_of, points_of_grid
+from ..rays.sample_points import DIGITS, HEMISPHERE_REPLICATES
 from .direct_errors import deviations_of_spread, spread_of_elements, variance_of_points
 from .merge_transfers import blend, blend_variance
-from .shadow_points import shift_points
+from .shadow_points import grid_of, points_of_grid, shift_points
 from .solve_light import solve_light
 from .sun_visibility import projection_in_front, work_in_slices
 from .traced import FirstLight

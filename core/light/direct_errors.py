@@ -3,8 +3,9 @@
 import numpy as np
 
 from ..rays.random_numbers import mix
-from ..rays.sample_points import HEMISPHERE_REPLICATES, grid_of
+from ..rays.sample_points import HEMISPHERE_REPLICATES
 from .light_errors import shares_of_cells
+from .shadow_points import grid_of
 
 # Variance of a net of 2, 4, … 1,024 points as a share of the variance of stratified points:
 # computed for straight edges of shadow at any place and angle it is 0.38 to 0.59

@@ -1,5 +1,6 @@
 """Points of a patch from which shadow rays start, and which of them represents which part of it."""
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
@@ -147,7 +148,7 @@ def _places_of_points(keys, before, point_count):
     places = np.empty((2, len(keys), point_count), np.float32)
     place_points(
         shift_points(keys, before),
-        (sample_points.points_of_grid(point_count), sample_points.grid_of(point_count)),
+        (points_of_grid(point_count), grid_of(point_count)),
         places,
     )
     return places
@@ -159,6 +160,36 @@ def shift_points(keys, before):
     """
     shift = (uniform(mix(keys ^ np.uint64(0x5EED)), 2) * (1 << DIGITS)).astype(np.uint32)
     return shift ^ sample_points.sobol_points(before)[:, :2]
+
+
+def grid_of(count):
+    """Rows and columns of the unit square divided into `count` rectangles, a power of two:
+    two int.
+    """
+    power = count.bit_length() - 1
+    return 1 << power // 2, 1 << (power - power // 2)
+
+
+@functools.cache
+def points_of_grid(count):
+    """First `count` two-dimensional Sobol points: one in each rectangle of `grid_of`, in the order
+    of the rectangles.
+
+    Parameters
+    ----------
+    count : int
+        A power of two.
+
+    Returns
+    -------
+    (count, 2) uint32
+        Coordinates along columns and rows, multiples of 2^-DIGITS.
+    """
+    digits = sample_points.sobol_digits(count)[:, :2]
+    rows, columns = grid_of(count)
+    along, across = digits.astype(np.int64).T  # 2^DIGITS times a side overflows 32 bits
+    rectangle = (across * rows >> DIGITS) * columns + (along * columns >> DIGITS)
+    return digits[np.argsort(rectangle)]
 
 
 @njit(nogil=True, cache=True)

@@ -128,8 +128,29 @@ def _directions(count, shifts):
     count) float32.
     """
     around = sample_points.additive_recurrence(count, 2)
-    u, v = (sample_points.shifted(around[:, axis], shifts[axis]) for axis in (0, 1))
+    u, v = (_shift(around[:, axis], shifts[axis]) for axis in (0, 1))
     return np.stack(sample_points.cosine_direction(u, v))
+
+
+def _shift(points, shifts):
+    """One coordinate of a point set, shifted at random modulo 1 (Cranley-Patterson rotation).
+
+    Parameters
+    ----------
+    points : (m,) float32
+    shifts : (...) float32
+
+    Returns
+    -------
+    (..., m) float32 in [0, 1)
+
+    References
+    ----------
+    Cranley and Patterson (1976), doi:10.1137/0713071.
+    """
+    moved = points + shifts[..., None]
+    moved -= moved >= 1
+    return moved
 
 
 def _examine_cells(ray_scene, patches, chosen, starts):

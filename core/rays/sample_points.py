@@ -86,27 +86,6 @@ def _all_directions():
     return np.array(direction_numbers, np.uint32).T
 
 
-def shifted(points, shifts):
-    """One coordinate of a point set, shifted at random modulo 1 (Cranley-Patterson rotation).
-
-    Parameters
-    ----------
-    points : (m,) float32
-    shifts : (...) float32
-
-    Returns
-    -------
-    (..., m) float32 in [0, 1)
-
-    References
-    ----------
-    Cranley and Patterson (1976), doi:10.1137/0713071.
-    """
-    moved = points + shifts[..., None]
-    moved -= moved >= 1
-    return moved
-
-
 def barycentric_of_square(u, v):
     """Uniform points of a triangle from uniform points of the square.
 
@@ -187,33 +166,3 @@ class Cells(NamedTuple):
         """
         middle = self.corners().mean(axis=1)
         return Cells(larger).of_point(middle[:, 0], middle[:, 1]).astype(int)
-
-
-def grid_of(count):
-    """Rows and columns of the unit square divided into `count` rectangles, a power of two:
-    two int.
-    """
-    power = count.bit_length() - 1
-    return 1 << power // 2, 1 << (power - power // 2)
-
-
-@functools.cache
-def points_of_grid(count):
-    """First `count` two-dimensional Sobol points: one in each rectangle of `grid_of`, in the order
-    of the rectangles.
-
-    Parameters
-    ----------
-    count : int
-        A power of two.
-
-    Returns
-    -------
-    (count, 2) uint32
-        Coordinates along columns and rows, multiples of 2^-DIGITS.
-    """
-    digits = sobol_digits(count)[:, :2]
-    rows, columns = grid_of(count)
-    along, across = digits.astype(np.int64).T  # 2^DIGITS times a side overflows 32 bits
-    rectangle = (across * rows >> DIGITS) * columns + (along * columns >> DIGITS)
-    return digits[np.argsort(rectangle)]

@@ -6,6 +6,7 @@ from scipy import stats
 from scipy.stats.qmc import Sobol
 from thorough import mark_cases
 
+from citypv.core.light.shadow_points import grid_of, points_of_grid
 from citypv.core.patches.find_covered import stratified_points
 from citypv.core.rays.random_numbers import keys_of_names, uniform
 from citypv.core.rays.sample_points import (
@@ -14,8 +15,6 @@ from citypv.core.rays.sample_points import (
     additive_recurrence,
     barycentric_of_square,
     cosine_direction,
-    grid_of,
-    points_of_grid,
     sobol_digits,
 )
 

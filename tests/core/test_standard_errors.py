@@ -12,9 +12,9 @@ from thorough import mark_cases
 
 from citypv.core.city.split_edges import refine_triangles
 from citypv.core.light.direct_errors import variance_of_neighbours
-from citypv.core.light.shadow_points import place_points
+from citypv.core.light.shadow_points import grid_of, place_points, points_of_grid
 from citypv.core.light.trace_gather import trace_gather
-from citypv.core.rays.sample_points import DIGITS, grid_of, points_of_grid
+from citypv.core.rays.sample_points import DIGITS
 from citypv.core.settings.progress import silent
 from citypv.core.settings.request import Request
 
