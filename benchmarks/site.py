@@ -29,7 +29,8 @@ import pandas as pd
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "core"))
 from browser import Browser, find_chromium
 
-from citypv.core.read.netcdf_file import netcdf_file, write_variables
+from citypv.core.read.netcdf_file import netcdf_file
+from citypv.core.results.netcdf_variables import write_variables
 
 IDS = ("surface_id", "building_id")
 READY = "tiles.visibleTiles.size > 0"

@@ -26,8 +26,6 @@ DOORS = (
     "sun_matrix.keep_matrix",
     "sun_matrix.row_blocks",
     "sun_sampling_error.trace_sun_samples",
-    "taken_parts.parts_of_rings",
-    "taken_parts.rings_of_parts",
     "trace_gather.SUNS",
     "trace_gather.trace_gather",
     "trace_run.choose_year",

@@ -8,8 +8,9 @@ import h5netcdf
 import numpy as np
 
 from ..modules.lay_modules import ModuleLayout
-from ..read.netcdf_file import netcdf_file, refuse_links, write_variables
+from ..read.netcdf_file import netcdf_file, refuse_links
 from ..settings.errors import InputError
+from .netcdf_variables import write_variables
 from .transfer_file import PACKED, describe_fields
 
 NAME = "surfaces.nc"

@@ -22,15 +22,16 @@ from ..city.grid_cells import Outlines
 from ..city.scene import Surfaces
 from ..city.site import Site
 from ..light.sun_matrix import row_blocks
-from ..light.taken_parts import parts_of_rings, rings_of_parts
 from ..light.transfer import ErrorParts, SourceLight, TraceRecord, Transfer
-from ..read.netcdf_file import check_hdf5, netcdf_file, read_variables, write_variables
+from ..read.netcdf_file import check_hdf5, netcdf_file
 from ..settings.errors import InputError, build_from
 from ..settings.progress import silent
 from ..sky.horizon import TerrainHorizon
 from ..sky.horizon_band import SOURCES
 from ..sun.suns import Suns
 from .columns import COLUMNS
+from .netcdf_variables import read_variables, write_variables
+from .taken_rings import parts_of_rings, rings_of_parts
 from .write_summary import finite
 
 FORMAT = "CityPV transfer 1"
@@ -246,7 +247,7 @@ def _checksum(values, before=0):
 
 
 def describe_fields(owners):
-    """Variables of some owners, as of `netcdf_file.write_variables`.
+    """Variables of some owners, as of `netcdf_variables.write_variables`.
 
     Parameters
     ----------

@@ -11,11 +11,12 @@ import pandas as pd
 from ..energy import building_power
 from ..energy.counted_area import name_group
 from ..energy.pv_system import build_system
-from ..read.netcdf_file import netcdf_file, write_variables
+from ..read.netcdf_file import netcdf_file
 from ..settings.system_settings import BUILDINGS
 from ..sun.solar_position import local_middle
 from .columns import TABLED, name_months, write_table
 from .districts import write_districts
+from .netcdf_variables import write_variables
 from .surfaces_file import write_surfaces
 from .write_buildings import write_buildings, write_uses
 

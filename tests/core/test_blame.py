@@ -13,8 +13,8 @@ from weathers import BARROW, BERLIN, ERA5, POTSDAM_2018, PVGIS, STOCKHOLM, TMY3
 from citypv.__main__ import main
 from citypv.core.light import rays_file
 from citypv.core.read import open_geotiff, open_raster
-from citypv.core.read.netcdf_file import write_variables
 from citypv.core.results import surfaces_file, transfer_file
+from citypv.core.results.netcdf_variables import write_variables
 from citypv.core.settings.errors import InputError
 from citypv.core.sun.sky_grid import sky_grid_suns
 from citypv.core.weather import read_epw, read_era5, read_pvgis

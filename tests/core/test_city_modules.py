@@ -210,7 +210,7 @@ def test_what_is_covered_carries_none_and_comes_back_from_its_file(tmp_path):
 
 
 def test_parts_with_holes_and_apart_come_back():
-    from citypv.core.light.taken_parts import parts_of_rings, rings_of_parts
+    from citypv.core.results.taken_rings import parts_of_rings, rings_of_parts
 
     ring = shapely.box(0, 0, 10, 10) - shapely.box(2, 2, 8, 8)
     apart = shapely.union(shapely.box(0, 0, 1, 1), shapely.box(3, 0, 4, 1))
