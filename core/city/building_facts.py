@@ -6,7 +6,6 @@ producers call them stands in tables; names are compared without regard to case 
 """
 
 import re
-import unicodedata
 from collections import defaultdict
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -120,12 +119,6 @@ def without_names(city):
         if own:
             attributes[place] = {"attributes": own}
     return replace(city, attributes=attributes)
-
-
-def fold_text(text):
-    """A text as it is compared, without accents and case: Große is grosse."""
-    signs = unicodedata.normalize("NFKD", text.casefold())
-    return "".join(sign for sign in signs if not unicodedata.combining(sign))
 
 
 @lru_cache(maxsize=4096)

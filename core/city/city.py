@@ -21,13 +21,6 @@ LISTS = (
     "height_source",
 )
 
-# words for sources of heights that are no measurement, of `City.height_source`
-ESTIMATED = {
-    "floors": "by the number of floors",
-    "outline": "by the outline around a part",
-    "default": "by --default-height",
-}
-
 
 @dataclass
 class ImportReport:

@@ -67,35 +67,6 @@ def measure_edge_distance(scene):
     return found
 
 
-def share_near_edge(distance, side, area, hours):
-    """Share of the area of facades near the edge, and how much more they yield there [%]: dict.
-
-    Parameters
-    ----------
-    distance : (n,) float64 [m]
-        From the edge; infinite where they look at none.
-    side : (n,) str
-        Orientation.
-    area, hours : (n,) float64
-        Counted area, and full load hours times the area.
-    """
-    # For each direction: hours near the edge against what its area would have at inner facades'
-    # mean.
-    measures = {"unit": "m, %, %"}
-    for name, near in (("25", distance <= NEAREST), ("100", distance <= FURTHEST)):
-        gained = expected = 0.0
-        for one in np.unique(side[near]):
-            own, inner = near & (side == one), (distance == np.inf) & (side == one)
-            if inner.any() and hours[inner].sum() > 0:
-                gained += hours[own].sum()
-                expected += area[own].sum() * hours[inner].sum() / area[inner].sum()
-        measures[f"share_within_{name}"] = float(100 * area[near].sum() / area.sum())
-        measures[f"more_hours_within_{name}"] = (
-            float(100 * (gained / expected - 1)) if expected else None
-        )
-    return measures
-
-
 def _middles_of_surfaces(scene):
     """Centroids of the surfaces of a scene: (n, 3) float64 [m]; NaN without triangles."""
     own = np.flatnonzero(scene.triangle_surface >= 0)

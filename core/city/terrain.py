@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 from ..settings.errors import check_array
 from .city import number_names
 from .plan_geometry import draw_triangles, find_inside
-from .polygons import polygon_bounds
+from .polygons import drop_unused, polygon_bounds
 from .triangulate_feet import heights_on
 
 # [m] feet this close to the edge of the terrain take its height: TINs are often cut out at
@@ -24,6 +24,10 @@ class Layer:
 
     points: np.ndarray  # (v, 3) float64 [m], x east, y north, z up
     triangles: np.ndarray  # (t, 3) int64
+
+    def take(self, kept):
+        """The triangles of a mask, (t,) bool, with the points that they use: Layer."""
+        return Layer(*drop_unused(self.points, self.triangles[kept]))
 
 
 @dataclass

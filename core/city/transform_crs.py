@@ -181,6 +181,15 @@ class Grid:
             places = transform_crs(places, self.plane, system)
         return np.column_stack([places if axes == "xy" else places[:, ::-1], points[:, 2] / factor])
 
+    def measure_scale(self, place):
+        """Scale of the system of the files along east and north at a place of the plane, (3,): two
+        float; infinite where it does not hold, 1 without a system and for degrees.
+        """
+        if self.crs is None or plane_of(self.crs)[0].is_geographic:
+            return np.ones(2)
+        middle = self.to_files(np.array([place]), "xy")[0, :2]
+        return _measure_steps(plane_of(self.crs)[0], middle, "xy")[0]
+
 
 def choose_plane(crs, axes, points, source=None):
     """The plane in true metres for points of files.
@@ -223,7 +232,7 @@ def choose_plane(crs, axes, points, source=None):
         # Metres in the file's own plane stay where a step on it is as long as on Earth, and points
         # east and north; other units are only converted.
         unit = system.axis_info[0].unit_conversion_factor
-        scale, turned = measure_steps(system, middle, axes)
+        scale, turned = _measure_steps(system, middle, axes)
         directions = {axis.direction for axis in system.axis_info[:2]}
         # A step may be 0.3 % longer or shorter than on Earth: less than any error of the light.
         straight = (
@@ -249,7 +258,7 @@ def choose_plane(crs, axes, points, source=None):
     return grid, note
 
 
-def measure_steps(plane, middle, axes, *, step=100.0):
+def _measure_steps(plane, middle, axes, *, step=100.0):
     """Scale of a plane along its two axes at a place, and whether they are left-handed, so that all
     would be mirrored.
 

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from ..accuracy.sun_sampling import name_groups
-from ..city import building_facts, transform_crs
+from ..city import building_facts
 from ..patches.materials import MaterialSpec
 from ..results.list_findings import list_findings
 from ..run.study import make_scene, read_buildings
@@ -93,11 +93,11 @@ def _describe_reading(city, scene):
     The scale belongs to the files' own system, along east and north at the site; 1 where it is
     true, and without one.
     """
-    site, scale = scene.site, [1.0, 1.0]
-    if site.crs is not None and not transform_crs.plane_of(site.crs)[0].is_geographic:
-        middle = site.grid.to_files(np.array([site.origin]), "xy")[0, :2]
-        measured = transform_crs.measure_steps(transform_crs.plane_of(site.crs)[0], middle, "xy")[0]
-        scale = [round(float(value), 5) if np.isfinite(value) else None for value in measured]
+    site = scene.site
+    scale = [
+        round(float(value), 5) if np.isfinite(value) else None
+        for value in site.grid.measure_scale(site.origin)
+    ]
     levels = scene.report.lods_chosen
     return {
         "axes": site.axes,

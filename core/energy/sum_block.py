@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..sun.sun_sampling import values_at
 from .power import ac_power, dc_factor
 from .strings_in_shade import kept_by_strings
 
@@ -198,6 +197,22 @@ def direct_part(block, hours):
     direct = values_at(block.visible_share, hours.match, hours.match_weight)
     direct *= projection
     return projection, direct
+
+
+def values_at(values, index, weight):
+    """Values of the traced suns, (s, n), at the intervals that they represent: (t, n).
+
+    Parameters
+    ----------
+    values : numpy.ndarray, (s, n)
+        In any unit.
+    index, weight : numpy.ndarray, (t, k)
+        As of `SunMatch`. A single sun, k = 1, has the weight 1.
+    """
+    if index.shape[1] == 1:
+        return np.take(values, index[:, 0], axis=0, mode="clip")
+    parts = zip(index.T, weight.T, strict=True)
+    return sum(np.take(values, one, axis=0, mode="clip") * share[:, None] for one, share in parts)
 
 
 def run_model(model, block, hours, direct, projection):

@@ -11,9 +11,9 @@ import pandas as pd
 from ..settings.errors import show_number
 from ..sky.horizon import is_above
 from ..sun.solar_position import is_sunny, solar_position, sun_direction
-from ..sun.sun_sampling import match_suns, values_at
+from ..sun.sun_sampling import match_suns
 from .energy import states_of_year
-from .sum_block import filled_share
+from .sum_block import filled_share, values_at
 
 NAMES = [pd.Timestamp(2001, month, 1).month_name() for month in range(1, 13)]
 # Days whose extraterrestrial irradiation is nearest to the month's mean: S. A. Klein (1977),

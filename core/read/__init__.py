@@ -21,7 +21,6 @@ DOORS = (
     "open_input.read_text",
     "parse_json.speaks_of_cityjson",
     "read_city.read_city",
-    "read_districts.OUTSIDE",
     "read_districts.read_districts",
     "read_heights.is_placed_raster",
     "read_heights.read_heights",

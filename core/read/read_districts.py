@@ -39,6 +39,11 @@ class Districts:
     names: list  # (d,) str, different
     shapes: np.ndarray  # (d,) of shapely polygons, one or several parts each [m]
 
+    @property
+    def rows(self):
+        """Names of the districts and, last, of what lies in none: list of str."""
+        return [*self.names, OUTSIDE]
+
 
 def read_districts(text, site, points):
     """Read the districts that a city reaches.

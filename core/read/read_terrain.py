@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..city.polygons import drop_unused
 from ..city.terrain import HORIZON, Layer, Terrain
 from ..city.transform_crs import UNITS, plane_of, transform_crs
 from ..settings.errors import InputError
@@ -209,4 +208,4 @@ def _read_layer(raster, window, posts, notes, target):
         [np.stack(corners, axis=-1).reshape(-1, 3) for corners in ((a, d, c), (a, c, b))]
     )
     whole = np.isfinite(heights.ravel()[triangles]).all(axis=1)
-    return Layer(*drop_unused(np.column_stack([places, heights.ravel()]), triangles[whole]))
+    return Layer(np.column_stack([places, heights.ravel()]), triangles).take(whole)

@@ -3,12 +3,18 @@
 from pathlib import PurePath
 
 from ..city.choose_levels import SHAPELESS
-from ..city.city import ESTIMATED
 from ..energy.counted_area import LEFT_OUT
 from ..settings.request import declared_settings, option_of
 from .describe_errors import percent, plain_number
 from .read_results import WORDS, kind_title
 from .words import number, say, say_count
+
+# words for sources of heights that are no measurement, of `City.height_source`
+ESTIMATED = {
+    "floors": "by the number of floors",
+    "outline": "by the outline around a part",
+    "default": "by --default-height",
+}
 
 
 def describe_input(summary):

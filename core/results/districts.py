@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import shapely
 
-from ..read.read_districts import OUTSIDE, read_districts
+from ..read.read_districts import read_districts
 from ..settings.errors import InputError
 from .columns import write_table
 from .write_buildings import sum_surfaces
@@ -44,9 +44,9 @@ def write_districts(path, transfer, energy, weather, text):
     )
     place, divided = place_buildings(transfer.outlines, building, len(buildings), districts.shapes)
     # The last row has what lies in no district, so that all rows together are the city.
-    count = len(districts.names) + 1
+    count = len(districts.rows)
     table = {
-        "district": [*districts.names, OUTSIDE],
+        "district": districts.rows,
         "buildings": np.bincount(place, minlength=count),
         "border_buildings": np.bincount(place[divided], minlength=count),
     }

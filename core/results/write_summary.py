@@ -12,7 +12,6 @@ import numpy as np
 import pandas as pd
 
 from ..accuracy.error_budget import budget_errors
-from ..city.edge_distance import share_near_edge
 from ..energy.counted_area import name_group, sum_left_out
 from ..energy.energy import exceeded_energy
 from ..energy.pv_system import KINDS, build_system
@@ -111,7 +110,37 @@ def measure_edge(transfer, energy):
         np.asarray(surfaces.orientation)[rows],
         np.nan_to_num(distance[rows], nan=np.inf),
     )
-    return share_near_edge(distance, side, area, hours)
+    return _share_near_edge(distance, side, area, hours)
+
+
+def _share_near_edge(distance, side, area, hours):
+    """Share of the area of facades near the edge, and how much more they yield there [%]: dict.
+
+    Parameters
+    ----------
+    distance : (n,) float64 [m]
+        From the edge; infinite where they look at none.
+    side : (n,) str
+        Orientation.
+    area, hours : (n,) float64
+        Counted area, and full load hours times the area.
+    """
+    # For each direction: hours near the edge against what its area would have at inner facades'
+    # mean.
+    measures = {"unit": "m, %, %"}
+    for within in (25, 100):
+        near = distance <= within
+        gained = expected = 0.0
+        for one in np.unique(side[near]):
+            own, inner = near & (side == one), (distance == np.inf) & (side == one)
+            if inner.any() and hours[inner].sum() > 0:
+                gained += hours[own].sum()
+                expected += area[own].sum() * hours[inner].sum() / area[inner].sum()
+        measures[f"share_within_{within}"] = float(100 * area[near].sum() / area.sum())
+        measures[f"more_hours_within_{within}"] = (
+            float(100 * (gained / expected - 1)) if expected else None
+        )
+    return measures
 
 
 def _describe_input(transfer, energy, scene):

@@ -18,7 +18,6 @@ DOORS = (
     "sun_sampling.choose_suns",
     "sun_sampling.match_suns",
     "sun_sampling.parse_sampling",
-    "sun_sampling.values_at",
     "sun_sampling.weigh_by_year",
     "suns.Suns",
     "suns.TimeAxis",

@@ -221,22 +221,6 @@ def match_suns(
     return _SunMatch(index, weight)
 
 
-def values_at(values, index, weight):
-    """Values of the traced suns, (s, n), at the intervals that they represent: (t, n).
-
-    Parameters
-    ----------
-    values : numpy.ndarray, (s, n)
-        In any unit.
-    index, weight : numpy.ndarray, (t, k)
-        As of `SunMatch`. A single sun, k = 1, has the weight 1.
-    """
-    if index.shape[1] == 1:
-        return np.take(values, index[:, 0], axis=0, mode="clip")
-    parts = zip(index.T, weight.T, strict=True)
-    return sum(np.take(values, one, axis=0, mode="clip") * share[:, None] for one, share in parts)
-
-
 def weigh_by_year(suns, times, interval, latitude, longitude, *, position=None):
     """Weight each sun with the share of the sunny intervals that it represents, by `match_suns`.
 

@@ -1,9 +1,10 @@
 """Build two Blender objects from a Scene: the city and the generated ground."""
 
+import unicodedata
+
 import bpy
 import numpy as np
 
-from ...core.city.building_facts import fold_text
 from .attributes import PREFIX, read_array, write_face_attribute
 from .keys import Key
 from .session import find_city
@@ -136,9 +137,15 @@ def suggest_buildings(operator, context, text):
     them, without regard to accents and case; for a property's search: list of tuple of str.
     """
     city = find_city(context.scene)[0] or {}
-    told, words = read_told(city), fold_text(text).split()
+    told, words = read_told(city), _fold_text(text).split()
     named = [(name, told.get(name, "")) for name in city.get(Key.BUILDINGS, ())]
-    return [one for one in named if all(word in fold_text(" ".join(one)) for word in words)]
+    return [one for one in named if all(word in _fold_text(" ".join(one)) for word in words)]
+
+
+def _fold_text(text):
+    """A text as it is compared, without accents and case: Große is grosse."""
+    signs = unicodedata.normalize("NFKD", text.casefold())
+    return "".join(sign for sign in signs if not unicodedata.combining(sign))
 
 
 def read_told(city, most=None):

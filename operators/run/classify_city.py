@@ -105,7 +105,6 @@ def show_kinds(context, before, session, findings, seen=None):
     seen : Seen, optional
         What the city was read from, if from what is seen.
     """
-    from ...core.city.site import turn_to_true_north
 
     # New meshes of the scene stand where the old ones stood, though its origin may have moved.
     scene, (old, old_ground) = session.scene, before.find_city(context.scene)
@@ -115,9 +114,7 @@ def show_kinds(context, before, session, findings, seen=None):
     same = seen is not None and city_design.describe_design(old, seen.lineage) == seen.design
     uncolour_user_meshes(old)
     earlier = scene.site if seen is None else seen.site
-    shift = turn_to_true_north(
-        np.subtract([scene.site.origin], [earlier.origin]), earlier.convergence
-    )[0]  # [m]
+    shift = earlier.from_files(np.array([scene.site.origin]))[0]  # [m]
     item.location = np.array(old.location) + shift
     # What the old city remembers goes to the new one, and its name too.
     asked = filter(lambda key: key.startswith(Key.ASKED), old.keys())
