@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from ..effects.beyond_scene import change_unshaded
-from ..energy import standard_errors
+from ..energy.standard_errors import errors_of_energy
 from ..light.trace_gather import SUNS
 from ..light.traced import SKY_DOME
 from ..settings.progress import describe_duration
@@ -82,15 +82,15 @@ def budget_groups(transfer, weather, energy, cut):
         cut_reflections, patch_size, far_ground, string_shade, sky_model.
     """
     # Errors of single surfaces, and what the run recorded of its effects.
-    errors = standard_errors.errors_of_energy(transfer, weather, energy)
-    own, passed_on = errors.own, errors.passed_on
+    errors = errors_of_energy(transfer, weather, energy)
     area, names = np.asarray(transfer.surfaces.area, float), name_groups(transfer.surfaces)
     effects = {
         effect["key"]: effect for effect in (transfer.record.effects if transfer.record else ())
     }
     # Surfaces of each group whose error is known, and the direction that they face on the whole.
     parts = [
-        (names == " ".join(name)) & energy.eligible & np.isfinite(own) for name in energy.groups
+        (names == " ".join(name)) & energy.eligible & np.isfinite(errors.own)
+        for name in energy.groups
     ]
     facing = np.array(
         [area[members] @ transfer.surfaces.normal[members] for members in parts]
@@ -104,10 +104,7 @@ def budget_groups(transfer, weather, energy, cut):
         weight = area[members] / max(energy.counted_area[members].sum(), 1e-12)
         hours = float(weight @ energy.full_load_hours[members])
         share = {
-            "sampling": np.sqrt(
-                standard_errors.noise_of_mean(weight, own[members], passed_on[members])
-            )
-            / hours
+            "sampling": np.sqrt(errors.noise_of_mean(weight, members)) / hours
             if hours > 0
             else None,
             "sun_sampling": transfer.sun_sampling_share("of_groups"),

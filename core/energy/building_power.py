@@ -60,12 +60,15 @@ def compute_building_hours(transfer, weather, energy, system, threads=None):
     names : (b,) numpy.ndarray of str
         Of the buildings, in alphabetical order.
     power : (b, 12, 24) numpy.ndarray, float32
-        [kW] Months as of `Energy.full_load_hours_by_month`; hours of `day_zone`.
+        [kW] Months as of `Energy.full_load_hours_by_month`; hours of the day in this zone.
+    zone : datetime.timezone
+        Of the time axis if one is asked for, else the standard time of the nearest meridian of 15°.
     """
     # Each interval belongs to the hour of the day of its middle, in its month.
     names, building = _number_buildings(transfer)
+    zone = weather.zone or timezone(timedelta(hours=zone_of(weather.longitude)))
     middle = weather.data.index + weather.interval / 2
-    local = middle.tz_convert(day_zone(weather))
+    local = middle.tz_convert(zone)
     month = (middle if weather.zone is None else local).month.to_numpy() - 1
     place = HOURS * month + local.hour.to_numpy()
     # Of n years every nth day is computed, and shall stand for all; the rest is dark.
@@ -91,14 +94,7 @@ def compute_building_hours(transfer, weather, energy, system, threads=None):
     length = np.bincount(place, minlength=COUNT) * (weather.interval / pd.Timedelta(hours=1))
     length = np.maximum(length / energy.years, np.finfo(float).tiny).reshape(12, HOURS)
     power = by_month[:, :, None] * shares.transpose(2, 0, 1) / length
-    return names, power.astype(np.float32)
-
-
-def day_zone(weather):
-    """Zone of the hours of the day: of the time axis if one is asked for, else the standard time of
-    the nearest meridian of 15°: datetime.timezone.
-    """
-    return weather.zone or timezone(timedelta(hours=zone_of(weather.longitude)))
+    return names, power.astype(np.float32), zone
 
 
 def _number_buildings(transfer):

@@ -234,34 +234,6 @@ def note_other_settings(transfer, request):
     return [note for note in notes if note]
 
 
-def sum_left_out(area, energy):
-    """Surfaces that do not count, and their area [m²], by the reason; and what is covered or has no
-    room of those that count.
-
-    With the counted area they add up to the area of all surfaces.
-
-    Parameters
-    ----------
-    area : numpy.ndarray, (n,)
-        Whole area of the surfaces [m²].
-    energy : Energy
-
-    Returns
-    -------
-    dict of str to dict
-        Key of `LEFT_OUT` -> count, area.
-    """
-    counts = energy.summed
-    left_out = area - np.where(counts, energy.counted_area, 0.0)
-    rows = {reason: ~counts & (energy.reason == reason) for reason in REASONS}
-    rows["parts"] = counts & (left_out > 0)
-    return {
-        name: {"count": int(own.sum()), "area": float(left_out[own].sum())}
-        for name, own in rows.items()
-        if own.any()
-    }
-
-
 def classify_again(transfer, sectors):
     """The Transfer for other sectors than it was traced for: by tilt, azimuth and class, as those
     of its surfaces were.

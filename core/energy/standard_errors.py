@@ -33,58 +33,20 @@ def state_errors(energy, errors, groups):
     # What the suns do to means of groups was measured on these: what surfaces have of their own is
     # in it.
     of_groups = replace(errors, rms=errors.bias)
-    means = add_errors(of_groups, rows, groups.weight[rows, label], label, len(groups.names))
+    means = of_groups.of_sums(rows, groups.weight[rows, label], label, len(groups.names))
     # All groups together, each by its area: noise of light that surfaces pass on is common to all
     # and is followed with its sign.
     weight = (
         groups.weight[rows, label]
         * (groups.area / max(groups.area.sum(), np.finfo(float).tiny))[label]
     )
-    whole = noise_of_mean(weight, errors.own[rows], errors.passed_on[rows])
+    whole = errors.noise_of_mean(weight, rows)
     return replace(
         energy,
         full_load_hours_standard_error=errors.of_surfaces,
         group_standard_error=means,
         sampling_error=float(np.sqrt(whole)),
     )
-
-
-def noise_of_mean(weight, own, passed_on):
-    """Variance of a weighted sum over surfaces: own noise is independent, noise of light passed on
-    is common.
-
-    Parameters
-    ----------
-    weight, own : (n,) float
-    passed_on : (n, r) float
-    """
-    return weight**2 @ own + variance_of_mean(weight @ passed_on)
-
-
-def add_errors(errors, rows, weight, label, count):
-    """Standard errors of weighted sums of the hours of some surfaces: (count,) [h].
-
-    Own noise adds up as of independent numbers; errors of light that other surfaces re-emit, and
-    discretisation errors, add up with their signs; so does what the choice of suns does to the mean
-    of a kind and orientation, the rest of whose error is each surface's own.
-
-    Parameters
-    ----------
-    errors : HourErrors
-    rows : numpy.ndarray, (k,) int
-        The surfaces.
-    weight : numpy.ndarray, (k,)
-    label : numpy.ndarray, (k,) int
-        Sum that each belongs to.
-    count : int
-    """
-    add = partial(np.bincount, label, minlength=count)
-    # apart  variance that is each surface's own; common  deviations that all share, by replicate;
-    # signed  errors known with their sign [h²].
-    apart = errors.own + np.maximum(errors.rms**2 - errors.bias**2, 0.0)
-    common = np.stack([add(weight * replicate) for replicate in errors.passed_on[rows].T], axis=1)
-    signed = add(weight * errors.discretisation[rows]) ** 2 + add(weight * errors.bias[rows]) ** 2
-    return np.sqrt(add(weight**2 * apart[rows]) + variance_of_mean(common) + signed)
 
 
 @dataclass
@@ -106,6 +68,42 @@ class _HourErrors:
         # Parts that have nothing to do with each other add up by their variances.
         apart = self.own + variance_of_mean(self.passed_on)
         return np.sqrt(apart + self.discretisation**2 + self.rms**2)
+
+    def noise_of_mean(self, weight, rows):
+        """Variance of a weighted sum over some surfaces by the rays alone: own noise is
+        independent, noise of light passed on is common.
+
+        Parameters
+        ----------
+        weight : (k,) float
+        rows : (k,) int, or (n,) bool of which k hold
+            The surfaces.
+        """
+        return weight**2 @ self.own[rows] + variance_of_mean(weight @ self.passed_on[rows])
+
+    def of_sums(self, rows, weight, label, count):
+        """Standard errors of weighted sums of the hours of some surfaces: (count,) [h].
+
+        Own noise adds up as of independent numbers; errors of light that other surfaces re-emit,
+        and discretisation errors, add up with their signs; so does what the choice of suns does to
+        the mean of a kind and orientation, the rest of whose error is each surface's own.
+
+        Parameters
+        ----------
+        rows : numpy.ndarray, (k,) int
+            The surfaces.
+        weight : numpy.ndarray, (k,)
+        label : numpy.ndarray, (k,) int
+            Sum that each belongs to.
+        count : int
+        """
+        add = partial(np.bincount, label, minlength=count)
+        # apart  variance that is each surface's own; common  deviations that all share, by
+        # replicate; signed  errors known with their sign [h²].
+        apart = self.own + np.maximum(self.rms**2 - self.bias**2, 0.0)
+        common = np.stack([add(weight * replicate) for replicate in self.passed_on[rows].T], axis=1)
+        signed = add(weight * self.discretisation[rows]) ** 2 + add(weight * self.bias[rows]) ** 2
+        return np.sqrt(add(weight**2 * apart[rows]) + variance_of_mean(common) + signed)
 
 
 def errors_of_energy(transfer, weather, energy):

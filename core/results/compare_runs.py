@@ -16,11 +16,11 @@ from scipy.spatial import cKDTree
 
 from ..city.site import Site
 from ..energy.counted_area import OF_ROWS
-from ..energy.paying import SIDES
 from ..settings.errors import InputError, count_of, show_number
 from ..settings.request import declared_settings, option_of
 from .columns import write_table
 from .read_results import Results, read_results, read_table
+from .supply_curve import SIDES
 from .surfaces_file import GIVE_RESULTS
 
 # of `_tell_yields`

@@ -30,7 +30,7 @@ def write_surfaces(path, transfer, energy, buildings=None):
     transfer : Transfer
     energy : Energy
     buildings : tuple, optional
-        Names and power of the buildings, of `compute_building_hours`, and the `day_zone`.
+        Names and power of the buildings, and the zone of the hours, of `compute_building_hours`.
     """
     # Names, suns, months of hours, and the outlines of the surfaces.
     hours = energy.full_load_hours_by_month.astype(np.float32)

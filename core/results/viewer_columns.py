@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 
 from ..energy.counted_area import REASONS
-from ..energy.paying import sum_by_hours, supply_curve
 from .colour_map import DIVERGING, GROUND, MAPS, MISSING, choose_range
 from .columns import COLUMNS
 from .read_results import MONTHS, WORDS, select_mounted
+from .supply_curve import sum_by_hours, supply_curve
 from .words import say
 
 FLAT = "modules lie flat; not among the totals of the city"

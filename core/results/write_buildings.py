@@ -7,7 +7,7 @@ import pandas as pd
 
 from ..city.building_facts import BuildingFacts
 from ..energy.energy import exceeded_energy
-from ..energy.standard_errors import add_errors, errors_of_energy
+from ..energy.standard_errors import errors_of_energy
 from .columns import name_months, write_table
 
 # -> kinds
@@ -121,7 +121,7 @@ def sum_surfaces(transfer, energy, weather, label, count, *, monthly=False):
         table[f"{part}kwp"] = add(energy.kwp, own)
         table[f"{part}mwh_per_year"] = add(kwp * energy.full_load_hours, own) / 1000
         table[f"{part}mwh_standard_error"] = (
-            add_errors(errors, rows, kwp[rows], label[rows], count) / 1000
+            errors.of_sums(rows, kwp[rows], label[rows], count) / 1000
         )
     table["mwh_dc_per_year"] = add(kwp * energy.full_load_hours_dc, eligible) / 1000
     # Energy of each year tells what is exceeded in 9 of 10 and in half; hours are energy over

@@ -12,11 +12,11 @@ import numpy as np
 import pandas as pd
 
 from ..accuracy.error_budget import budget_errors
-from ..energy.counted_area import name_group, sum_left_out
+from ..energy.counted_area import REASONS, name_group
 from ..energy.energy import exceeded_energy
 from ..energy.pv_system import KINDS, build_system
-from ..energy.vary_windows import vary_windows
 from .list_findings import list_findings
+from .vary_windows import vary_windows
 
 
 def write_summary(path, summary):
@@ -218,9 +218,37 @@ def sum_totals(transfer, energy, system):
             if chosen.any()
         },
         "string_shade": energy.sum_string_loss(area, system.strings == "string"),
-        "without_modules": sum_left_out(area, energy),
+        "without_modules": _sum_left_out(area, energy),
         "dark": {"count": int(dark.sum()), "area": float(counted[dark].sum())},
         "unit": "m², m²/kWp, kWp, h, kWh/kWp, MWh",
+    }
+
+
+def _sum_left_out(area, energy):
+    """Surfaces that do not count, and their area [m²], by the reason; and what is covered or has no
+    room of those that count.
+
+    With the counted area they add up to the area of all surfaces.
+
+    Parameters
+    ----------
+    area : numpy.ndarray, (n,)
+        Whole area of the surfaces [m²].
+    energy : Energy
+
+    Returns
+    -------
+    dict of str to dict
+        Key of `LEFT_OUT` -> count, area.
+    """
+    counts = energy.summed
+    left_out = area - np.where(counts, energy.counted_area, 0.0)
+    rows = {reason: ~counts & (energy.reason == reason) for reason in REASONS}
+    rows["parts"] = counts & (left_out > 0)
+    return {
+        name: {"count": int(own.sum()), "area": float(left_out[own].sum())}
+        for name, own in rows.items()
+        if own.any()
     }
 
 

@@ -275,7 +275,7 @@ def write_tables(folder, transfer, energy, weather, request, *, progress):
             path,
             transfer,
             energy,
-            (*building_power.compute_building_hours(*run), building_power.day_zone(weather)),
+            building_power.compute_building_hours(*run),
         ),
     }
     # Sums by what buildings are for, where that is known; districts and series if asked for.

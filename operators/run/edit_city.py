@@ -7,14 +7,13 @@ import numpy as np
 from mathutils.geometry import tessellate_polygon
 
 from ...core.settings.errors import InputError
-from ..city.attributes import read_face_attribute, write_face_attribute
+from ..city.attributes import read_array, read_face_attribute, write_face_attribute
 from ..city.build_meshes import suggest_buildings
 from ..city.keys import Key
 from ..city.run_step import Action, OfCity, leave_edit_mode
 from ..city.session import Session, find_city
 from ..city.source_objects import is_in_place, list_taken
 from ..show.colour_user_meshes import colour_user_meshes
-from ..show.select_faces import read_selection
 from . import city_design
 from .members import list_members
 from .shapes import describe_object
@@ -76,7 +75,9 @@ class _NameBuilding:
         city, _ = find_city(context.scene)
         if not self.building and city is not None and city.get(Key.HIGHLIGHT):
             numbers = np.unique(
-                read_face_attribute(city.data, "building")[read_selection(city.data)]
+                read_face_attribute(city.data, "building")[
+                    read_array(city.data.polygons, "select", dtype=bool)
+                ]
             )
             self.building = city[Key.BUILDINGS][int(numbers[0])] if len(numbers) == 1 else ""
         return (

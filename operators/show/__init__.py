@@ -14,7 +14,6 @@ DOORS = (
     "draw_view.DRAWN",
     "keep_report.draw_rows",
     "keep_report.keep_report",
-    "select_faces.read_selection",
     "show_city.match_view",
     "show_city.show_city",
     "show_modules.show_modules",

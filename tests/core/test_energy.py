@@ -187,7 +187,7 @@ def test_buildings_sum_up(berlin, tmp_path):
     middle = berlin.data.index + berlin.interval / 2
     places = [middle.month, middle.tz_convert("Etc/GMT-1").hour]
     expected = pd.DataFrame(power.astype(float)).groupby(places).mean().to_numpy()
-    names, by_hour = compute_building_hours(transfer, berlin, energy, system)
+    names, by_hour, _ = compute_building_hours(transfer, berlin, energy, system)
     assert names.tolist() == table.index.tolist() and by_hour.shape == (len(names), 12, 24)
     np.testing.assert_allclose(
         by_hour.reshape(-1, 288).T, expected, rtol=1e-4, atol=1e-4 * expected.max()

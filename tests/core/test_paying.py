@@ -11,9 +11,10 @@ from transfers import make_surfaces, unshaded_transfer
 from citypv.core.commands.command_line import main
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.left_out import describe_gone, read_left_out, words_of_surfaces
-from citypv.core.energy.paying import choose_modules, sum_by_hours, supply_curve
+from citypv.core.energy.paying import choose_modules
 from citypv.core.energy.pv_system import build_system
 from citypv.core.results.read_results import read_results
+from citypv.core.results.supply_curve import sum_by_hours, supply_curve
 from citypv.core.results.write_summary import sum_totals
 from citypv.core.settings.errors import InputError
 from citypv.core.settings.request import Request

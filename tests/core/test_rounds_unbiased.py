@@ -18,7 +18,7 @@ from thorough import mark_cases
 from citypv.core.city.build_scene import build_scene
 from citypv.core.energy.compute_energy import compute_energy
 from citypv.core.energy.pv_system import build_system
-from citypv.core.energy.standard_errors import errors_of_energy, noise_of_mean
+from citypv.core.energy.standard_errors import errors_of_energy
 from citypv.core.light.trace_run import trace_run
 from citypv.core.run.study import prepare_study, read_year
 from citypv.core.settings.request import Request
@@ -70,9 +70,7 @@ def mean_hours(name, transfer, energy):
         np.flatnonzero(energy.eligible),
     )
     weight = energy.counted_area[lit] / energy.counted_area[lit].sum()
-    return weight @ energy.full_load_hours[lit], noise_of_mean(
-        weight, errors.own[lit], errors.passed_on[lit]
-    )
+    return weight @ energy.full_load_hours[lit], errors.noise_of_mean(weight, lit)
 
 
 @pytest.mark.slow

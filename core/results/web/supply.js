@@ -1,6 +1,6 @@
 // Which surfaces pay: the supply curve of a city, and a slider that takes away what has fewer full load hours.
 //
-// Between viewer.js and report.js or map.js. The curve, city.supply, was summed up by core/energy/paying.py: power
+// Between viewer.js and report.js or map.js. The curve, city.supply, was summed up by core/results/supply_curve.py: power
 // and energy of facades and roofs with at least 0, step, 2 · step … hours.
 
 const LINES = [
