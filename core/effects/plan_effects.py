@@ -9,8 +9,6 @@ from functools import partial
 
 import numpy as np
 
-from ..patches.brdfs import Lambertian
-from ..patches.materials import describe_brdf
 from ..patches.read_albedo import brdfs_of_triangles
 from ..settings.progress import silent
 from ..settings.request import BEST_SKY
@@ -63,9 +61,7 @@ def _decide_trees(inputs):
 def _decide_specular(inputs):
     """Called for when a material, a mirror, glass or water, does not reflect by Lambert's law."""
     key, none = "specular", "no pass of photons"
-    others = [
-        material for material in inputs.materials if not isinstance(material.brdf, Lambertian)
-    ]
+    others = [material for material in inputs.materials if not material.is_diffuse]
     if not others:
         return Effect(key, False, none, "every material reflects diffusely", 0.0)
     if inputs.request.estimator == "forward":
@@ -79,7 +75,7 @@ def _decide_specular(inputs):
     inputs.plan.brdfs = brdfs_of_triangles(inputs.scene, inputs.request, inputs.materials)
     index = inputs.plan.brdfs.index
     area = float(inputs.patches.area[index >= 0].sum())
-    laws = " and ".join(sorted({describe_brdf(other.brdf) for other in others}))
+    laws = " and ".join(sorted({other.reflects for other in others}))
     extent = f"photons from {int(np.count_nonzero(index >= 0)):,} patches, {area:,.0f} m²"
     return Effect(key, True, extent, f"they reflect {laws}", 0.0)
 

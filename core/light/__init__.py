@@ -9,7 +9,6 @@ which takes one of them; then trace_gather.py, trace_forward.py, specular_light.
 DOORS = (
     "bare_light.trace_bare",
     "change_light.trace_change",
-    "editable_city.restore_editable",
     "editable_city.trace_editable",
     "errors_of_change.errors_of_difference",
     "match_light.match_light",

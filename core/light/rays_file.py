@@ -30,7 +30,7 @@ from ..sky.horizon import TerrainHorizon
 from ..sun.suns import Suns
 from .annual_light import Annual
 from .compact_city import compact_city
-from .editable_city import Decisions
+from .editable_city import Decisions, restore_editable
 from .form_factors import FormFactors, Rows
 from .light_errors import LightError
 from .packed_bits import PackedBits
@@ -88,6 +88,19 @@ class _KeptRays:
     decisions: Decisions
     traced: dict  # of `_keep_traced`
     drift: float  # as of EditableCity
+
+    def restore(self, transfer, rules):
+        """The traced city as it was, with its Transfer; `rules` are of its PreparedScene:
+        EditableCity.
+        """
+        return restore_editable(
+            self.scene,
+            self.request,
+            transfer,
+            decisions=self.decisions,
+            kept=self.traced | {"rules": rules},
+            drift=self.drift,
+        )
 
 
 def write_rays(folder, base, city, names=None):

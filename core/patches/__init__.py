@@ -6,7 +6,6 @@ patches.py.
 """
 
 DOORS = (
-    "brdfs.Lambertian",
     "cover_cells.enclosed_cells",
     "cover_cells.unpack_cells",
     "facing_scene.FacingScene",
@@ -14,7 +13,6 @@ DOORS = (
     "find_covered.find_covered_cells",
     "materials.EXAMPLES",
     "materials.MaterialSpec",
-    "materials.describe_brdf",
     "near_faces.cells_near_faces",
     "patches.Patches",
     "patches.number_triangles",

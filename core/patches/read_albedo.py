@@ -21,6 +21,16 @@ class Found(NamedTuple):
     material: str  # name of the material, "" if only an albedo is given
     brdf: object  # Lambertian, Mirror, Glossy or Glass
 
+    @property
+    def is_diffuse(self):
+        """Whether it reflects by Lambert's law."""
+        return isinstance(self.brdf, Lambertian)
+
+    @property
+    def reflects(self):
+        """How it reflects, in words: str."""
+        return describe_brdf(self.brdf)
+
 
 class TriangleBrdfs(NamedTuple):
     """Laws of reflection other than Lambert's, and which triangles follow them."""
@@ -65,9 +75,7 @@ def brdfs_of_triangles(scene, request, materials=None):
     TriangleBrdfs
     """
     distinct, which = _list_distinct(name_brdfs(scene, request) if materials is None else materials)
-    brdfs = list(
-        dict.fromkeys(one.brdf for one in distinct if not isinstance(one.brdf, Lambertian))
-    )
+    brdfs = list(dict.fromkeys(one.brdf for one in distinct if not one.is_diffuse))
     place = {brdf: index for index, brdf in enumerate(brdfs)}
     brdf_index = np.array([place.get(one.brdf, -1) for one in distinct])[
         which[scene.surface_of_triangle]
@@ -238,7 +246,7 @@ def materials_of_surfaces(scene, materials):
             "material": one.material,
             "albedo": one.brdf.albedo,
         }
-        row |= {"law": type(one.brdf).__name__.lower(), "reflects": describe_brdf(one.brdf)}
+        row |= {"law": type(one.brdf).__name__.lower(), "reflects": one.reflects}
         described.append(row | (dict(zip(("surfaces", "area"), size, strict=True)) if size else {}))
     return {
         "albedo": np.array([one.brdf.albedo for one in distinct], float)[which],

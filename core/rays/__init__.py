@@ -5,8 +5,7 @@ first: ray_scene.py.
 """
 
 DOORS = (
-    "compile_ahead.compile_loop",
-    "compile_ahead.read_loops",
+    "compile_ahead.compile_loops",
     "faces.Faces",
     "faces.Fate",
     "find_coincident.find_coincident",

@@ -14,7 +14,7 @@ def read_loops():
     return [line for line in lines if line and not line.startswith("#")]
 
 
-def compile_loop(line):
+def _compile_loop(line):
     """Compile one loop, or load it from the cache, with the loops that it calls.
 
     Parameters
@@ -32,3 +32,18 @@ def compile_loop(line):
     types, _ = normalize_signature(arguments)  # of a text, numba's cache would keep the letters
     loop.compile(types)
     return loop
+
+
+def compile_loops():
+    """Compile all loops, one after the other.
+
+    Yields
+    ------
+    done, count : int
+        Before each loop, and at the end.
+    """
+    loops = read_loops()
+    for number, loop in enumerate(loops):
+        yield number, len(loops)
+        _compile_loop(loop)
+    yield len(loops), len(loops)

@@ -17,7 +17,6 @@ from ..energy.left_out import describe_gone
 from ..energy.pv_system import build_system
 from ..energy.standard_errors import errors_of_energy
 from ..light.change_light import trace_change
-from ..light.editable_city import restore_editable
 from ..light.errors_of_change import errors_of_difference
 from ..light.rays_file import read_rays, write_rays
 from ..read.footprint_heights import HeightHints
@@ -73,13 +72,8 @@ def make_variant(base_folder, folder, change, *, output=None, log=None):
     with whole_folder(folder, output.overwrite) as work, TemporaryDirectory() as place:
         # The base as it was traced, from its files, and the weather of its year.
         kept = read_rays(base_folder)
-        known = {
-            "decisions": kept.decisions,
-            "kept": kept.traced | {"rules": build_system(kept.request).layout},
-            "drift": kept.drift,
-        }
         transfer = read_transfer(Path(base_folder) / "transfer.nc")
-        base = restore_editable(kept.scene, kept.request, transfer, **known)
+        base = kept.restore(transfer, build_system(kept.request).layout)
         weather = study.read_year(
             kept.scene.site, kept.request, keep=(work / ASKED, Path(base_folder) / ASKED)
         )

@@ -16,10 +16,7 @@ def compile_loops(progress):
 
     if is_compiled():
         return
-    from ...core.rays.compile_ahead import compile_loop, read_loops
+    from ...core.rays import compile_ahead
 
-    loops = read_loops()
-    for number, loop in enumerate(loops):
-        progress(COMPILING, number, len(loops), "loops")
-        compile_loop(loop)
-    progress(COMPILING, len(loops), len(loops), "loops")
+    for done, count in compile_ahead.compile_loops():
+        progress(COMPILING, done, count, "loops")
