@@ -76,7 +76,7 @@ def measure_effects(inputs, progress=silent):
     }
     measured = {key: [] for key in others}
     # Each pair is a run as planned and one with the effect switched, with the same suns and random
-    # numbers. Suns and numbers change from pair to pair, of which there are three.
+    # numbers. Suns and numbers change from pair to pair; there are three.
     for pair, days in enumerate(PAIRS):
         suns = choose_year(inputs.weather, replace(request, suns=days))
         planned = _trace_light(inputs, samples, suns, pair)
@@ -90,8 +90,8 @@ def measure_effects(inputs, progress=silent):
         # (pairs, 2)
         light, spent = (np.array([[one[k] for one in pair] for pair in runs]) for k in (0, 1))
         effect.share, effect.share_standard_error = compare_light(*light.T)
-        # The median of the three pairs, none of which is discarded: the first run also loads
-        # compiled code and is slow, which must not count.
+        # The median of all three pairs: the first run also loads compiled code and is slow, which
+        # must not count.
         effect.seconds = float(np.median(spent[:, 0] - spent[:, 1]))
     return planned[-1]
 

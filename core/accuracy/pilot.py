@@ -138,7 +138,7 @@ def trace_few(inputs, setting, suns, progress=silent, *, part=None):
     of_suns = sum(record.processor_seconds.get(stage, 0.0) for stage in ("suns", COUNTING))
     counts = count_patches(ready.patches, ready.plan, record.hemisphere_rays, samples)
     seconds = spent - of_suns, of_suns
-    # Costs and counts, from which those of other settings are predicted.
+    # Costs and counts, from which costs of other settings are predicted.
     run = PilotRun(
         samples,
         shadow_samples,

@@ -80,7 +80,7 @@ def assemble_city(contents, crs, lod=None, orient="auto", report_share=silent):
     city = repair_polygons(city, sources, report)
     city = city.take(find_strays(city, report))
     report_share(0.65)
-    # A city of which nothing is left is refused, with the commonest reason.
+    # Where nothing is left the city is refused, with the commonest reason.
     if not len(city):
         raise InputError(
             contents[0].path,

@@ -83,8 +83,8 @@ class BuildingFacts:
 
 
 def tell_facts(city):
-    """What the files tell of the buildings of a City, of those of which they tell anything:
-    BuildingFacts; None where they tell nothing of any.
+    """What the files tell of the buildings of a City: BuildingFacts, without buildings that they
+    tell nothing about; None where there are no others.
     """
     told, facts = defaultdict(list), BuildingFacts()
     for (building, part), own in city.attributes.items():

@@ -149,7 +149,7 @@ def join_cities(one, other):
     """Both cities as one: City in the system of the first, with the polygons and trees of both.
 
     Names of the second one that the first has already get a number. Its points stay as they are;
-    without a system they are taken to be in that of the first.
+    without a system they are taken to be in the first one's.
 
     Raises
     ------

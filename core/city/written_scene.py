@@ -69,7 +69,7 @@ def written_scene(scene, rows):
     taken |= {
         "rack_of_back": None if scene.rack_of_back is None else number[scene.rack_of_back[kept]]
     }
-    # Fronts of racks are stored by rack: those of the racks that stay, in their new order.
+    # Fronts of racks are stored by rack: racks that stay keep theirs, in their new order.
     racks = np.asarray(scene.surfaces.kind) == RACK
     fronts = None if scene.racks is None else scene.racks[(np.cumsum(racks) - 1)[rows[racks[rows]]]]
     # Corners of what is gone go too: else they would add up over the edits of edits.

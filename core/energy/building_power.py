@@ -98,7 +98,7 @@ def compute_building_hours(transfer, weather, energy, system, threads=None):
 
 
 def _number_buildings(transfer):
-    """Names of the buildings, in alphabetical order, and of which each surface is."""
+    """Names of the buildings, in alphabetical order, and the number of each surface's building."""
     return np.unique(
         np.array(transfer.surfaces.building_id, dtype=object).astype(str), return_inverse=True
     )

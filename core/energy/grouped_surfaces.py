@@ -17,7 +17,7 @@ class GroupedSurfaces(NamedTuple):
     """The n surfaces of a Transfer that carry modules."""
 
     groups: Groups  # g of them
-    rows: np.ndarray  # (n,) int, surfaces of the Transfer, those of one group together
+    rows: np.ndarray  # (n,) int, surfaces of the Transfer, group by group
     group: np.ndarray  # (n,) int, ascending
     block: Block  # their light and how modules take it, float32
 

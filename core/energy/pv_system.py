@@ -175,7 +175,7 @@ def build_system(request):
                 "--usable", f"{kind}={share} is not a share", "give numbers from 0 to 1"
             )
     module = pick_module(request.module)
-    # Loss by angle of incidence is, by default, that of the library that the module is from: SAPM's
+    # Loss by angle of incidence follows, by default, the library that the module is from: SAPM's
     # polynomial or the physical model.
     return PvSystem(
         module,

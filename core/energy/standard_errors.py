@@ -76,7 +76,7 @@ class _HourErrors:
         Parameters
         ----------
         weight : (k,) float
-        rows : (k,) int, or (n,) bool of which k hold
+        rows : (k,) int, or (n,) bool with k that hold
             The surfaces.
         """
         return weight**2 @ self.own[rows] + variance_of_mean(weight @ self.passed_on[rows])

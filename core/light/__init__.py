@@ -1,6 +1,6 @@
 """Light on the surfaces of a city by either of two estimators: gather asks what rays of patches
 meet, and solves the radiosity equation with it; photons go forward (Bredemeier et al., Eq. 1 to 4),
-also those of the specular pass beside gather.
+also in the specular pass beside gather.
 
 In: scene, suns, plan of effects. Out: the Transfer, free of weather. Read first: trace_run.py,
 which takes one of them; then trace_gather.py, trace_forward.py, specular_light.py.

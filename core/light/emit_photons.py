@@ -101,8 +101,8 @@ def emit_photons(source, replicate, place):
     origins, directions : (m, 3) float32
     """
     numbers = low_discrepancy(source.key, replicate, place, 2 if source.travel is not None else 4)
-    # A side of the box is drawn by its power, then a place on it. Coordinates are first those of
-    # the side: along its normal, and two across.
+    # A side of the box is drawn by its power, then a place on it. Coordinates are first along the
+    # side's normal, and two across.
     side, along = choose_by_power(source.power, numbers[:, 0])
     axis, sign = np.abs(INWARDS).argmax(axis=1)[side], INWARDS.sum(axis=1)[side]  # of the normal
     # along the normal, then in the side

@@ -140,7 +140,7 @@ def _trace_suns(context, city, size, before, folder):
     annual = [one.direct.annual for one in city.states]
     for done in range(size):
         more = _continue_points(context, before + done)
-        # The same suns, seen from the next points; reflections by these points' own rays.
+        # All suns again, seen from the next points; reflections by these points' own rays.
         task = prepare_suns(more, traced, suns)
         task.reflects, task.whole = False, True
         alone = [_with_rays_of(more, one, done - size) for one in traced]

@@ -343,7 +343,7 @@ def _measure_overlaps(places):
     ----------
     Sutherland and Hodgman (1974), doi:10.1145/360767.360802.
     """
-    # The first face in the weights of the other: (e, k, 2), of which the first `count` are corners.
+    # The first face in the weights of the other: (e, k, 2); only the first `count` are corners.
     first, one, other = np.moveaxis(places, 2, 0)
     corners, count = np.stack([first, first + one, first + other], axis=1), np.full(len(places), 3)
     for edge in range(3):

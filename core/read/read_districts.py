@@ -210,7 +210,7 @@ def _shapes_at_city(polygons, crs, site, points):
 
 
 def _check_overlaps(path, districts, share=0.01):
-    """Refuse districts of which one has more than a share of its area in another.
+    """Refuse districts where one has more than a share of its area in another.
 
     Raises
     ------

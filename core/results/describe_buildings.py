@@ -88,7 +88,7 @@ def _pack_hours(power):
 
 def compose_building(source, zone):
     """The page of a building as HTML, which web/building.js fills; `source` is HTML on where its
-    numbers come from, `zone` that of its hours of the day.
+    numbers come from, `zone` the one of its hours of the day.
     """
     words = say(
         "± is a {spread}; of a month it is an upper bound. {limits} Hours by month are mean power, "

@@ -55,7 +55,7 @@ def read_districts_of(folders, text=None):
     ----------
     folders : list of path-like
     text : str, optional
-        FILE or FILE:COLUMN with other districts than those of districts.geojson.
+        FILE or FILE:COLUMN with districts in place of districts.geojson.
 
     Returns
     -------

@@ -66,7 +66,7 @@ def sum_buildings(transfer, energy, weather, *, monthly=False):
 def write_uses(path, transfer, energy, weather):
     """Write sums over the buildings of each function that their files tell, most energy first.
 
-    Parameters as of `write_buildings`; `transfer` has facts. Buildings of which no function is told
+    Parameters as of `write_buildings`; `transfer` has facts. Buildings without a known function
     have a row of their own, with an empty name.
     """
     names, building = np.unique(

@@ -164,7 +164,7 @@ def write_cityjson(path, run, progress=silent, *, further_decimals=6):
 
 def _sort_polygons(city):
     """Polygons of a city by building, part of it, and level of detail: dict of dict of dict of list
-    of int; a part of which the files only tell something has none.
+    of int; a part that has attributes and no shape has none.
     """
     members = {}
     for polygon, building in enumerate(city.building_id):

@@ -149,8 +149,8 @@ def _fold_text(text):
 
 
 def read_told(city, most=None):
-    """Address and name of buildings of which files tell them, once there is energy, of so many with
-    the most of it: dict of id to str.
+    """Address and name of buildings, as far as files tell them, once there is energy; at most so
+    many, with the most energy: dict of id to str.
     """
     rows = (row.split("|") for row in list(city.get(Key.TOLD, ()))[:most])
     return {name: " · ".join(filter(None, told)) for name, *told in rows}

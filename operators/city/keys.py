@@ -58,7 +58,7 @@ class Key:
     KWP = PREFIX + "kwp"  # of each surface
     FEW = PREFIX + "few"  # surfaces that too few hours take their modules from
     COMPARED, MATCHED = PREFIX + "compared", PREFIX + "matched"  # before and after; a sentence
-    TOLD = PREFIX + "told"  # buildings of which files tell something: id, address, name
+    TOLD = PREFIX + "told"  # buildings that files tell something about: id, address, name
     # buildings: id, power [kWp], energy [MWh per year], P50 and P90 of years
     BEST = PREFIX + "best"
     FILES, REPORT, REPORT_ROWS = PREFIX + "files", PREFIX + "report", PREFIX + "report_rows"

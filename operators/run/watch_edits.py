@@ -60,7 +60,7 @@ def _follow_edits(scene, graph):
         told = not graph.id_type_updated("SCENE") and len(updates) == len(graph.updates)
         now = before if told else _arrange(scene, cities)
         came = [bpy.data.objects.get(now[uid][0], {}) for uid in now.keys() - before.keys()]
-        # That is enough unless a city came, or one of the cities cannot tell.
+        # No more is needed unless a city came, or one of the cities cannot tell.
         known = not any(item.get(Key.PART) == "city" for item in came)
         if known and all([city_design.note_changed(city, touched, before, now) for city in cities]):
             _arranged[scene.session_uid] = names, now
