@@ -49,8 +49,9 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     Returns
     -------
     Feet
-        The edges that stand on the ground, each with its polygon, its largest rise and its direction
-        outwards, and the footprints that have one; footprints that have none are told as hanging.
+        The edges that stand on the ground, each with its polygon, its largest rise and its
+        direction outwards, and the footprints that have one; footprints that have none are told as
+        hanging.
     """
     # Edges of all rings, with the polygon that each belongs to, and footprints in plan.
     polygon_of_ring = np.repeat(np.arange(len(city)), np.diff(city.polygon_start))
@@ -105,14 +106,14 @@ def find_feet(city, points, surfaces, footprint, ground_height=None):
     may_stand_high[rows[_hang_between_walls(shapes, low[rows], building_of[rows], lines, top)]] = (
         False
     )
-    # The step: how far an edge may rise above a foot right beside it. It is a storey, or 6 m for the
-    # lowest footprints of a building, as on an embankment, but no more than the object is high; of
-    # a wall without a footprint it is `GEOMETRY.step`.
+    # The step: how far an edge may rise above a foot right beside it. It is a storey, or 6 m for
+    # the lowest footprints of a building, as on an embankment, but no more than the object is high;
+    # of a wall without a footprint it is `GEOMETRY.step`.
     step = np.where(may_stand_high, 6.0, GEOMETRY.storey)[polygon_of_point[edge]]
     step = np.minimum(step, np.maximum(height[building[edge]], GEOMETRY.step))
     step[~on_footprint[edge]] = GEOMETRY.step
-    # The slope: how much further it may rise per metre to that foot, as ground rises by 0.5 at most;
-    # a thin object is no sign of ground steeper than 0.1.
+    # The slope: how much further it may rise per metre to that foot, as ground rises by 0.5 at
+    # most; a thin object is no sign of ground steeper than 0.1.
     slope = np.where(thin[building[edge]], 0.1, 0.5)
     # An edge stands if neither end rises above another foot by more than the step plus slope times
     # distance; footprints without any such edge hang.

@@ -33,8 +33,8 @@ def decide_rays(inputs, key):
         free = find_unobstructed(inputs.patches, np.concatenate([vertices, crowns]))
     else:
         free = plan.unobstructed
-    # Rays to the sky or to the suns are spared on these. Where rays to the suns are switched on, they
-    # also go to suns behind a patch, unless photons are traced.
+    # Rays to the sky or to the suns are spared on these. Where rays to the suns are switched on,
+    # they also go to suns behind a patch, unless photons are traced.
     if key == "sky-rays":
         plan.unobstructed, to, seen = free, "", "surface is seen"
     else:

@@ -81,8 +81,8 @@ def lay_on_axis(times, interval, zone):
     if not pieces:
         raise InputError(
             "--time-axis",
-            f"the weather, from {own[0]:%Y-%m-%d} to {own[-1]:%Y-%m-%d}, covers no calendar year by "
-            "nine tenths",
+            f"the weather, from {own[0]:%Y-%m-%d} to {own[-1]:%Y-%m-%d}, covers no calendar year "
+            "by nine tenths",
             "give --time-axis file, or weather from January to December",
         )
     axis, first, second, part = ([] for _ in range(4))

@@ -1,5 +1,5 @@
-"""Attributes and addresses of buildings and parts, in the form of CityJSON: of CityGML 1, 2 and 3, of
-CityJSON itself, and of rows of outlines.
+"""Attributes and addresses of buildings and parts, in the form of CityJSON: of CityGML 1, 2 and 3,
+of CityJSON itself, and of rows of outlines.
 
 An attribute that holds a text has the name of its element, without its prefix; a number stands as a
 number where the standard says that it is one. Generic attributes have the names that the file gives

@@ -115,8 +115,8 @@ def read_heights(path, place, reach):
         grids = []
         bearing = np.arange(0, 360, 5.0)
         ones = np.ones(len(bearing))
-        # The raster is read up to 4 km around the place, then out to `reach`, each time with a limited
-        # number of posts a side, so that the first is finer where posts must be averaged.
+        # The raster is read up to 4 km around the place, then out to `reach`, each time with a
+        # limited number of posts a side, so that the first is finer where posts must be averaged.
         for distance in (4000.0, reach):
             # Points of the circle around the place, and the place itself as the last: the rectangle
             # around them is read, in two pieces where a map of the globe begins and ends.

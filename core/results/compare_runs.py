@@ -113,8 +113,8 @@ def compare_folders(before, after):
             name for name in names if traced[0].get(name) != traced[1].get(name)
         ),
     }
-    # Surfaces that an edit takes below the least hours keep the modules of before, and surfaces that
-    # it lifts above them get none; both are listed.
+    # Surfaces that an edit takes below the least hours keep the modules of before, and surfaces
+    # that it lifts above them get none; both are listed.
     if any(chosen.any() for chosen in crossed.values()):
         summary["paying"] = {"least_hours": after.summary["settings"]["least_hours"]} | {
             name: {

@@ -115,7 +115,8 @@ def simulate(paths, folder, request, *, output=None, log=None, cluster=None):
             if (timed := is_compiled())
             else "Tracing; compiling first, which this machine needs once"
         )
-        # Light: in tiles on a cluster, or all at once, where its rays are kept for edits if asked for.
+        # Light: in tiles on a cluster, or all at once, where its rays are kept for edits if asked
+        # for.
         tiles = None
         if cluster:
             with run_tasks.keeping(kept := run_tasks.kept_beside(folder), log.write):
