@@ -8,7 +8,6 @@ DOORS = (
     "building_power.compute_building_hours",
     "building_power.compute_building_power",
     "check_inputs.check_string_settings",
-    "check_inputs.check_strings",
     "compute_energy.compute_energy",
     "counted_area.CHOSEN",
     "counted_area.LEFT_OUT",

@@ -11,7 +11,7 @@ from ..settings.progress import silent
 from ..settings.threads import map_in_order, usable_threads
 from ..sky.horizon_band import SOURCES
 from ..sky.sky_models import SkyParts, split_sky
-from .check_inputs import check_hours, check_sky, check_transfer
+from .check_inputs import check_hours, check_sky, check_strings, check_transfer
 from .counted_area import find_counted_area, find_groups, find_lit_share
 from .energy import Energy, HourlySeries, states_of_year
 from .hours import Hours, prepare_hours
@@ -63,7 +63,8 @@ def compute_energy(
     Raises
     ------
     InputError
-        If the Transfer or the weather is invalid, or the sky's sources were not traced.
+        If the Transfer or the weather is invalid, the sky's sources were not traced, or
+        strings are counted whose loss in shade was not.
     """
     # A Transfer for each state of the trees, and which surfaces count, by group.
     check_hours(weather)
@@ -72,6 +73,7 @@ def compute_energy(
         check_transfer(state)
     check_sky(transfer, sky)
     system = dc_system() if system is None else system
+    check_strings(transfer, system)
     counted = find_counted_area(transfer, system)
     groups = find_groups(counted, transfer.surfaces.area)
     electric = (

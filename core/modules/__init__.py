@@ -9,8 +9,6 @@ DOORS = (
     "lay_city.OPENINGS",
     "lay_city.lay_city",
     "lay_modules.ModuleLayout",
-    "module_shapes.draw_modules",
-    "module_shapes.triangulate_modules",
     "read_facades.check_facades",
     "read_facades.read_facades",
 )

@@ -45,6 +45,23 @@ class ModuleLayout:
         kept = self.take(number[self.surface] >= 0)
         return ModuleLayout.join([replace(kept, surface=number[kept.surface])])
 
+    def corners(self, lift=0.05):
+        """Corners of the modules as they are drawn, counter-clockwise seen from outside: (m, 4, 3)
+        float64 [m].
+
+        They stand `lift` [m] before their faces, so that these do not show through.
+        """
+        normal = np.cross(self.along, self.up)
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        low = self.corner + lift * normal / np.maximum(length, np.finfo(float).tiny)
+        high = low + self.up
+        return np.stack([low, low + self.along, high + self.along, high], axis=1)
+
+    def triangles(self):
+        """Triangles into the corners of all modules, four after the other: (2 m, 3) int64."""
+        first = 4 * np.arange(len(self))[:, None, None]
+        return (first + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
+
 
 @dataclass(frozen=True)
 class Planes:

@@ -8,7 +8,6 @@ it. A new one is a line here, and a file `write_NAME.py` beside this one with a 
 from importlib import import_module
 from typing import Any, NamedTuple
 
-from ..settings.errors import InputError
 from ..settings.progress import silent
 
 
@@ -38,23 +37,6 @@ class RunResults(NamedTuple):
     transfer: Any  # Transfer
     energy: Any  # Energy
     weather: Any  # Weather
-
-
-def take_exports(exports):
-    """Names of `EXPORTS`: tuple of the one, or of the several, that are given.
-
-    Raises
-    ------
-    InputError
-        One is not listed.
-    """
-    names = (exports,) if isinstance(exports, str) else tuple(exports)
-    for name in names:
-        if name not in EXPORTS:
-            raise InputError(
-                "exports", f"{name!r} is not known", f"give some of {', '.join(EXPORTS)}"
-            )
-    return names
 
 
 def write_exports(folder, run, exports, progress=silent):

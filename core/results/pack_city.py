@@ -15,7 +15,6 @@ from ..city.building_facts import FACTS
 from ..city.classify import ORIENTATIONS
 from ..city.polygons import triangulate
 from ..energy.pv_system import KINDS
-from ..modules.module_shapes import draw_modules
 from .describe_buildings import describe_buildings
 from .read_results import in_order, town_of
 from .viewer_columns import describe_view, list_layers, measure_faces, sum_counting
@@ -121,7 +120,7 @@ def _pack_modules(layout):
     """Surface of each module, and its lower left corner and edges [mm], all x, all y, all z: dict
     of arrays.
     """
-    corners = draw_modules(layout)
+    corners = layout.corners()
     shapes = {
         "corner": corners[:, 0],
         "along": corners[:, 1] - corners[:, 0],

@@ -14,7 +14,6 @@ import pyproj
 from ..city.polygons import triangulate
 from ..city.site import Site
 from ..city.transform_crs import plane_of
-from ..modules.module_shapes import draw_modules, triangulate_modules
 from ..settings.errors import InputError
 from .read_results import FACE_NUMBERS, FACE_TEXTS, check_columns, count_faces, read_summary
 from .surfaces_file import (
@@ -162,8 +161,8 @@ def _read_shapes(file, faces, first, site, frame):
     # Modules on them, where they are known.
     layout, modules = read_layout(file, first, rows.stop), Shapes(*np.zeros((3, 0, 3)))
     if layout is not None:
-        corners = _bring_to_frame(draw_modules(layout).reshape(-1, 3), site, frame)
-        modules = Shapes(corners, layout.surface.repeat(4), triangulate_modules(len(layout)))
+        corners = _bring_to_frame(layout.corners().reshape(-1, 3), site, frame)
+        modules = Shapes(corners, layout.surface.repeat(4), layout.triangles())
     return _Piece(faces, months, shapes, modules)
 
 

@@ -3,7 +3,6 @@
 import numpy as np
 
 from ..city.building_facts import BuildingFacts
-from ..modules.module_shapes import draw_modules, triangulate_modules
 from ..settings.progress import silent
 from .colour_map import GROUND, MODULES, choose_range, linear_light, srgb_colour
 from .glb import (
@@ -80,8 +79,8 @@ def write_gltf(path, run, progress=silent):
     # All modules are one mesh more, which a viewer may hide.
     materials = [plain_material((1, 1, 1), name="full load hours")]
     if energy.layout is not None and len(energy.layout):
-        attributes = {"POSITION": buffer.place(draw_modules(energy.layout).reshape(-1, 3))}
-        corners = triangulate_modules(len(energy.layout)).astype("<u4").ravel()
+        attributes = {"POSITION": buffer.place(energy.layout.corners().reshape(-1, 3))}
+        corners = energy.layout.triangles().astype("<u4").ravel()
         indices = buffer.access(corners, UINT32, "SCALAR", ELEMENTS)
         shape = {"attributes": attributes, "indices": indices, "material": 1, "mode": 4}
         nodes.append({"name": "modules", "mesh": len(meshes)})

@@ -23,7 +23,7 @@ from ..city.edited_scene import edit_scene
 from ..city.racks import lay_racks, parse_racks
 from ..effects.foliage import parse_months
 from ..effects.table import check_effects
-from ..energy.check_inputs import check_string_settings, check_strings
+from ..energy.check_inputs import check_string_settings
 from ..energy.compute_energy import compute_energy as compute_surface_energy
 from ..energy.pv_system import build_system
 from ..energy.time_axis import read_zone
@@ -312,7 +312,6 @@ def compute_energy(transfer, weather, request, progress=silent):
     """
     series = find_surfaces(transfer.surfaces.surface_id, request.series)
     system, sky = build_system(request), choose_sky(request, transfer)
-    check_strings(transfer, system)
     return compute_surface_energy(
         transfer, weather, system, request.threads, progress, series=series, sky=sky
     )

@@ -13,11 +13,11 @@ from ..effects.table import TABLE
 from ..energy.pv_system import build_system
 from ..results.compare_runs import write_before
 from ..results.describe_run import describe_edge
-from ..results.exports import RunResults, take_exports
+from ..results.exports import EXPORTS, RunResults
 from ..results.transfer_file import write_transfer
 from ..results.write_summary import summarise, write_summary
 from ..results.write_tables import write_tables
-from ..settings.errors import show_number
+from ..settings.errors import InputError, show_number
 from .study import compute_energy
 from .trace_part import bound_hours
 
@@ -32,7 +32,19 @@ class Output:
     draw: Callable | None = None
 
     def __post_init__(self):
-        self.exports = take_exports(self.exports)
+        """Take one export, or several.
+
+        Raises
+        ------
+        InputError
+            One is not listed.
+        """
+        self.exports = (self.exports,) if isinstance(self.exports, str) else tuple(self.exports)
+        for name in self.exports:
+            if name not in EXPORTS:
+                raise InputError(
+                    "exports", f"{name!r} is not known", f"give some of {', '.join(EXPORTS)}"
+                )
 
 
 def write_results(work, run, request, output, log):

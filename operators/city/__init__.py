@@ -12,7 +12,6 @@ DOORS = (
     "attributes.Faces",
     "attributes.PREFIX",
     "attributes.RESULTS",
-    "attributes.TITLES",
     "attributes.read_array",
     "attributes.read_corners",
     "attributes.read_face_attribute",

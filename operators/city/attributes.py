@@ -71,9 +71,6 @@ _VIEWS = tuple(
     )
 )
 RESULTS = {quantity.name: quantity for quantity in (*QUANTITIES, *_VIEWS)}
-TITLES = {"kind": "Kind of surface", "orientation": "Orientation"} | {
-    q.name: q.title for q in RESULTS.values()
-}
 _TYPES = {"INT": np.int32, "FLOAT": np.float32}
 
 

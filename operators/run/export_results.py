@@ -12,6 +12,7 @@ import bpy
 from ...core.results.exports import MODELS, RunResults, write_exports
 from ...core.settings.errors import InputError
 from ...core.settings.progress import silent
+from ..city.attributes import CHANGE_ERROR
 from ..city.keep_transfer import OfEnergy
 from ..city.keys import Key
 from ..city.run_step import Step, refuse
@@ -220,7 +221,7 @@ def _write_comparison(session, earlier, names, file, path):
     path : Path
     """
     from ...core.results.compare import compare
-    from ...core.results.compare_runs import CHANGE, CHANGE_ERROR, mark_of
+    from ...core.results.compare_runs import CHANGE, mark_of
 
     with tempfile.TemporaryDirectory() as folder:
         before, after = (Path(folder, f"{number}", name) for number, name in enumerate(names))

@@ -12,7 +12,6 @@ from ..city.attributes import (
     CHANGE_ERROR,
     CODES,
     RESULTS,
-    TITLES,
     read_array,
     read_face_attribute,
 )
@@ -41,6 +40,10 @@ CLASS_COLOURS = {
         "southwest": "e69f00",
         "northwest": "000000",
     },
+}
+
+TITLES = {"kind": "Kind of surface", "orientation": "Orientation"} | {
+    q.name: q.title for q in RESULTS.values()
 }
 
 

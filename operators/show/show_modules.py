@@ -51,9 +51,7 @@ def _build_object(layout):
     """A point in the middle of each module, on which geometry nodes set the shape of a module:
     bpy.types.Object.
     """
-    from ...core.modules.module_shapes import draw_modules
-
-    corners = draw_modules(layout)
+    corners = layout.corners()
     mesh = bpy.data.meshes.new("Modules")
     mesh.vertices.add(len(layout))
     mesh.vertices.foreach_set("co", corners.mean(axis=1).astype(np.float32).ravel())

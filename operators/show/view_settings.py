@@ -3,7 +3,7 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntVectorProperty, PointerProperty
 
-from ..city.attributes import TITLES
+from .colour_faces import TITLES
 from .show_modules import follow_modules
 from .show_result import follow_choice, follow_side_by_side, follow_switch
 from .timeline import TIMED, follow_timeline_show

@@ -22,7 +22,6 @@ from citypv.operators.city.attributes import (
     CODES,
     QUANTITIES,
     RESULTS,
-    TITLES,
     Faces,
     read_face_attribute,
     write_face_attribute,
@@ -31,6 +30,7 @@ from citypv.operators.show import draw_results as rendering
 from citypv.operators.show.build_legend import BAR_BOTTOM, BAR_HEIGHT, BAR_WIDTH, LEFT
 from citypv.operators.show.colour_faces import (
     CLASS_COLOURS,
+    TITLES,
     build_scale,
     colour_faces,
     read_scale,

@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 from steps import run, session_here
 
-from citypv.core.modules.module_shapes import draw_modules
 from citypv.core.results.colour_map import MISSING, srgb_colour
 from citypv.operators.city.attributes import read_face_attribute
 from citypv.operators.city.read_settings import state_of_step
@@ -128,7 +127,7 @@ def test_modules_are_one_object_of_instances(addon, city_file):
             matrix = np.array(one.matrix_world)
             points = np.array([vertex.co for vertex in mesh.vertices])
             found.append(points @ matrix[:3, :3].T + matrix[:3, 3])
-    found, expected = np.array(found), draw_modules(layout)
+    found, expected = np.array(found), layout.corners()
     assert found.shape == expected.shape
     order = [np.lexsort(points.mean(axis=1).round(3).T) for points in (found, expected)]
     np.testing.assert_allclose(found[order[0]], expected[order[1]], atol=2e-3)

@@ -20,9 +20,9 @@ import citypv
 from citypv.__main__ import main
 from citypv.core.commands.choose_settings import request_of_settings
 from citypv.core.commands.python_api import Result
-from citypv.core.results.exports import take_exports
 from citypv.core.results.read_results import read_summary
 from citypv.core.results.write_summary import versions
+from citypv.core.run.write_run import Output
 
 FEW = {"weather": "clear-sky", "samples": 16, "shadow_samples": 4, "suns": "days:2", "threads": 1}
 # Settings as options and in Python.
@@ -224,7 +224,9 @@ def test_settings_are_brought_to_their_declared_types():
 
 
 def test_one_export_is_named_as_one_of_several():
-    assert take_exports("cityjson") == take_exports(["cityjson"]) == ("cityjson",)
+    assert (
+        Output(exports="cityjson").exports == Output(exports=["cityjson"]).exports == ("cityjson",)
+    )
 
 
 def test_every_library_that_a_number_depends_on_is_in_the_summary():
