@@ -42,7 +42,8 @@ def draw_map(rows, *, width=720, tallest=640, margin=6):
     title = say("Map of the districts by their energy in a year")
     scale_words = say("0 to {energy:,.0f} MWh a year", energy=most)
     return (
-        f'<figure><svg class="districts" viewBox="0 0 {size[0]:.0f} {size[1]:.0f}" role="img" '
+        f'<figure><svg class="districts" width="{size[0]:.0f}" height="{size[1]:.0f}" '
+        f'viewBox="0 0 {size[0]:.0f} {size[1]:.0f}" role="img" '
         f'aria-label="{escape(title)}">{"".join(parts)}</svg>'
         f"<figcaption>{_draw_ramp()} {escape(scale_words)}</figcaption></figure>"
     )

@@ -314,6 +314,9 @@ def test_the_map_is_true_to_scale_and_names_can_be_read():
         for name, shape, energy in squares
     ]
     html = draw_map(rows)
+    # Drawn as large as its view, so that narrow districts do not fill the width of the page.
+    drawn = re.search(r'width="(\d+)" height="(\d+)" viewBox="0 0 (\d+) (\d+)"', html).groups()
+    assert drawn[:2] == drawn[2:] and int(drawn[1]) <= 640
     paths = re.findall(r'<path d="M(.*?)Z" fill="(#\w+)"', html)
     corners = [np.array([point.split() for point in path.split("L")], float) for path, _ in paths]
     width, height = np.ptp(corners[0], axis=0)
