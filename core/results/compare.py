@@ -9,7 +9,7 @@ from . import page
 from .columns import write_table
 from .compare_runs import EXISTING, compare_folders, describe_light
 from .output_folder import whole_folder
-from .words import number, say, say_count, speaking
+from .words import number, say, say_count, say_weather, speaking
 from .write_report import compose_city
 from .write_summary import write_summary
 
@@ -206,7 +206,7 @@ def _compose_page(comparison):
         error=kept["mwh_change_standard_error"],
         before=kept["mwh_before"],
     )
-    weather = say("Weather: {label}.", label=say(summary["weather"]))
+    weather = say("Weather: {label}.", label=say_weather(summary["weather"]))
     head = [say(title) for title in HEAD]
     # Sections: sums with notes and warnings, the city in 3D, maps, the table of buildings.
     body = [

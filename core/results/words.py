@@ -79,6 +79,17 @@ def say(text, **values):
     return _Writer().vformat(text, (), values) if values else text
 
 
+def say_weather(label):
+    """The label of a run's weather, with the words that stand around names and numbers: str."""
+    label = say(label)
+    for words, said in (
+        ("of the long-term mean", say("of the long-term mean")),
+        ("(nearest: ", say("(nearest: ")),
+    ):
+        label = label.replace(words, said)
+    return label
+
+
 def say_count(count, single, many, **values):
     """One of two texts with `{count}`, by whether it is one."""
     return say(single if count == 1 else many, count=count, **values)

@@ -33,7 +33,7 @@ from .output_folder import write_whole
 from .pack_city import pack_city
 from .page import fill_page, fold, paragraph, picture, section, table
 from .read_results import MONTHS, kind_title, tabulate_periods, town_of
-from .words import number, read_html, say, speaking
+from .words import number, read_html, say, say_weather, speaking
 
 HOURS = (
     "Full load hours are the hours in which modules at nominal power would generate the energy of "
@@ -99,7 +99,7 @@ def describe_origin(summary, written, attribution, basemap=""):
     """
     words = [
         say("Results of {date}.", date=written.strftime(say("%Y-%m-%d"))),
-        say("Weather: {label}.", label=say(summary["weather"]["label"])),
+        say("Weather: {label}.", label=say_weather(summary["weather"]["label"])),
     ]
     if attribution:
         words.append(say("City model: {source}.", source=attribution.rstrip(".")))

@@ -53,6 +53,15 @@ def test_numbers_are_written_as_the_language_does(monkeypatch):
     assert words.spoken() == ("en", {})
 
 
+def test_the_weather_of_a_page_is_told_in_its_language():
+    label = "ERA5 nearest.nc (nearest: 52.6°, 13.35°), 97 % of the long-term mean"
+    german = "ERA5 nearest.nc (nächster Punkt: 52.6°, 13.35°), 97 % des langjährigen Mittels"
+    assert words.say_weather(label) == label
+    with words.speaking("de"):
+        assert words.say_weather(label) == german
+        assert words.say_weather("my weather.csv") == "my weather.csv"
+
+
 def test_the_table_as_data_ends_no_element(monkeypatch):
     monkeypatch.setattr(words, "read_language", {"xx": {"a": "</script><b>"}}.get)
     with words.speaking("xx"):

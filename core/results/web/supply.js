@@ -82,7 +82,7 @@ function showLeft() {
     return [...texts, all ? `${format((100 * mwh) / all, 0)} %` : "–"];
   });
   const [, kwp, mwh, , share] = rows[2];
-  byId("left").textContent = say("leave {kwp} kWp and {mwh} MWh a year, {share} of the energy", { kwp, mwh, share });
+  byId("left").textContent = say("{kwp} kWp and {mwh} MWh a year are left, {share} of the energy", { kwp, mwh, share });
   const body = rows.map((texts, k) => {
     const row = tableRow("td", texts);
     const key = make("i");
