@@ -28,6 +28,13 @@ from .choose_settings import cluster_settings, request_of_settings
 class _OneLineParser(argparse.ArgumentParser):
     """A parser that reports errors in one line."""
 
+    def parse_known_args(self, args=None, namespace=None):
+        """Refuse unknown arguments in the name of their command, so that its help is named."""
+        options, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            self.error(f"unrecognized arguments: {' '.join(unknown)}")
+        return options, unknown
+
     def error(self, message):
         """Exit with status 2."""
         hint = (

@@ -135,7 +135,7 @@ def describe_city(found):
     lines = [
         *(f"file         {path}" for path in report["files"]),
         f"buildings    {report['building_count']:,}, parts {report['part_count']:,}",
-        *([f"told         {told}"] if told else []),
+        *([f"facts        {told}"] if told else []),
         f"surfaces     {found['surfaces']:,}, holes {found['holes']:,}",
         f"LoDs found   {met}",
         f"LoDs used    {used}",

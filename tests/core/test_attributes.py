@@ -433,6 +433,6 @@ def test_attributes_of_citygml_3_and_units_of_heights(tmp_path):
 def test_inspect_counts_what_is_told(city, capsys):
     assert main(["inspect", str(city)]) == 0
     assert (
-        "told         address of 1, name of 1, function of 1, year of 1\n"
+        "facts        address of 1, name of 1, function of 1, year of 1\n"
         in capsys.readouterr().out
     )

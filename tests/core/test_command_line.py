@@ -363,6 +363,13 @@ def test_the_parser_of_one_command_is_that_of_all(command, capsys):
     assert told[0] == told[1] and "--help" in told[0]
 
 
+def test_an_unknown_option_points_to_the_help_of_its_command(capsys):
+    assert main(["plot", "results", "--overwrite"]) == 2
+    assert capsys.readouterr().err == (
+        "citypv plot: error: unrecognized arguments: --overwrite; see citypv plot --help\n"
+    )
+
+
 def test_the_program_alone_prints_its_help(capsys):
     assert main([]) == 2
     said = capsys.readouterr()
