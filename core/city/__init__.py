@@ -75,7 +75,6 @@ DOORS = (
     "terrain.Layer",
     "terrain.Terrain",
     "terrain.ground_of_feet",
-    "transform_crs.Grid",
     "transform_crs.UNITS",
     "transform_crs.plane_of",
     "transform_crs.transform_crs",

@@ -85,7 +85,7 @@ def _trace_part(city, chosen, covered, sequence):
     hits, fates = _follow_rays(city, covered, (origins, directions, start_cells))
     # Beside covered cells each ray decides whether it starts in the open. Further sources, such as
     # Perez' horizon, send rays of their own.
-    near_cover = find_covered.cells_near_cover(covered, np.flatnonzero(covered.any(axis=1)))
+    near_cover = _cells_near_cover(covered)
     sources = {
         source.name: _look_at_source(city, source, rows, covered, sequence)
         for source in city.sources
@@ -172,10 +172,7 @@ def _look_at_source(city, source, rows, covered, sequence):
         return lights, 0
     covered, sequence = covered[facing], sequence[: -(-len(sequence) // city.rays_share)]
     rays = source_rays(city.patches, source, rows[facing], sequence, share=city.rays_share)
-    near_cover, scale = (
-        find_covered.cells_near_cover(covered, np.flatnonzero(covered.any(axis=1))),
-        unshaded[facing, None],
-    )
+    near_cover, scale = _cells_near_cover(covered), unshaded[facing, None]
     fates = _follow_rays(city, covered, rays)[1]
     fates[fates == Fate.FAR_GROUND] = Fate.SKY  # at the very horizon
     for light, fate in zip(lights, fates, strict=True):
@@ -210,6 +207,22 @@ def source_rays(patches, source, chosen, sequence, *, share):
         directions,
         sample_points.Cells(CELL_DIVISIONS).of_point(b1, b2),
     )
+
+
+def _cells_near_cover(covered):
+    """Cells that are covered or touch a covered one: (c, cells) bool.
+
+    In these, whether a ray starts in the open is decided ray by ray: it does if it does not hit a
+    back.
+
+    Parameters
+    ----------
+    covered : (c, cells) bool
+    """
+    near_cover, within = np.zeros(covered.shape, bool), covered.any(axis=1)
+    # all but open cells surrounded by open ones
+    near_cover[within] = ~enclosed_cells(~covered[within])
+    return near_cover
 
 
 def _darken_rays(fate, start_cells, covered):
@@ -272,7 +285,7 @@ def _tally_rays(fate, start_cells, near_cover, cells, *, most_steps=32767):
     fate : (c, rays) uint8
     start_cells : (c, rays) uint8
     near_cover : (c, CELL_DIVISIONS²) bool
-        Of `cells_near_cover`.
+        Of `_cells_near_cover`.
     cells : int
         Number of larger cells: 1, 4 or 16.
 

@@ -9,7 +9,6 @@ DOORS = (
     "cover_cells.enclosed_cells",
     "cover_cells.unpack_cells",
     "facing_scene.FacingScene",
-    "find_covered.cells_near_cover",
     "find_covered.find_covered_cells",
     "materials.EXAMPLES",
     "materials.MaterialSpec",

@@ -255,24 +255,6 @@ def _find_touching(patches, own, hits):
     return patches.facing_distance(own, hits) < closest
 
 
-def cells_near_cover(covered, within):
-    """Cells that are covered or touch a covered one: (c, cells) bool.
-
-    In these, whether a ray starts in the open is decided ray by ray: it does if it does not hit a
-    back.
-
-    Parameters
-    ----------
-    covered : (c, cells) bool
-    within : (w,) int
-        Patches that have such cells.
-    """
-    near_cover = np.zeros(covered.shape, bool)
-    # all but open cells surrounded by open ones
-    near_cover[within] = ~cover_cells.enclosed_cells(~covered[within])
-    return near_cover
-
-
 def stratified_points(u, v, divisions, cells=slice(None)):
     """Stratified sampling: one uniform point in each of the `divisions`² congruent sub-triangles.
 

@@ -2,7 +2,7 @@
 their own.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from ..city.city import Relief
 from ..city.name_crs import choose_crs
 from ..city.polygons import triangulate
 from ..city.terrain import Layer, Terrain
-from ..city.transform_crs import UNITS, Grid, plane_of
+from ..city.transform_crs import UNITS, plane_of
 from ..settings.errors import InputError
 from .collect_polygons import read_numbers
 from .collect_shapes import find_fault, read_lod, read_rings
@@ -237,7 +237,7 @@ def place_layer(layer, system, city, unit, path):
         np.median(layer.points, axis=0)[:2] if len(layer.points) else None, crs, PlaceHints()
     )
     axes = order.axes if order.reason else axes
-    points = Grid(crs, axes, own.plane or own.crs).to_plane(layer.points)
+    points = replace(own, crs=crs, axes=axes, plane=own.plane or own.crs).to_plane(layer.points)
     if not np.isfinite(points).all():
         name = plane_of(own.plane or own.crs)[0].name
         raise InputError(

@@ -89,7 +89,7 @@ def summarise(transfer, energy, weather, request, *, scene=None, seconds=None):
 
 def measure_edge(transfer, energy):
     """Share of the facades' counted area near the edge of the city, and how much more it yields
-    there: dict.
+    there [%]: dict.
 
     The hours of facades towards each direction are compared with the facades that look at no edge
     within 100 m. Empty where there is no such edge, or no facade counts.
@@ -110,21 +110,6 @@ def measure_edge(transfer, energy):
         np.asarray(surfaces.orientation)[rows],
         np.nan_to_num(distance[rows], nan=np.inf),
     )
-    return _share_near_edge(distance, side, area, hours)
-
-
-def _share_near_edge(distance, side, area, hours):
-    """Share of the area of facades near the edge, and how much more they yield there [%]: dict.
-
-    Parameters
-    ----------
-    distance : (n,) float64 [m]
-        From the edge; infinite where they look at none.
-    side : (n,) str
-        Orientation.
-    area, hours : (n,) float64
-        Counted area, and full load hours times the area.
-    """
     # For each direction: hours near the edge against what its area would have at inner facades'
     # mean.
     measures = {"unit": "m, %, %"}
