@@ -66,6 +66,22 @@ def test_pairs_are_those_that_overlap(seed):
     assert known <= in_pairs(found) <= known | unsure
 
 
+@pytest.mark.parametrize("across", range(3))
+def test_two_triangles_in_one_plane_are_a_pair_across_each_axis(across):
+    """A half of a square and a half of the same square cut the other way have a quarter in common;
+    the same triangle a metre away lies in another plane.
+    """
+    halves = np.array(
+        [
+            [[0.0, 0, 0], [10, 0, 0], [0, 10, 0]],
+            [[0, 0, 0], [10, 0, 0], [10, 10, 0]],
+            [[0, 0, 1], [10, 0, 1], [0, 10, 1]],
+        ]
+    )
+    corners = np.roll(halves, across + 1, axis=2)
+    assert in_pairs(find_coincident(corners, np.full(3, 1e-4))) == {(0, 1), (1, 0)}
+
+
 def test_faces_that_touch_or_stand_apart_are_no_pairs():
     plain = strip([-60, -60, 0], [120, 0, 0], [0, 120, 0], 24)
     above = strip([-10, -10, 0.01], [20, 0, 0], [0, 20, 0], 3)

@@ -68,6 +68,21 @@ def test_a_site_in_the_outermost_cell_has_its_height():
     assert found == pytest.approx([3.0, 4.0, 5.0, np.nan], nan_ok=True)
 
 
+def test_heights_between_posts_are_linear_in_the_cell_around_the_place():
+    """Posts 0.01° apart, in three rows and three columns of which only the last rises: the
+    cell before it is flat, and the last goes on half a cell beyond its posts.
+    """
+    matrix = np.array([[0.01, 0, 10.0], [0, -0.01, 50.0]])
+    step = np.array([0.0, 0.0, 8.0])
+    for heights, place in (
+        (step[:, None] + np.zeros(3), lambda along: (50 - 0.01 * along, 10.01)),
+        (step + np.zeros((3, 1)), lambda along: (49.99, 10 + 0.01 * along)),
+    ):
+        grid = HeightGrid(heights, matrix, "EPSG:4326", 700.0, "small.tif")
+        found = [height_at([grid], place(along)) for along in (0.0, 0.5, 1.0, 1.25, 2.0, 2.4)]
+        assert found == pytest.approx([0, 0, 0, 2, 8, 8], abs=1e-6)
+
+
 def plateau(height, distance):
     """A raster of zeros that is high from some distance on, east of the place 0° N 0° E."""
     east, _, _ = pyproj.Geod(ellps="WGS84").fwd(0.0, 0.0, 90.0, distance)

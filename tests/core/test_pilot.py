@@ -53,7 +53,7 @@ def test_seconds_follow_the_formula(pilot):
 
 @pytest.mark.parametrize("size", [5.0, 2.5, 20.0])
 def test_finer_patches_are_counted_before_they_are_made(size, city, pilot):
-    """Of surfaces within a third; where edges just fit, each is cut into four."""
+    """Of surfaces and of the ground within a third; where edges just fit, each is cut into four."""
     ways = city.request.suns, 0.0, city.request.patch_size
     priced = PredictedCity(pilot, dict.fromkeys(ways[:1], ()), {}, *ways[1:], city.prepared)
     found = priced.pieces(size)
@@ -63,3 +63,4 @@ def test_finer_patches_are_counted_before_they_are_made(size, city, pilot):
         read_scene([path], replace(city.request, patch_size=size)), city.request
     ).scene
     assert found[own].sum() == pytest.approx((scene.triangle_surface >= 0).sum(), rel=1 / 3)
+    assert found[~own].sum() == pytest.approx((scene.triangle_surface < 0).sum(), rel=1 / 3)
