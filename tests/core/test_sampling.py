@@ -2,12 +2,15 @@
 
 import numpy as np
 import pytest
+from scenes import join, strip
 from scipy import stats
 from scipy.stats.qmc import Sobol
 from thorough import mark_cases
 
 from citypv.core.light.shadow_points import grid_of, points_of_grid
 from citypv.core.patches.find_covered import stratified_points
+from citypv.core.patches.patches import Patches
+from citypv.core.rays.hemisphere_rays import hemisphere_rays
 from citypv.core.rays.random_numbers import keys_of_names, uniform
 from citypv.core.rays.sample_points import (
     DIGITS,
@@ -98,3 +101,28 @@ def test_sobol_points_are_those_of_scipy():
         assert np.array_equal(
             sobol_digits(count), np.round(points * (1 << DIGITS)).astype(np.uint32)
         )
+
+
+@pytest.mark.slow
+def test_where_a_ray_starts_says_nothing_of_its_direction():
+    """The first ray of each patch and replicate: place on the unit square and height by the cosine
+    law are three even and independent numbers, undone by hand from origins and directions.
+    """
+    scene = join([strip([0, 0, 0], [1000, 0, 0], [0, 1, 0], 1000)])
+    patches = Patches.of_scene(scene, np.zeros(len(scene.triangles)), 0)
+    chosen = np.arange(len(patches))
+    origins, directions, _ = hemisphere_rays(patches, chosen, np.zeros((1, 4), np.uint32))
+    along = (origins - patches.corner[:, None])[..., :2].astype(float)
+    b1, b2 = (
+        np.linalg.solve(
+            np.swapaxes(patches.edges[:, None, :, :2], 2, 3).astype(float), along[..., None]
+        )[..., 0]
+        .reshape(-1, 2)
+        .T
+    )
+    one, other = np.where(b2 > b1, 2 * b1, b1 + b2), np.where(b2 > b1, b1 + b2, 2 * b2)
+    numbers = np.stack([one, other, 1 - directions[..., 2].ravel() ** 2])
+    assert numbers.mean(axis=1) == pytest.approx(0.5, abs=0.02)
+    # Four standard errors of the correlation of independent numbers.
+    off = np.abs(np.corrcoef(numbers)[np.triu_indices(3, 1)])
+    assert off.max() < 4 / np.sqrt(numbers.shape[1])
