@@ -166,7 +166,8 @@ def test_the_first_screen_fits_and_sums_are_the_tables(chromium, pages, small_re
     assert figures[1].split()[0] == whole[0]
     assert chromium.run("byId('sums').tBodies[0].rows[2].innerText").split("\t")[1:2] == whole[:1]
     text = chromium.run("document.body.innerText")
-    assert f"leave {whole[0]} kWp" in text and f"{totals['mwh_per_year']:,.2f} MWh" in text
+    assert f"{whole[0]} kWp and {whole[1]} MWh a year are left" in text
+    assert f"{totals['mwh_per_year']:,.2f} MWh" in text
 
 
 @pytest.mark.slow
