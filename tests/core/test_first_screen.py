@@ -161,12 +161,14 @@ def test_the_first_screen_fits_and_sums_are_the_tables(chromium, pages, small_re
         assert chromium.run("byId('view').getBoundingClientRect().top") < height - 100
     chromium.resize(1200, 900)
     figures = chromium.run("[...document.querySelectorAll('.figure')].map((one) => one.innerText)")
-    whole = [f"{totals[part]:,.0f}" for part in ("kwp", "mwh_per_year")]
+    whole = [f"{totals['kwp']:,.0f}"]
     assert re.sub(r"\D", "", figures[0]) == f"{totals['module_count']:.0f}"
     assert figures[1].split()[0] == whole[0]
     assert chromium.run("byId('sums').tBodies[0].rows[2].innerText").split("\t")[1:2] == whole[:1]
     text = chromium.run("document.body.innerText")
-    assert f"{whole[0]} kWp and {whole[1]} MWh a year are left" in text
+    left = re.search(r"([\d,]+) kWp and ([\d,.]+) MWh a year are left, 100 %", text).groups()
+    assert left[0] == whole[0]
+    assert float(left[1].replace(",", "")) == pytest.approx(totals["mwh_per_year"], rel=0.005)
     assert f"{totals['mwh_per_year']:,.2f} MWh" in text
 
 
